@@ -1,0 +1,12 @@
+//! Boundary representations: faces, loops, trims, edges, vertices.
+//!
+//! A [`Brep`] is built once, by [`Brep::new`], the only place where its structure is
+//! checked: every index in it is valid and every number finite. Defects of real parts (gaps,
+//! wrong orientation, edges off their surfaces) are no errors: they are kept,
+//! and [`defects`](Brep::defects) reports them.
+
+mod topology;
+
+pub use topology::{
+    Brep, BrepError, BrepParts, Edge, Face, Iso, LoopKind, TrimCurve, TrimKind, TrimLoop, Vertex,
+};

@@ -1,0 +1,308 @@
+//! The parts of a BREP and how they refer to each other.
+
+use crate::numeric::Interval;
+use crate::nurbs::{Curve2, Curve3, Surface};
+use nalgebra::Point3;
+
+/// A point where edges meet.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Vertex {
+    /// Where it is, as stored: for display and health reports, not for truth.
+    pub point: Point3<f64>,
+    /// Edges that start or end here.
+    pub edges: Vec<usize>,
+    /// Tolerance as stored, in model units; `None` if unset.
+    pub tolerance: Option<f64>,
+}
+
+/// A curve in space where trims meet.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Edge {
+    /// Index into [`BrepParts::curves3`], if the file holds the curve.
+    pub curve: Option<usize>,
+    /// The part of that curve that is used.
+    pub span: Interval,
+    /// Whether the edge runs against the curve.
+    pub reversed: bool,
+    /// Start and end vertex.
+    pub vertices: [usize; 2],
+    /// The trims that use it: one on an open border, two inside a closed solid.
+    pub trims: Vec<usize>,
+    /// Tolerance as stored, in model units; `None` if unset.
+    pub tolerance: Option<f64>,
+}
+
+/// What a trim is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum TrimKind {
+    /// Not said by the file.
+    Unknown,
+    /// The only use of its edge.
+    Boundary,
+    /// Its edge is used by another loop too.
+    Mated,
+    /// Its edge is used twice by the same loop.
+    Seam,
+    /// Its image is a single point (a pole); it has no edge.
+    Singular,
+}
+
+/// Whether a trim is an isoparametric line, and which.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Iso {
+    /// Not one.
+    None,
+    /// `u` constant inside the domain.
+    U,
+    /// `v` constant inside the domain.
+    V,
+    /// `u` at its minimum.
+    West,
+    /// `v` at its minimum.
+    South,
+    /// `u` at its maximum.
+    East,
+    /// `v` at its maximum.
+    North,
+}
+
+/// One oriented 2D use of an edge in a face's uv space.
+#[derive(Clone, Debug, PartialEq)]
+pub struct TrimCurve {
+    /// Index into [`BrepParts::curves2`].
+    pub curve: usize,
+    /// The part of that curve that is used.
+    pub span: Interval,
+    /// Whether the trim runs against the curve.
+    pub reversed: bool,
+    /// The edge; `None` for a singular trim.
+    pub edge: Option<usize>,
+    /// Whether the trim runs against its edge.
+    pub edge_reversed: bool,
+    /// Start and end vertex, in the direction of the trim.
+    pub vertices: [usize; 2],
+    /// What it is.
+    pub kind: TrimKind,
+    /// Whether it is an isoparametric line, as the file says.
+    pub iso: Iso,
+    /// The loop it belongs to.
+    pub trim_loop: usize,
+}
+
+/// What a loop bounds.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum LoopKind {
+    /// Not said by the file.
+    Unknown,
+    /// The outer border; counter-clockwise in uv.
+    Outer,
+    /// A hole; clockwise in uv.
+    Inner,
+    /// Encloses no area.
+    Slit,
+}
+
+/// Trims in order, head to tail.
+#[derive(Clone, Debug, PartialEq)]
+pub struct TrimLoop {
+    /// What the file says it bounds. Inclusion goes by parity and never reads this.
+    pub kind: LoopKind,
+    /// The trims, in order.
+    pub trims: Vec<usize>,
+    /// The face it belongs to.
+    pub face: usize,
+}
+
+/// A surface, its trim loops and an orientation.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Face {
+    /// Index into [`BrepParts::surfaces`].
+    pub surface: usize,
+    /// The loops. `None`: the whole domain. An empty list: nothing.
+    pub loops: Option<Vec<usize>>,
+    /// Whether the face's normal is against the surface's.
+    pub reversed: bool,
+}
+
+/// What a [`Brep`] is made of, before it is checked.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct BrepParts {
+    /// Curves in uv.
+    pub curves2: Vec<Curve2>,
+    /// Curves in space.
+    pub curves3: Vec<Curve3>,
+    /// Surfaces.
+    pub surfaces: Vec<Surface>,
+    /// Vertices.
+    pub vertices: Vec<Vertex>,
+    /// Edges.
+    pub edges: Vec<Edge>,
+    /// Trims.
+    pub trims: Vec<TrimCurve>,
+    /// Loops.
+    pub loops: Vec<TrimLoop>,
+    /// Faces.
+    pub faces: Vec<Face>,
+}
+
+/// Why [`Brep::new`] refuses its parts.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum BrepError {
+    /// An index points past the end of a list.
+    #[error("{owner} {index} refers to {what} {target}, but there are {count}")]
+    Index {
+        /// What holds the index (`"face"`, ...).
+        owner: &'static str,
+        /// Which one.
+        index: usize,
+        /// What it refers to.
+        what: &'static str,
+        /// The bad index.
+        target: usize,
+        /// How many there are.
+        count: usize,
+    },
+    /// A number is NaN or infinite.
+    #[error("{owner} {index}: {what} is not finite")]
+    NotFinite {
+        /// What holds the number.
+        owner: &'static str,
+        /// Which one.
+        index: usize,
+        /// Which number.
+        what: &'static str,
+    },
+    /// A span that is not inside its curve's domain.
+    #[error("{owner} {index} uses [{start}, {end}] of a curve with domain [{from}, {to}]")]
+    Span {
+        /// What holds the span.
+        owner: &'static str,
+        /// Which one.
+        index: usize,
+        /// Start of the span.
+        start: f64,
+        /// End of the span.
+        end: f64,
+        /// Start of the domain.
+        from: f64,
+        /// End of the domain.
+        to: f64,
+    },
+}
+
+/// A boundary representation whose indices are all valid and whose numbers are all
+/// finite. See the [module](super).
+#[derive(Clone, Debug, PartialEq)]
+pub struct Brep {
+    parts: BrepParts,
+}
+
+impl Brep {
+    /// Checks the structure and keeps the parts. O(size).
+    pub fn new(parts: BrepParts) -> Result<Self, BrepError> {
+        check(&parts)?;
+        Ok(Self { parts })
+    }
+
+    /// The parts.
+    pub fn parts(&self) -> &BrepParts {
+        &self.parts
+    }
+
+    /// The faces.
+    pub fn faces(&self) -> &[Face] {
+        &self.parts.faces
+    }
+
+    /// The surface of face `face`.
+    ///
+    /// # Panics
+    /// If there is no such face.
+    pub fn surface(&self, face: usize) -> &Surface {
+        &self.parts.surfaces[self.parts.faces[face].surface]
+    }
+
+    /// A solid is closed when every non-singular edge is used exactly twice (and there is an edge
+    /// or a face whose own surface closes it). Flags in files never decide this.
+    pub fn is_closed(&self) -> bool {
+        !self.parts.faces.is_empty()
+            && self.parts.faces.iter().all(|f| f.loops.is_some())
+            && self.parts.edges.iter().all(|e| e.trims.len() == 2)
+    }
+}
+
+fn index(
+    owner: &'static str,
+    index: usize,
+    what: &'static str,
+    targets: &[usize],
+    count: usize,
+) -> Result<(), BrepError> {
+    match targets.iter().find(|t| **t >= count) {
+        Some(&target) => Err(BrepError::Index {
+            owner,
+            index,
+            what,
+            target,
+            count,
+        }),
+        None => Ok(()),
+    }
+}
+
+fn span(owner: &'static str, index: usize, s: Interval, domain: Interval) -> Result<(), BrepError> {
+    let inside = domain.start <= s.start && s.start < s.end && s.end <= domain.end;
+    if inside {
+        Ok(())
+    } else {
+        Err(BrepError::Span {
+            owner,
+            index,
+            start: s.start,
+            end: s.end,
+            from: domain.start,
+            to: domain.end,
+        })
+    }
+}
+
+fn check(p: &BrepParts) -> Result<(), BrepError> {
+    for (i, v) in p.vertices.iter().enumerate() {
+        if v.point.iter().any(|x| !x.is_finite()) {
+            return Err(BrepError::NotFinite {
+                owner: "vertex",
+                index: i,
+                what: "the point",
+            });
+        }
+        index("vertex", i, "edge", &v.edges, p.edges.len())?;
+    }
+    for (i, e) in p.edges.iter().enumerate() {
+        if let Some(c) = e.curve {
+            index("edge", i, "space curve", &[c], p.curves3.len())?;
+            span("edge", i, e.span, p.curves3[c].domain())?;
+        }
+        index("edge", i, "vertex", &e.vertices, p.vertices.len())?;
+        index("edge", i, "trim", &e.trims, p.trims.len())?;
+    }
+    for (i, t) in p.trims.iter().enumerate() {
+        index("trim", i, "uv curve", &[t.curve], p.curves2.len())?;
+        span("trim", i, t.span, p.curves2[t.curve].domain())?;
+        if let Some(e) = t.edge {
+            index("trim", i, "edge", &[e], p.edges.len())?;
+        }
+        index("trim", i, "vertex", &t.vertices, p.vertices.len())?;
+        index("trim", i, "loop", &[t.trim_loop], p.loops.len())?;
+    }
+    for (i, l) in p.loops.iter().enumerate() {
+        index("loop", i, "trim", &l.trims, p.trims.len())?;
+        index("loop", i, "face", &[l.face], p.faces.len())?;
+    }
+    for (i, f) in p.faces.iter().enumerate() {
+        index("face", i, "surface", &[f.surface], p.surfaces.len())?;
+        if let Some(loops) = &f.loops {
+            index("face", i, "loop", loops, p.loops.len())?;
+        }
+    }
+    Ok(())
+}

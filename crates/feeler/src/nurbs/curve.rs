@@ -1,0 +1,250 @@
+//! Curves in their native form.
+
+use super::{GeometryError, NurbsCurve};
+use crate::numeric::Interval;
+use nalgebra::{Point, SVector};
+
+/// A curve in `D` dimensions; `H = D + 1` is the size of its homogeneous points.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Curve<const D: usize, const H: usize> {
+    /// A straight segment.
+    Line(Line<D>),
+    /// A circular arc.
+    Arc(Arc<D>),
+    /// Straight segments in a row.
+    Polyline(Polyline<D>),
+    /// A NURBS curve.
+    Nurbs(NurbsCurve<H>),
+    /// Curves in a row.
+    Poly(PolyCurve<D, H>),
+}
+
+/// A curve in uv.
+pub type Curve2 = Curve<2, 3>;
+/// A curve in space.
+pub type Curve3 = Curve<3, 4>;
+
+/// The segment `from + s (to - from)` with `s = (t - start) / (end - start)`.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Line<const D: usize> {
+    /// Start point.
+    pub from: Point<f64, D>,
+    /// End point.
+    pub to: Point<f64, D>,
+    /// Domain of `t`.
+    pub domain: Interval,
+}
+
+/// The exact arc `center + radius (cos a x' + sin a y')`, `a` running over `angle` as
+/// the parameter runs over `domain`, linearly.
+///
+/// In space `z'` is the stored `z` exactly normalised, `x'` the stored `x` made
+/// exactly orthogonal to `z'` and normalised, `y' = z' × x'`. In uv `x'` is the stored `x` normalised
+/// and `y'` is `x'` turned by +90 degrees, or by -90 where the stored `y` lies on that side
+/// (`z` is then zero and has no meaning).
+#[derive(Clone, Debug, PartialEq)]
+pub struct Arc<const D: usize> {
+    /// Centre of the circle.
+    pub center: Point<f64, D>,
+    /// Direction of angle 0, as stored.
+    pub x: SVector<f64, D>,
+    /// Direction of angle 90 degrees, as stored.
+    pub y: SVector<f64, D>,
+    /// Axis of the circle, as stored (space only).
+    pub z: SVector<f64, D>,
+    /// Radius, positive.
+    pub radius: f64,
+    /// Angles at the start and at the end, in radians.
+    pub angle: Interval,
+    /// Domain of the parameter.
+    pub domain: Interval,
+}
+
+/// Points in a row, joined by straight segments; point `i` at parameter `params[i]`.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Polyline<const D: usize> {
+    points: Vec<Point<f64, D>>,
+    params: Vec<f64>,
+}
+
+/// Curves in a row; segment `i`, run over its own span of parameters, covers
+/// `[params[i], params[i + 1]]` linearly. Segments are never poly-curves themselves.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PolyCurve<const D: usize, const H: usize> {
+    segments: Vec<Curve<D, H>>,
+    params: Vec<f64>,
+}
+
+fn finite<const D: usize>(
+    what: &'static str,
+    values: impl IntoIterator<Item = SVector<f64, D>>,
+) -> Result<(), GeometryError> {
+    let mut all = values.into_iter();
+    if all.all(|v| v.iter().all(|x| x.is_finite())) {
+        Ok(())
+    } else {
+        Err(GeometryError::NotFinite { what })
+    }
+}
+
+fn increasing(params: &[f64]) -> Result<(), GeometryError> {
+    if params.iter().any(|t| !t.is_finite()) {
+        return Err(GeometryError::NotFinite {
+            what: "a parameter",
+        });
+    }
+    match params.windows(2).position(|w| w[1] <= w[0]) {
+        Some(_) => Err(GeometryError::EmptyInterval {
+            what: "a parameter interval",
+        }),
+        None => Ok(()),
+    }
+}
+
+impl<const D: usize> Line<D> {
+    /// A segment; the end points must be finite (they may coincide).
+    pub fn new(
+        from: Point<f64, D>,
+        to: Point<f64, D>,
+        domain: Interval,
+    ) -> Result<Self, GeometryError> {
+        finite("a line's end point", [from.coords, to.coords])?;
+        Ok(Self { from, to, domain })
+    }
+}
+
+impl<const D: usize> Arc<D> {
+    /// Checks that everything is finite, the radius positive and the axes usable.
+    pub fn new(arc: Self) -> Result<Self, GeometryError> {
+        finite("an arc's frame", [arc.center.coords, arc.x, arc.y, arc.z])?;
+        if !arc.radius.is_finite() {
+            return Err(GeometryError::NotFinite {
+                what: "an arc's radius",
+            });
+        }
+        if arc.radius <= 0.0 {
+            return Err(GeometryError::Degenerate {
+                what: "an arc's radius",
+            });
+        }
+        if arc.x.norm() == 0.0 || (D == 3 && arc.z.norm() == 0.0) {
+            return Err(GeometryError::Degenerate {
+                what: "an arc's frame",
+            });
+        }
+        Ok(arc)
+    }
+}
+
+impl<const D: usize> Polyline<D> {
+    /// At least two points, as many parameters, strictly increasing.
+    pub fn new(points: Vec<Point<f64, D>>, params: Vec<f64>) -> Result<Self, GeometryError> {
+        if points.len() < 2 || params.len() != points.len() {
+            return Err(GeometryError::TooFew {
+                what: "polyline points",
+                found: points.len().min(params.len()),
+                needed: points.len().max(2),
+            });
+        }
+        finite("a polyline point", points.iter().map(|p| p.coords))?;
+        increasing(&params)?;
+        Ok(Self { points, params })
+    }
+
+    /// The points.
+    pub fn points(&self) -> &[Point<f64, D>] {
+        &self.points
+    }
+
+    /// The parameter of each point.
+    pub fn params(&self) -> &[f64] {
+        &self.params
+    }
+}
+
+impl<const D: usize, const H: usize> PolyCurve<D, H> {
+    /// At least one segment and one parameter more than segments, strictly
+    /// increasing. Segments that are poly-curves are replaced by their own segments,
+    /// their parameters mapped linearly (rounded; the points are untouched).
+    pub fn new(segments: Vec<Curve<D, H>>, params: Vec<f64>) -> Result<Self, GeometryError> {
+        if segments.is_empty() || params.len() != segments.len() + 1 {
+            return Err(GeometryError::TooFew {
+                what: "poly-curve parameters",
+                found: params.len(),
+                needed: segments.len().max(1) + 1,
+            });
+        }
+        increasing(&params)?;
+        let mut flat = Vec::with_capacity(segments.len());
+        let mut flat_params = vec![params[0]];
+        for (i, segment) in segments.into_iter().enumerate() {
+            let to = params[i + 1];
+            if let Curve::Poly(inner) = segment {
+                let own = inner.domain();
+                let scale = (to - params[i]) / own.length();
+                let last = inner.segments.len();
+                for (k, piece) in inner.segments.into_iter().enumerate() {
+                    flat.push(piece);
+                    flat_params.push(if k + 1 == last {
+                        to
+                    } else {
+                        params[i] + (inner.params[k + 1] - own.start) * scale
+                    });
+                }
+            } else {
+                flat.push(segment);
+                flat_params.push(to);
+            }
+        }
+        increasing(&flat_params)?;
+        Ok(Self {
+            segments: flat,
+            params: flat_params,
+        })
+    }
+
+    /// The segments, none of them a poly-curve.
+    pub fn segments(&self) -> &[Curve<D, H>] {
+        &self.segments
+    }
+
+    /// Where each segment starts, and the end of the last.
+    pub fn params(&self) -> &[f64] {
+        &self.params
+    }
+
+    /// The parameter domain.
+    pub fn domain(&self) -> Interval {
+        Interval {
+            start: self.params[0],
+            end: self.params[self.params.len() - 1],
+        }
+    }
+}
+
+impl<const D: usize, const H: usize> Curve<D, H> {
+    /// The parameter domain.
+    pub fn domain(&self) -> Interval {
+        match self {
+            Self::Line(c) => c.domain,
+            Self::Arc(c) => c.domain,
+            Self::Polyline(c) => Interval {
+                start: c.params[0],
+                end: c.params[c.params.len() - 1],
+            },
+            Self::Nurbs(c) => c.domain(),
+            Self::Poly(c) => c.domain(),
+        }
+    }
+
+    /// The type's name in reports: `line`, `arc`, `polyline`, `nurbs`, `polycurve`.
+    pub fn type_name(&self) -> &'static str {
+        match self {
+            Self::Line(_) => "line",
+            Self::Arc(_) => "arc",
+            Self::Polyline(_) => "polyline",
+            Self::Nurbs(_) => "nurbs",
+            Self::Poly(_) => "polycurve",
+        }
+    }
+}

@@ -1,0 +1,81 @@
+//! NURBS curves.
+
+use super::{GeometryError, KnotVector};
+use crate::numeric::Interval;
+use nalgebra::SVector;
+
+/// A NURBS curve with `H - 1` coordinates: the exact quotient of its
+/// homogeneous spline. Weights are positive.
+#[derive(Clone, Debug, PartialEq)]
+pub struct NurbsCurve<const H: usize> {
+    knots: KnotVector,
+    control_points: Vec<SVector<f64, H>>,
+}
+
+/// A NURBS curve in uv: homogeneous `(wu, wv, w)`.
+pub type NurbsCurve2 = NurbsCurve<3>;
+/// A NURBS curve in space: homogeneous `(wx, wy, wz, w)`.
+pub type NurbsCurve3 = NurbsCurve<4>;
+
+impl<const H: usize> NurbsCurve<H> {
+    /// A curve from homogeneous control points (`(wx, .., w)`), all finite with
+    /// positive weights, over `knots` (`control_points.len() + degree + 1` of them).
+    pub fn new(
+        degree: usize,
+        control_points: Vec<SVector<f64, H>>,
+        knots: Vec<f64>,
+    ) -> Result<Self, GeometryError> {
+        let knots = KnotVector::new(degree, control_points.len(), knots)?;
+        check_control_points(&control_points)?;
+        Ok(Self {
+            knots,
+            control_points,
+        })
+    }
+
+    /// The knot vector.
+    pub fn knots(&self) -> &KnotVector {
+        &self.knots
+    }
+
+    /// The degree p.
+    pub fn degree(&self) -> usize {
+        self.knots.degree()
+    }
+
+    /// Homogeneous control points.
+    pub fn control_points(&self) -> &[SVector<f64, H>] {
+        &self.control_points
+    }
+
+    /// The parameter domain.
+    pub fn domain(&self) -> Interval {
+        self.knots.domain()
+    }
+
+    /// Whether the weights differ.
+    pub fn is_rational(&self) -> bool {
+        is_rational(&self.control_points)
+    }
+}
+
+pub(super) fn is_rational<const H: usize>(net: &[SVector<f64, H>]) -> bool {
+    net.iter().any(|p| p[H - 1] != net[0][H - 1])
+}
+
+pub(super) fn check_control_points<const H: usize>(
+    net: &[SVector<f64, H>],
+) -> Result<(), GeometryError> {
+    for (index, p) in net.iter().enumerate() {
+        if p.iter().any(|x| !x.is_finite()) {
+            return Err(GeometryError::NotFinite {
+                what: "a control point",
+            });
+        }
+        let weight = p[H - 1];
+        if weight <= 0.0 {
+            return Err(GeometryError::Weight { index, weight });
+        }
+    }
+    Ok(())
+}

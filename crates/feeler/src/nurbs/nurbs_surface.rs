@@ -1,0 +1,73 @@
+//! NURBS surfaces.
+
+use super::nurbs_curve::{check_control_points, is_rational};
+use super::{GeometryError, KnotVector};
+use crate::numeric::Interval;
+use nalgebra::Vector4;
+
+/// A tensor-product NURBS surface: the exact quotient of its homogeneous
+/// spline. Weights are positive.
+#[derive(Clone, Debug, PartialEq)]
+pub struct NurbsSurface {
+    knots_u: KnotVector,
+    knots_v: KnotVector,
+    control_net: Vec<Vector4<f64>>,
+}
+
+impl NurbsSurface {
+    /// A surface from homogeneous control points `(wx, wy, wz, w)`, row by row:
+    /// point `(i, j)` at `i * count_v + j`, `i` along u.
+    pub fn new(
+        degrees: [usize; 2],
+        counts: [usize; 2],
+        control_net: Vec<Vector4<f64>>,
+        knots: [Vec<f64>; 2],
+    ) -> Result<Self, GeometryError> {
+        let [ku, kv] = knots;
+        let knots_u = KnotVector::new(degrees[0], counts[0], ku)?;
+        let knots_v = KnotVector::new(degrees[1], counts[1], kv)?;
+        if Some(control_net.len()) != counts[0].checked_mul(counts[1]) {
+            return Err(GeometryError::TooFew {
+                what: "control points",
+                found: control_net.len(),
+                needed: counts[0].saturating_mul(counts[1]),
+            });
+        }
+        check_control_points(&control_net)?;
+        Ok(Self {
+            knots_u,
+            knots_v,
+            control_net,
+        })
+    }
+
+    /// The knot vector along u.
+    pub fn knots_u(&self) -> &KnotVector {
+        &self.knots_u
+    }
+
+    /// The knot vector along v.
+    pub fn knots_v(&self) -> &KnotVector {
+        &self.knots_v
+    }
+
+    /// Homogeneous control points, row by row: `(i, j)` at `i * count_v + j`.
+    pub fn control_net(&self) -> &[Vector4<f64>] {
+        &self.control_net
+    }
+
+    /// How many control points along u and along v.
+    pub fn counts(&self) -> [usize; 2] {
+        [self.knots_u.control_points(), self.knots_v.control_points()]
+    }
+
+    /// The parameter domain, u and v.
+    pub fn domain(&self) -> [Interval; 2] {
+        [self.knots_u.domain(), self.knots_v.domain()]
+    }
+
+    /// Whether the weights differ.
+    pub fn is_rational(&self) -> bool {
+        is_rational(&self.control_net)
+    }
+}

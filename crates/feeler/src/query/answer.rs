@@ -1,0 +1,303 @@
+//! Probes, options and answers.
+
+use crate::numeric::Enclosure;
+use crate::trim::Side;
+use nalgebra::{Point2, Point3, Vector3};
+
+/// Why a probe is refused.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+pub enum ProbeError {
+    /// A number is NaN or infinite.
+    #[error("{0} is not finite")]
+    NotFinite(&'static str),
+    /// The radius is negative.
+    #[error("the radius is negative")]
+    Radius,
+    /// The direction is zero.
+    #[error("the direction is zero")]
+    ZeroDirection,
+    /// The normal of a half-space is not of unit length: `|n|^2` must be within 2^-50 of 1.
+    #[error("the normal is not a unit vector (|n|^2 must be within 2^-50 of 1)")]
+    NotUnit,
+    /// A number so large or so small that the bounds would not hold.
+    #[error("{0} is outside the range in which bounds hold (1e-100 to 1e100)")]
+    Range(&'static str),
+}
+
+/// A ball.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Sphere {
+    /// Centre, in the model's frame.
+    pub center: Point3<f64>,
+    /// Radius in model units, not negative.
+    pub radius: f64,
+}
+
+/// The half-space `{x : normal . x <= offset}`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct HalfSpace {
+    /// Outward normal, a unit vector within 2^-50 in `|n|^2`; used as given.
+    pub normal: Vector3<f64>,
+    /// Offset in model units.
+    pub offset: f64,
+}
+
+/// Which part of a line counts.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum LineKind {
+    /// All t.
+    Line,
+    /// t >= 0.
+    Ray,
+    /// 0 <= t <= 1.
+    Segment,
+}
+
+/// `origin + t direction`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LineProbe {
+    /// The point at t = 0.
+    pub origin: Point3<f64>,
+    /// Direction, not zero; `t` counts in its length.
+    pub direction: Vector3<f64>,
+    /// Which part of it counts.
+    pub kind: LineKind,
+}
+
+/// What touches the BREP.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Probe {
+    /// A ball.
+    Sphere(Sphere),
+    /// A half-space.
+    HalfSpace(HalfSpace),
+}
+
+/// How narrow the enclosure of a separation must be.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Accuracy {
+    /// No wider than max(2 ulp of the separation, 2^-96 of the model's size).
+    Full,
+    /// No wider than this length, in model units.
+    Length(f64),
+}
+
+/// Which contacts to report.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Contacts {
+    /// None: the separation alone.
+    None,
+    /// The deepest one.
+    Deepest,
+    /// All within the prediction.
+    All,
+}
+
+/// What is asked of a contact query.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Options {
+    /// Width of the separation's enclosure.
+    pub accuracy: Accuracy,
+    /// Report contacts with separation <= this, in model units.
+    pub prediction: f64,
+    /// Which contacts to report.
+    pub contacts: Contacts,
+    /// How many search nodes may be spent before the query gives up with the bound it has.
+    pub node_budget: usize,
+}
+
+impl Default for Options {
+    fn default() -> Self {
+        Self {
+            accuracy: Accuracy::Full,
+            prediction: 0.0,
+            contacts: Contacts::Deepest,
+            node_budget: 200_000,
+        }
+    }
+}
+
+/// Why an answer has only a bound.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum Undecided {
+    /// The node budget was spent.
+    #[error("node budget spent")]
+    Budget,
+    /// The arithmetic in use cannot narrow the enclosure further.
+    #[error("enclosure wider than the accuracy asked for")]
+    Precision,
+    /// Within the width of a crack between faces.
+    #[error("within a crack between faces")]
+    Crack,
+    /// Too close to call: the number of hits or the side could not be settled.
+    #[error("could not be settled at this precision")]
+    Degenerate,
+}
+
+/// The face, edge or vertex touched.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Feature {
+    /// Index of a face.
+    Face(usize),
+    /// Index of an edge.
+    Edge(usize),
+    /// Index of a vertex.
+    Vertex(usize),
+}
+
+/// A signed gap with its proof: > 0 apart, < 0 overlapping.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Separation {
+    /// The value to use, in model units; within `bounds`.
+    pub value: f64,
+    /// Proven to hold the true separation.
+    pub bounds: Enclosure,
+}
+
+/// Where a probe touches or nearly touches a BREP.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Contact {
+    /// Point on the BREP, in the model's frame.
+    pub on_brep: Point3<f64>,
+    /// Point on the probe's surface, in the model's frame.
+    pub on_probe: Point3<f64>,
+    /// Unit normal from the BREP to the probe.
+    pub normal: Vector3<f64>,
+    /// Signed gap at this contact.
+    pub separation: Separation,
+    /// What is touched.
+    pub feature: Feature,
+    /// The face the point was found on, and its parameters there.
+    pub face: usize,
+    /// Parameters of the point on `face`.
+    pub uv: Point2<f64>,
+    /// Proven distance of `on_brep` from the true contact point; `None` where the contact is a
+    /// continuum or no bound was found.
+    pub position_bound: Option<f64>,
+    /// Proven angle of `normal` to the true one, in radians; `None` likewise.
+    pub normal_bound: Option<f64>,
+}
+
+/// The answer of a sphere or half-space query.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ContactAnswer {
+    /// The separation from the whole BREP.
+    pub separation: Separation,
+    /// Whether the closest points reach beyond one foot box.
+    pub continuum: bool,
+    /// Contacts within the prediction, deepest first.
+    pub contacts: Vec<Contact>,
+    /// Set when the enclosure is wider than the accuracy asked for.
+    pub undecided: Option<Undecided>,
+}
+
+/// Where a line meets a face.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Hit {
+    /// The parameter.
+    pub t: Separation,
+    /// The other end of the interval, where the line lies in the face.
+    pub t_end: Option<Separation>,
+    /// The point, in the model's frame.
+    pub point: Point3<f64>,
+    /// Unit normal of the face.
+    pub normal: Vector3<f64>,
+    /// What is hit.
+    pub feature: Feature,
+    /// The face, and parameters there.
+    pub face: usize,
+    /// Parameters of the point on `face`.
+    pub uv: Point2<f64>,
+    /// Whether the line touches without crossing.
+    pub tangential: bool,
+}
+
+/// The answer of a line query.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LineAnswer {
+    /// The hits, in the order of t.
+    pub hits: Vec<Hit>,
+    /// How often the line passes through the faces.
+    pub crossings: usize,
+    /// Whether the line passes an edge within its crack's width without a hit.
+    pub in_crack: bool,
+    /// Set when the hits could not all be settled.
+    pub undecided: Option<Undecided>,
+}
+
+/// The answer of a side query in uv.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct SideAnswer {
+    /// Where the point lies; `None` with `undecided`.
+    pub side: Option<Side>,
+    /// Whether the point is in the closed box of two loop end points that do not meet.
+    pub in_gap: bool,
+    /// Set when the side could not be settled.
+    pub undecided: Option<Undecided>,
+}
+
+/// Numbers beyond this magnitude (or, not being zero, below its inverse) are
+/// refused, so that no product of the search overflows or underflows.
+pub(super) const LARGEST: f64 = 1e100;
+
+fn in_range(what: &'static str, values: &[f64]) -> Result<(), ProbeError> {
+    for x in values {
+        if !x.is_finite() {
+            return Err(ProbeError::NotFinite(what));
+        }
+        if x.abs() > LARGEST {
+            return Err(ProbeError::Range(what));
+        }
+    }
+    Ok(())
+}
+
+impl Sphere {
+    /// A ball; refuses what is not finite, too large, or of negative radius.
+    pub fn new(center: Point3<f64>, radius: f64) -> Result<Self, ProbeError> {
+        in_range("the center", center.coords.as_slice())?;
+        in_range("the radius", &[radius])?;
+        if radius < 0.0 {
+            return Err(ProbeError::Radius);
+        }
+        Ok(Self { center, radius })
+    }
+}
+
+impl HalfSpace {
+    /// A half-space; refuses a normal with `|n|^2` off 1 by more than 2^-50.
+    pub fn new(normal: Vector3<f64>, offset: f64) -> Result<Self, ProbeError> {
+        in_range("the normal", normal.as_slice())?;
+        in_range("the offset", &[offset])?;
+        if normal == Vector3::zeros() {
+            return Err(ProbeError::ZeroDirection);
+        }
+        // The rounded square is off by at most 4 * 2^-53 * 1.01 here: below 2^-50 / 1.9, so
+        // a normal that was normalised in f64 always passes.
+        const LIMIT: f64 = 1.0 / (1u64 << 50) as f64;
+        if (normal.norm_squared() - 1.0).abs() > LIMIT {
+            return Err(ProbeError::NotUnit);
+        }
+        Ok(Self { normal, offset })
+    }
+}
+
+impl LineProbe {
+    /// A line; refuses a zero direction and what is not finite.
+    pub fn new(
+        origin: Point3<f64>,
+        direction: Vector3<f64>,
+        kind: LineKind,
+    ) -> Result<Self, ProbeError> {
+        in_range("the origin", origin.coords.as_slice())?;
+        in_range("the direction", direction.as_slice())?;
+        if direction == Vector3::zeros() {
+            return Err(ProbeError::ZeroDirection);
+        }
+        Ok(Self {
+            origin,
+            direction,
+            kind,
+        })
+    }
+}

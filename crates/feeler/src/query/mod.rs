@@ -1,0 +1,82 @@
+//! Queries and their answers.
+
+mod answer;
+
+pub use answer::{
+    Accuracy, Contact, ContactAnswer, Contacts, Feature, HalfSpace, Hit, LineAnswer, LineKind,
+    LineProbe, Options, Probe, ProbeError, Separation, SideAnswer, Sphere, Undecided,
+};
+
+use crate::numeric::Enclosure;
+use crate::prepare::PreparedBrep;
+use nalgebra::{Point2, Point3, Vector3};
+
+/// Memory that queries reuse; owned by the caller, one a thread.
+#[derive(Debug, Default)]
+pub struct Workspace {}
+
+/// The separation and contacts of a sphere or half-space.
+pub fn contact(
+    _brep: &PreparedBrep,
+    _probe: &Probe,
+    _options: &Options,
+    _workspace: &mut Workspace,
+) -> ContactAnswer {
+    ContactAnswer {
+        separation: Separation {
+            value: 0.0,
+            bounds: Enclosure::UNKNOWN,
+        },
+        continuum: false,
+        contacts: Vec::new(),
+        undecided: Some(Undecided::Budget),
+    }
+}
+
+/// All hits of a line.
+pub fn line(
+    _brep: &PreparedBrep,
+    _line: &LineProbe,
+    _options: &Options,
+    _workspace: &mut Workspace,
+) -> LineAnswer {
+    LineAnswer {
+        hits: Vec::new(),
+        crossings: 0,
+        in_crack: false,
+        undecided: Some(Undecided::Budget),
+    }
+}
+
+/// The side of a point of a face's parameter space; `None` if there is no such face.
+pub fn side(_brep: &PreparedBrep, _face: usize, _uv: Point2<f64>) -> Option<SideAnswer> {
+    None
+}
+
+/// The side of a point in space: whether it is in the solid's material.
+pub fn inside(_brep: &PreparedBrep, _point: Point3<f64>, _workspace: &mut Workspace) -> SideAnswer {
+    SideAnswer {
+        side: None,
+        in_gap: false,
+        undecided: Some(Undecided::Budget),
+    }
+}
+
+/// A surface point and its first derivatives, with a bound.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Evaluation {
+    /// The point.
+    pub point: Point3<f64>,
+    /// Derivative along u.
+    pub du: Vector3<f64>,
+    /// Derivative along v.
+    pub dv: Vector3<f64>,
+    /// Proven bound on the error of each coordinate of the point.
+    pub bound: f64,
+}
+
+/// The point of a face at `uv` (clamped to the surface's domain) and its first derivatives;
+/// `None` if there is no such face.
+pub fn evaluate(_brep: &PreparedBrep, _face: usize, _uv: Point2<f64>) -> Option<Evaluation> {
+    None
+}
