@@ -1,9 +1,15 @@
 //! Numbers that know how wrong they can be.
 
+mod ball;
+mod dd;
 mod dyadic;
 mod enclosure;
 mod interval;
+mod real;
 
+pub use ball::Ball;
+pub use dd::Dd;
 pub use dyadic::{Dyadic, ParseDyadicError};
 pub use enclosure::Enclosure;
 pub use interval::Interval;
+pub use real::{Real, TINY};

@@ -1,0 +1,280 @@
+//! A value with a running error bound.
+
+use super::real::TINY;
+use super::{Dd, Real};
+use std::ops::{Add, Div, Mul, Neg, Sub};
+
+/// A computed value and a bound on its distance from the true one:
+/// `|true - mid| <= rad`. A radius of infinity or NaN means that nothing is known; callers compare
+/// so that this never passes a test.
+///
+/// Each operation adds its own rounding (Higham, *Accuracy and Stability*, section 3.3,
+/// running error analysis). Radii are f64, rounded up: every radius formula below has
+/// at most 8 operations, each off by a factor of at most 1 + 2^-53, and is multiplied by
+/// [`ROUND_UP`] >= (1 + 2^-53)^9.
+#[derive(Clone, Copy, Debug)]
+pub struct Ball<T> {
+    /// The computed value.
+    pub mid: T,
+    /// The bound.
+    pub rad: f64,
+}
+
+/// Makes up for the rounding of the radius itself.
+pub(crate) const ROUND_UP: f64 = 1.0 + 8.0 * f64::EPSILON;
+
+impl<T: Real> Ball<T> {
+    /// Zero, exactly.
+    pub const ZERO: Self = Self {
+        mid: T::ZERO,
+        rad: 0.0,
+    };
+    /// One, exactly.
+    pub const ONE: Self = Self {
+        mid: T::ONE,
+        rad: 0.0,
+    };
+
+    /// An exact number.
+    #[inline]
+    pub fn exact(x: f64) -> Self {
+        Self {
+            mid: T::from_f64(x),
+            rad: 0.0,
+        }
+    }
+
+    /// A double-double known within `rad`.
+    #[inline]
+    pub fn from_dd(x: Dd, rad: f64) -> Self {
+        let (mid, error) = T::from_dd(x);
+        Self {
+            mid,
+            rad: if error == 0.0 {
+                rad
+            } else {
+                (rad + error) * ROUND_UP
+            },
+        }
+    }
+
+    /// `a - b` of two exact numbers; exact in double-double.
+    #[inline]
+    pub fn difference(a: f64, b: f64) -> Self {
+        Self::from_dd(Dd::difference(a, b), 0.0)
+    }
+
+    /// `|true| <=` this.
+    #[inline]
+    pub fn magnitude(&self) -> f64 {
+        (self.mid.magnitude() + self.rad) * ROUND_UP
+    }
+
+    /// A f64 not above the true value.
+    #[inline]
+    pub fn lower(&self) -> f64 {
+        let d = self.mid.to_dd();
+        if self.rad == 0.0 {
+            d.floor_f64()
+        } else {
+            (d - Dd::from(self.rad * ROUND_UP)).floor_f64().next_down()
+        }
+    }
+
+    /// A f64 not below the true value.
+    #[inline]
+    pub fn upper(&self) -> f64 {
+        let d = self.mid.to_dd();
+        if self.rad == 0.0 {
+            d.ceil_f64()
+        } else {
+            (d + Dd::from(self.rad * ROUND_UP)).ceil_f64().next_up()
+        }
+    }
+
+    /// Half of it.
+    #[inline]
+    #[must_use]
+    pub fn half(self) -> Self {
+        Self {
+            mid: self.mid.half(),
+            rad: 0.5 * self.rad + TINY,
+        }
+    }
+
+    /// The square.
+    #[inline]
+    #[must_use]
+    pub fn square(self) -> Self {
+        self * self
+    }
+
+    /// Whether the true value is proven to be above `x`.
+    #[inline]
+    pub fn is_above(&self, x: f64) -> bool {
+        self.lower() > x
+    }
+
+    /// The square root of a number that is not negative; where the ball reaches below zero,
+    /// the part below is cut off.
+    #[must_use]
+    pub fn sqrt(self) -> Ball<Dd> {
+        let x = self.mid.to_dd();
+        let top = x + Dd::from(self.rad * ROUND_UP);
+        if x.hi.is_nan() || self.rad.is_nan() || top.hi < 0.0 {
+            return Ball {
+                mid: Dd::ZERO,
+                rad: f64::INFINITY,
+            };
+        }
+        let bottom = x - Dd::from(self.rad * ROUND_UP);
+        let (a, b) = (
+            if bottom.hi > 0.0 {
+                bottom.sqrt()
+            } else {
+                Dd::ZERO
+            },
+            top.sqrt(),
+        );
+        let mid = (a + b).half();
+        // Half the width, the roots' own errors (25/8 u² each), the sums' and bounds'.
+        let rad = ((b - a).half().magnitude() + 8.0 * Dd::UNIT * b.magnitude()) * ROUND_UP + TINY;
+        Ball { mid, rad }
+    }
+}
+
+impl<T: Real> Add for Ball<T> {
+    type Output = Self;
+    #[inline]
+    fn add(self, o: Self) -> Self {
+        let mid = self.mid + o.mid;
+        Self {
+            mid,
+            rad: (self.rad + o.rad + T::UNIT * mid.magnitude()) * ROUND_UP,
+        }
+    }
+}
+
+impl<T: Real> Neg for Ball<T> {
+    type Output = Self;
+    #[inline]
+    fn neg(self) -> Self {
+        Self {
+            mid: -self.mid,
+            rad: self.rad,
+        }
+    }
+}
+
+impl<T: Real> Sub for Ball<T> {
+    type Output = Self;
+    #[inline]
+    fn sub(self, o: Self) -> Self {
+        self + -o
+    }
+}
+
+impl<T: Real> Mul for Ball<T> {
+    type Output = Self;
+    #[inline]
+    fn mul(self, o: Self) -> Self {
+        let mid = self.mid * o.mid;
+        let inherited = self.mid.magnitude() * o.rad + (o.mid.magnitude() + o.rad) * self.rad;
+        Self {
+            mid,
+            rad: (inherited + T::UNIT * mid.magnitude()) * ROUND_UP + TINY,
+        }
+    }
+}
+
+impl<T: Real> Div for Ball<T> {
+    type Output = Self;
+    /// With `|A - a| <= r`, `|B - b| <= s < |b|`:
+    /// `|A/B - a/b| <= (r + |a/b| s) / (|b| - s)`.
+    #[inline]
+    fn div(self, o: Self) -> Self {
+        let mid = self.mid / o.mid;
+        let room = (o.mid.magnitude() * (1.0 - 4.0 * f64::EPSILON) - o.rad) * (1.0 - f64::EPSILON);
+        let rad = if room > 0.0 {
+            let q = mid.magnitude() * ROUND_UP;
+            ((self.rad + q * o.rad) / room + T::DIV_UNIT * q) * ROUND_UP + TINY
+        } else {
+            f64::INFINITY
+        };
+        Self { mid, rad }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::numeric::Dyadic;
+
+    fn exact(x: Dd) -> Dyadic {
+        &Dyadic::from_f64(x.hi).unwrap() + &Dyadic::from_f64(x.lo).unwrap()
+    }
+
+    fn random(seed: &mut u64) -> f64 {
+        *seed ^= *seed << 13;
+        *seed ^= *seed >> 7;
+        *seed ^= *seed << 17;
+        let m = (*seed >> 11) as f64 / (1u64 << 53) as f64 - 0.5;
+        m * 2f64.powi((*seed % 41) as i32 - 20)
+    }
+
+    /// A ball of a random double-double, not exact: the truth is elsewhere within it.
+    fn sample<T: Real>(seed: &mut u64) -> (Ball<T>, Dyadic) {
+        let truth = Dd::new(random(seed), random(seed) * 1e-17);
+        (Ball::from_dd(truth, 0.0), exact(truth))
+    }
+
+    fn holds<T: Real>(b: &Ball<T>, truth: &Dyadic) -> bool {
+        let error = &exact(b.mid.to_dd()) - truth;
+        let error = if error.signum() < 0 { -&error } else { error };
+        error <= Dyadic::from_f64(b.rad).unwrap()
+            && Dyadic::from_f64(b.lower()).unwrap() <= *truth
+            && Dyadic::from_f64(b.upper()).unwrap() >= *truth
+    }
+
+    fn check<T: Real>() {
+        let mut seed = 0x1234_5678_9abc_def1;
+        for _ in 0..20_000 {
+            let (a, x) = sample::<T>(&mut seed);
+            let (b, y) = sample::<T>(&mut seed);
+            assert!(holds(&(a + b), &(&x + &y)), "{a:?} + {b:?}");
+            assert!(holds(&(a - b), &(&x - &y)), "{a:?} - {b:?}");
+            assert!(holds(&(a * b), &(&x * &y)), "{a:?} * {b:?}");
+            // q = a / b: |q b - a| <= rad |b| is the same claim without a division.
+            let q = a / b;
+            let residue = &(&exact(q.mid.to_dd()) * &y) - &x;
+            let limit = &Dyadic::from_f64(q.rad).unwrap() * &y;
+            assert!(&residue * &residue <= &limit * &limit, "{a:?} / {b:?}");
+            // s = sqrt(a²): the root of the exact square is |a|.
+            let s = (a * a).sqrt();
+            let root = if x.signum() < 0 { -&x } else { x.clone() };
+            assert!(holds(&s, &root), "sqrt {a:?}");
+        }
+    }
+
+    #[test]
+    fn double_balls_hold_the_truth() {
+        check::<f64>();
+    }
+
+    #[test]
+    fn double_double_balls_hold_the_truth() {
+        check::<Dd>();
+    }
+
+    #[test]
+    fn double_double_is_that_accurate() {
+        // Not only sound: 1/3 is known to 2^-100.
+        let third = Ball::<Dd>::ONE / Ball::exact(3.0);
+        assert!(third.rad < 1e-31, "{third:?}");
+        let two = Ball::<Dd>::exact(2.0).sqrt();
+        assert!(
+            (two * two - Ball::exact(2.0)).magnitude() < 1e-29,
+            "{two:?}"
+        );
+    }
+}
