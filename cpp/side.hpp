@@ -1,0 +1,74 @@
+// The trimmed region of a face, and on which side of its boundary a point of uv lies: exactly.
+#pragma once
+
+#include <array>
+#include <memory>
+#include <vector>
+
+#include "model.hpp"
+
+namespace feeler_oracle {
+
+enum class Side { Inside, Outside, Boundary };
+
+// What is known of all points of a box, cut with the closed domain:
+// Inside: they belong to the region (its interior, or the border of the domain);
+// Outside: none of them belongs to it, and none is on a loop;
+// Mixed: neither is proven.
+enum class BoxSide { Inside, Outside, Mixed };
+
+struct Box {
+    double u0, u1, v0, v1;
+};
+
+struct ArcNode;
+
+// Closed boundary made of the trim curves of all loops, each joined to the next (the last to the
+// first) by a straight segment where their end points differ.
+class Region {
+ public:
+    explicit Region(const Face& face);
+    Region(Region&&) noexcept;
+    ~Region();
+
+    // The loops' curves and joining segments, in order. Without loops: none.
+    const std::vector<RationalBezierCurve>& arcs() const { return arcs_; }
+    // arc_edge()[i]: the edge that arc i is an image of; -1 for joins and singular trims.
+    const std::vector<int>& arc_edge() const { return arc_edge_; }
+    // The surface's domain u0, u1, v0, v1. Its sides bound the region too, where its inside
+    // reaches them.
+    const std::array<Q, 4>& domain() const { return domain_; }
+    // Whether the region is the whole domain, because no loops are given.
+    bool whole_domain() const { return whole_; }
+    // Pairs of end points that differ: u0, u1, v0, v1 of their box.
+    const std::vector<std::array<Q, 4>>& gaps() const { return gaps_; }
+
+    const std::vector<std::unique_ptr<ArcNode>>& roots() const { return roots_; }
+
+ private:
+    std::vector<RationalBezierCurve> arcs_;
+    std::vector<int> arc_edge_;
+    std::array<Q, 4> domain_;
+    std::vector<std::array<Q, 4>> gaps_;
+    std::vector<std::unique_ptr<ArcNode>> roots_;
+    bool whole_ = false;
+};
+
+// The region is the closure of the points of odd parity, cut with the surface's domain. A point
+// outside the closed domain is Outside. On the border of the domain a point is Boundary if its
+// parity is odd. A point on a loop is Boundary. Exact.
+//
+// Not for use by several threads on one region: subdivided arcs are kept in it.
+Side side(const Region& region, const Q& u, const Q& v);
+
+// Whether the point lies in the closed uv box of two end points that a segment joins.
+bool in_gap(const Region& region, const Q& u, const Q& v);
+
+// Conservative: Mixed where a curve's hull (subdivided as far as the box's size calls for) meets
+// the box. The parts of loops that run exactly along the domain's border do not count.
+BoxSide box_side(const Region& region, double u0, double u1, double v0, double v1);
+
+// Whether the closed box is proven to be disjoint from every loop and from the domain's border.
+bool box_clear(const Region& region, const Box& box);
+
+}  // namespace feeler_oracle
