@@ -68,7 +68,9 @@ bool in_gap(const Region& region, const Q& u, const Q& v);
 // the box. The parts of loops that run exactly along the domain's border do not count.
 BoxSide box_side(const Region& region, double u0, double u1, double v0, double v1);
 
-// Whether the closed box is proven to be disjoint from every loop and from the domain's border.
-bool box_clear(const Region& region, const Box& box);
+// Whether the closed box u0, u1, v0, v1 is proven to be disjoint from every loop and from the
+// domain's border, and to lie in the domain. Subdivides until the arcs' hulls are smaller than
+// the box.
+bool box_clear(const Region& region, const std::array<Q, 4>& box);
 
 }  // namespace feeler_oracle
