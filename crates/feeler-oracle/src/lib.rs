@@ -1,1 +1,28 @@
-//! (under construction)
+//! Exact ground truth for contact queries, computed by CGAL.
+//!
+//! The oracle takes the raw control data and topology of BREPs and does its own Bezier
+//! extraction, inclusion and root finding in exact or certified arithmetic (`cpp/`); it shares
+//! no algorithm with the kernel. It is real only with the feature `cgal`; without it
+//! [`Oracle::new`] answers [`OracleError::NotBuilt`] and nothing else can be called.
+//!
+//! Surfaces treated: NURBS and planes. Trim curves: lines, polylines, NURBS, and poly-curves of
+//! these. Anything else is [`OracleError::Unsupported`].
+//!
+//! An [`Oracle`] is neither `Send` nor `Sync`: CGAL's numbers are reference-counted without
+//! locks. Make one a thread. Queries leave the floating-point environment as they found it.
+
+#[cfg(feature = "cgal")]
+mod bridge;
+#[cfg(feature = "cgal")]
+mod convert;
+#[cfg(feature = "cgal")]
+mod oracle;
+#[cfg(not(feature = "cgal"))]
+mod stub;
+mod truth;
+
+#[cfg(feature = "cgal")]
+pub use oracle::{Oracle, set_rounding_upward};
+#[cfg(not(feature = "cgal"))]
+pub use stub::Oracle;
+pub use truth::{Evaluation, OracleError, SideTruth, TruthEnclosure};

@@ -1,0 +1,47 @@
+// What Rust calls. Every entry runs in the default floating-point environment, restores the
+// caller's, and throws nothing but std::exception (which the bridge turns into an error).
+#pragma once
+
+#include <cstdint>
+#include <memory>
+
+#include "core.hpp"
+#include "rust/cxx.h"
+
+namespace feeler_oracle {
+
+struct RawEvaluation;
+struct RawSide;
+
+// Collects the raw data of BREPs, then makes the core.
+class Builder {
+ public:
+    void add_brep(bool closed, std::size_t edges);
+    void add_nurbs_face(bool reversed, std::size_t degree_u, std::size_t degree_v,
+                        rust::Slice<const double> knots_u, rust::Slice<const double> knots_v,
+                        rust::Slice<const double> net);
+    // origin, x, y, domain, extents: 17 numbers.
+    void add_plane_face(bool reversed, rust::Slice<const double> numbers);
+    // Of the last face. A face without it covers its whole domain.
+    void set_trimmed();
+    void add_loop();
+    void add_trim(double start, double end, bool reversed, std::int64_t edge,
+                  rust::Slice<const double> params);
+    void add_polyline(rust::Slice<const double> points, rust::Slice<const double> params);
+    void add_nurbs_curve(std::size_t degree, rust::Slice<const double> knots,
+                         rust::Slice<const double> points);
+    // Leaves the builder empty.
+    std::unique_ptr<Core> finish();
+
+ private:
+    Model model_;
+};
+
+std::unique_ptr<Builder> new_builder();
+
+RawEvaluation evaluate_face(const Core& core, std::size_t face, double u, double v);
+RawSide side_of(const Core& core, std::size_t face, double u, double v);
+// For tests: sets the rounding mode of the calling thread to upward (true) or nearest.
+void set_rounding_upward(bool upward);
+
+}  // namespace feeler_oracle

@@ -1,0 +1,119 @@
+#include "core.hpp"
+
+#include <cmath>
+#include <stdexcept>
+#include <string>
+
+namespace feeler_oracle {
+namespace {
+
+[[noreturn]] void refuse(std::size_t face, const std::string& what) {
+    throw std::invalid_argument("face " + std::to_string(face) + ": " + what);
+}
+
+template <class C>
+bool finite(const C& values) {
+    for (double x : values)
+        if (!std::isfinite(x)) return false;
+    return true;
+}
+
+// More than any file holds; keeps the powers in the exact numbers bounded.
+constexpr int kMaxDegree = 64;
+
+void check_knots(std::size_t face, int degree, const std::vector<double>& knots,
+                 std::size_t points) {
+    if (degree < 1 || degree > kMaxDegree) refuse(face, "degree out of range");
+    if (points < std::size_t(degree) + 1 || knots.size() != points + degree + 1)
+        refuse(face, "the number of knots does not fit the control points");
+    if (!finite(knots)) refuse(face, "a knot is not finite");
+    for (std::size_t i = 0; i + 1 < knots.size(); ++i)
+        if (knots[i + 1] < knots[i]) refuse(face, "knots decrease");
+    const double start = knots[degree], end = knots[points];
+    if (!(start < end)) refuse(face, "empty domain of a knot vector");
+    for (std::size_t i = 0; i + degree < knots.size(); ++i)
+        if (knots[i] == knots[i + degree] && start < knots[i] && knots[i] < end)
+            refuse(face, "an interior knot of multiplicity above the degree");
+}
+
+void check_weights(std::size_t face, const std::vector<double>& points, std::size_t stride) {
+    if (!finite(points)) refuse(face, "a control point is not finite");
+    for (std::size_t i = stride - 1; i < points.size(); i += stride)
+        if (!(points[i] > 0)) refuse(face, "a weight is not positive");
+}
+
+void check_params(std::size_t face, const std::vector<double>& params, std::size_t count) {
+    if (params.size() != count || count < 2) refuse(face, "a curve with too few parameters");
+    if (!finite(params)) refuse(face, "a parameter is not finite");
+    for (std::size_t i = 0; i + 1 < params.size(); ++i)
+        if (!(params[i] < params[i + 1])) refuse(face, "parameters do not increase");
+}
+
+void check_trim(std::size_t face, const TrimCurve& trim) {
+    check_params(face, trim.params, trim.pieces.size() + 1);
+    if (!std::isfinite(trim.start) || !std::isfinite(trim.end) || !(trim.start < trim.end) ||
+        trim.start < trim.params.front() || trim.end > trim.params.back())
+        refuse(face, "a trim's span is not inside its curve");
+    for (const CurvePiece& piece : trim.pieces) {
+        if (const auto* line = std::get_if<Polyline>(&piece)) {
+            if (line->points.size() % 2 || !finite(line->points))
+                refuse(face, "a polyline point is not finite");
+            check_params(face, line->params, line->points.size() / 2);
+        } else {
+            const auto& curve = std::get<NurbsCurve2>(piece);
+            if (curve.points.size() % 3) refuse(face, "control points of the wrong size");
+            check_knots(face, curve.degree, curve.knots, curve.points.size() / 3);
+            check_weights(face, curve.points, 3);
+        }
+    }
+}
+
+void check_surface(std::size_t face, const Surface& surface) {
+    if (const auto* plane = std::get_if<Plane>(&surface)) {
+        if (!finite(plane->origin) || !finite(plane->x) || !finite(plane->y) ||
+            !finite(plane->domain) || !finite(plane->extents))
+            refuse(face, "a plane's number is not finite");
+        for (const auto* r : {&plane->domain, &plane->extents})
+            if (!((*r)[0] < (*r)[1]) || !((*r)[2] < (*r)[3]))
+                refuse(face, "a plane's domain or extent is empty");
+        return;
+    }
+    const auto& s = std::get<NurbsSurface>(surface);
+    if (s.degree_u < 1 || s.degree_v < 1 || s.count_u() < 2 || s.count_v() < 2)
+        refuse(face, "too few control points");
+    check_knots(face, s.degree_u, s.knots_u, std::size_t(s.count_u()));
+    check_knots(face, s.degree_v, s.knots_v, std::size_t(s.count_v()));
+    if (s.net.size() != 4 * std::size_t(s.count_u()) * std::size_t(s.count_v()))
+        refuse(face, "the number of control points does not fit the knots");
+    check_weights(face, s.net, 4);
+}
+
+}  // namespace
+
+void validate(const Model& model) {
+    for (std::size_t i = 0; i < model.faces.size(); ++i) {
+        const Face& face = model.faces[i];
+        if (face.brep < 0 || std::size_t(face.brep) >= model.closed.size())
+            refuse(i, "belongs to no BREP");
+        check_surface(i, face.surface);
+        if (!face.loops) continue;
+        for (const Loop& loop : *face.loops)
+            for (const TrimCurve& trim : loop.trims) check_trim(i, trim);
+    }
+}
+
+Core::Core(Model model) : model_(std::move(model)), faces_(model_.faces.size()) {
+    validate(model_);
+}
+
+const PreparedFace& Core::face(std::size_t index) const {
+    auto& slot = faces_.at(index);
+    if (!slot) {
+        const Face& face = model_.faces[index];
+        slot = std::make_unique<PreparedFace>(
+            PreparedFace{&face, Region(face), bezier_patches(face.surface)});
+    }
+    return *slot;
+}
+
+}  // namespace feeler_oracle

@@ -1,0 +1,104 @@
+//! Compiles the C++ of the oracle, if the feature `cgal` asks for it.
+
+#[cfg(feature = "cgal")]
+fn main() {
+    use std::path::{Path, PathBuf};
+
+    let here = PathBuf::from(std::env::var("CARGO_MANIFEST_DIR").unwrap_or_default());
+    let cpp = here.join("../../cpp");
+    println!("cargo::rerun-if-changed={}", cpp.display());
+    println!("cargo::rerun-if-changed=src/bridge.rs");
+    println!("cargo::rerun-if-env-changed=CXX");
+
+    let mut sources: Vec<PathBuf> = match std::fs::read_dir(&cpp) {
+        Ok(entries) => entries
+            .filter_map(|e| e.ok().map(|e| e.path()))
+            .filter(|p| p.extension().is_some_and(|e| e == "cpp"))
+            .collect(),
+        Err(e) => fail(&format!("cannot read {}: {e}", cpp.display())),
+    };
+    // The order of a directory differs from machine to machine.
+    sources.sort();
+
+    probe(&cpp);
+
+    let mut build = cxx_build::bridge("src/bridge.rs");
+    build
+        .files(&sources)
+        .include(&cpp)
+        .std("c++17")
+        .opt_level(2)
+        .debug(false)
+        // Interval arithmetic changes the rounding mode.
+        .flag_if_supported("-frounding-math")
+        // The algebraic kernel over Gmpz needs MPFI.
+        .define("CGAL_USE_MPFI", "1")
+        // Only CGAL's LGPL parts may get in: its GPL headers fail to compile with this.
+        .define("CGAL_LICENSE_ERROR", "1")
+        .warnings(true)
+        .extra_warnings(true);
+    if let Err(e) = build.try_compile("feeler_oracle_cpp") {
+        fail(&format!("the oracle's C++ does not compile:\n{e}"));
+    }
+    // In this order: MPFI uses MPFR, which uses GMP.
+    for library in ["mpfi", "mpfr", "gmp"] {
+        println!("cargo::rustc-link-lib={library}");
+    }
+
+    /// Ends the build with what to install unless every header is found.
+    fn probe(cpp: &Path) {
+        const NEEDED: [(&str, &str); 5] = [
+            ("CGAL/version.h", "libcgal-dev"),
+            ("gmp.h", "libgmp-dev"),
+            ("mpfr.h", "libmpfr-dev"),
+            ("mpfi.h", "libmpfi-dev"),
+            ("boost/version.hpp", "libboost-dev"),
+        ];
+        let missing: Vec<&str> = NEEDED
+            .iter()
+            .filter(|(header, _)| {
+                let mut check = cc::Build::new();
+                check.cpp(true).include(cpp).cargo_metadata(false);
+                !found(&check, header)
+            })
+            .map(|(_, package)| *package)
+            .collect();
+        if !missing.is_empty() {
+            fail(&format!(
+                "the feature `cgal` needs {}.\n\
+                 Tested with Debian 12 (CGAL 5.5.1). Install with:\n    \
+                 apt-get install {}\n\
+                 or build without the feature.",
+                missing.join(", "),
+                NEEDED.map(|(_, package)| package).join(" ")
+            ));
+        }
+    }
+
+    /// Whether the compiler in use finds a header.
+    fn found(build: &cc::Build, header: &str) -> bool {
+        let out = PathBuf::from(std::env::var("OUT_DIR").unwrap_or_default());
+        let file = out.join("probe.cpp");
+        // gmp.h and friends need size_t and FILE first.
+        let text = format!("#include <cstddef>\n#include <cstdio>\n#include <{header}>\n");
+        if let Err(e) = std::fs::write(&file, text) {
+            fail(&format!("cannot write {}: {e}", file.display()));
+        }
+        let mut command = match build.try_get_compiler() {
+            Ok(compiler) => compiler.to_command(),
+            Err(e) => fail(&format!("no C++ compiler: {e}")),
+        };
+        match command.arg("-E").arg(&file).output() {
+            Ok(output) => output.status.success(),
+            Err(e) => fail(&format!("the C++ compiler does not run: {e}")),
+        }
+    }
+
+    fn fail(message: &str) -> ! {
+        eprintln!("{message}");
+        std::process::exit(1)
+    }
+}
+
+#[cfg(not(feature = "cgal"))]
+fn main() {}

@@ -1,0 +1,74 @@
+//! The calls into C++; see `cpp/bridge.hpp` for what each does.
+#![allow(
+    unsafe_code,
+    missing_docs,
+    unreachable_pub,
+    reason = "cxx generates the calls"
+)]
+
+#[cxx::bridge(namespace = "feeler_oracle")]
+pub(crate) mod ffi {
+    /// `mantissa * 2^exponent`, the mantissa in hexadecimal.
+    struct RawDyadic {
+        mantissa: String,
+        exponent: i64,
+    }
+
+    struct RawEnclosure {
+        lo: RawDyadic,
+        hi: RawDyadic,
+    }
+
+    /// Point, derivative along u, derivative along v: nine numbers.
+    struct RawEvaluation {
+        numbers: Vec<RawEnclosure>,
+    }
+
+    /// 0 inside, 1 outside, 2 boundary.
+    struct RawSide {
+        side: u8,
+        in_gap: bool,
+    }
+
+    unsafe extern "C++" {
+        include!("bridge.hpp");
+
+        type Builder;
+        type Core;
+
+        fn new_builder() -> UniquePtr<Builder>;
+        fn add_brep(self: Pin<&mut Builder>, closed: bool, edges: usize) -> Result<()>;
+        fn add_nurbs_face(
+            self: Pin<&mut Builder>,
+            reversed: bool,
+            degree_u: usize,
+            degree_v: usize,
+            knots_u: &[f64],
+            knots_v: &[f64],
+            net: &[f64],
+        ) -> Result<()>;
+        fn add_plane_face(self: Pin<&mut Builder>, reversed: bool, numbers: &[f64]) -> Result<()>;
+        fn set_trimmed(self: Pin<&mut Builder>) -> Result<()>;
+        fn add_loop(self: Pin<&mut Builder>) -> Result<()>;
+        fn add_trim(
+            self: Pin<&mut Builder>,
+            start: f64,
+            end: f64,
+            reversed: bool,
+            edge: i64,
+            params: &[f64],
+        ) -> Result<()>;
+        fn add_polyline(self: Pin<&mut Builder>, points: &[f64], params: &[f64]) -> Result<()>;
+        fn add_nurbs_curve(
+            self: Pin<&mut Builder>,
+            degree: usize,
+            knots: &[f64],
+            points: &[f64],
+        ) -> Result<()>;
+        fn finish(self: Pin<&mut Builder>) -> Result<UniquePtr<Core>>;
+
+        fn evaluate_face(core: &Core, face: usize, u: f64, v: f64) -> Result<RawEvaluation>;
+        fn side_of(core: &Core, face: usize, u: f64, v: f64) -> Result<RawSide>;
+        fn set_rounding_upward(upward: bool);
+    }
+}

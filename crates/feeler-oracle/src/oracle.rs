@@ -1,0 +1,118 @@
+//! The oracle itself: safe calls into C++.
+
+use crate::bridge::ffi;
+use crate::convert;
+use crate::truth::{Evaluation, OracleError, SideTruth, TruthEnclosure};
+use dashu_int::IBig;
+use feeler::brep::Brep;
+use feeler::numeric::Dyadic;
+use feeler::trim::Side;
+
+/// Exact truth about BREPs. Faces are numbered through all of them in order.
+///
+/// Neither `Send` nor `Sync`; make one a thread.
+pub struct Oracle {
+    core: cxx::UniquePtr<ffi::Core>,
+    faces: usize,
+}
+
+/// For tests of the containment: sets this thread's rounding mode, upward or to nearest.
+#[doc(hidden)]
+pub fn set_rounding_upward(upward: bool) {
+    ffi::set_rounding_upward(upward);
+}
+
+impl std::fmt::Debug for Oracle {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Oracle")
+            .field("faces", &self.faces)
+            .finish_non_exhaustive()
+    }
+}
+
+pub(crate) fn dyadic(raw: &ffi::RawDyadic) -> Result<Dyadic, OracleError> {
+    IBig::from_str_radix(&raw.mantissa, 16)
+        .map(|m| Dyadic::new(m, raw.exponent))
+        .map_err(|_| OracleError::Defect("a mantissa that is no hexadecimal number"))
+}
+
+pub(crate) fn enclosure(raw: &ffi::RawEnclosure) -> Result<TruthEnclosure, OracleError> {
+    let (lo, hi) = (dyadic(&raw.lo)?, dyadic(&raw.hi)?);
+    if lo > hi {
+        return Err(OracleError::Defect("an enclosure that is reversed"));
+    }
+    Ok(TruthEnclosure { lo, hi })
+}
+
+impl Oracle {
+    /// Takes the raw control data and topology of the BREPs; regions and patches are made when
+    /// a query first needs them.
+    ///
+    /// # Errors
+    /// [`OracleError::Unsupported`] names the face and the type of what is not a NURBS or plane
+    /// (surfaces), or not a line, polyline, NURBS or poly-curve of these (trim curves).
+    pub fn new(breps: &[&Brep]) -> Result<Self, OracleError> {
+        let (core, faces) = convert::core(breps)?;
+        Ok(Self { core, faces })
+    }
+
+    /// How many faces all BREPs have together.
+    pub fn faces(&self) -> usize {
+        self.faces
+    }
+
+    pub(crate) fn check_face(&self, face: usize) -> Result<(), OracleError> {
+        if face < self.faces {
+            Ok(())
+        } else {
+            Err(OracleError::NoFace {
+                face,
+                count: self.faces,
+            })
+        }
+    }
+
+    /// The point of a face's surface at `uv` and its first derivatives: exact rationals, rounded
+    /// outward to 192 bits. About 0.2 ms.
+    ///
+    /// # Errors
+    /// `uv` must be finite and in the surface's domain.
+    pub fn evaluate(&self, face: usize, uv: [f64; 2]) -> Result<Evaluation, OracleError> {
+        self.check_face(face)?;
+        let raw = ffi::evaluate_face(&self.core, face, uv[0], uv[1])?;
+        let numbers = raw
+            .numbers
+            .iter()
+            .map(enclosure)
+            .collect::<Result<Vec<_>, _>>()?;
+        let numbers: [TruthEnclosure; 9] = numbers
+            .try_into()
+            .map_err(|_| OracleError::Defect("an evaluation has nine numbers"))?;
+        let [x, y, z, ux, uy, uz, vx, vy, vz] = numbers;
+        Ok(Evaluation {
+            point: [x, y, z],
+            du: [ux, uy, uz],
+            dv: [vx, vy, vz],
+        })
+    }
+
+    /// The side of a point of a face's parameter space, exactly: parity of the loops, each joined
+    /// by straight segments where end points differ, cut with the surface's domain. 10 to 500 us.
+    ///
+    /// # Errors
+    /// `uv` must be finite.
+    pub fn side(&self, face: usize, uv: [f64; 2]) -> Result<SideTruth, OracleError> {
+        self.check_face(face)?;
+        let raw = ffi::side_of(&self.core, face, uv[0], uv[1])?;
+        let side = match raw.side {
+            0 => Side::Inside,
+            1 => Side::Outside,
+            2 => Side::Boundary,
+            _ => return Err(OracleError::Defect("an unknown side")),
+        };
+        Ok(SideTruth {
+            side,
+            in_gap: raw.in_gap,
+        })
+    }
+}

@@ -1,0 +1,34 @@
+//! The oracle of a build without the feature `cgal`: it cannot be made.
+
+use crate::truth::{Evaluation, OracleError, SideTruth};
+use feeler::brep::Brep;
+use std::convert::Infallible;
+
+/// Exact truth about BREPs; this build has none, and [`Oracle::new`] says so.
+#[derive(Debug)]
+pub struct Oracle {
+    never: Infallible,
+}
+
+impl Oracle {
+    /// # Errors
+    /// Always [`OracleError::NotBuilt`].
+    pub fn new(_breps: &[&Brep]) -> Result<Self, OracleError> {
+        Err(OracleError::NotBuilt)
+    }
+
+    /// How many faces all BREPs have together.
+    pub fn faces(&self) -> usize {
+        match self.never {}
+    }
+
+    /// The point of a face's surface at `uv` and its first derivatives.
+    pub fn evaluate(&self, _face: usize, _uv: [f64; 2]) -> Result<Evaluation, OracleError> {
+        match self.never {}
+    }
+
+    /// The side of a point of a face's parameter space.
+    pub fn side(&self, _face: usize, _uv: [f64; 2]) -> Result<SideTruth, OracleError> {
+        match self.never {}
+    }
+}
