@@ -1,6 +1,7 @@
 //! Numbers that know how wrong they can be.
 
 mod ball;
+pub mod bernstein;
 mod dd;
 mod dyadic;
 mod enclosure;

@@ -1,21 +1,159 @@
-//! What a scene needs of a BREP: patches, trim indices, boxes.
+//! What a scene needs of a BREP: Bezier patches, boundary pieces, boxes.
+//!
+//! Everything here is made when a query first comes near a face, once in f64 and, where the last
+//! digits are asked for, once in double-double.
+
+mod boundary;
+mod compose;
+mod net;
+mod param;
+mod patch;
+mod spline;
+
+pub use boundary::Piece;
+pub use net::Net;
+pub use param::ParamMap;
+pub use patch::Patch;
+
+pub(crate) use net::{Products, curve_jet};
+pub(crate) use spline::{Homogeneous, Unsupported};
 
 use crate::brep::Brep;
+use crate::numeric::{Dd, Real};
+use crate::trim::TrimRegion;
+use boundary::Cut;
+use std::sync::OnceLock;
+
+/// A box in space: ranges of x, y, z, rounded outward.
+pub(crate) type Box3 = [[f64; 2]; 3];
+
+/// The patches and boundary of one face in one arithmetic.
+#[derive(Debug)]
+pub(crate) struct FaceGeometry<T> {
+    pub(crate) patches: Vec<Patch<T>>,
+    pub(crate) pieces: Vec<Piece<T>>,
+    /// Boxes in space, by index; `None` where a weight is not proven to be positive.
+    pub(crate) patch_boxes: Vec<Option<Box3>>,
+    pub(crate) piece_boxes: Vec<Option<Box3>>,
+    patch_products: Vec<OnceLock<Products<T>>>,
+    piece_products: Vec<OnceLock<Products<T>>>,
+}
+
+impl<T: Real> FaceGeometry<T> {
+    fn new(
+        brep: &Brep,
+        face: usize,
+        patches: Vec<Patch<T>>,
+        cuts: &[Cut],
+    ) -> Result<Self, Unsupported> {
+        let pieces = boundary::boundary_pieces(brep, face, &patches, cuts)?;
+        Ok(Self {
+            patch_boxes: patches.iter().map(|p| p.net.bounding_box()).collect(),
+            piece_boxes: pieces
+                .iter()
+                .map(|p| p.space.as_ref().and_then(Net::bounding_box))
+                .collect(),
+            patch_products: patches.iter().map(|_| OnceLock::new()).collect(),
+            piece_products: pieces.iter().map(|_| OnceLock::new()).collect(),
+            patches,
+            pieces,
+        })
+    }
+
+    pub(crate) fn patch_products(&self, index: usize) -> &Products<T> {
+        self.patch_products[index].get_or_init(|| self.patches[index].net.products())
+    }
+
+    /// `None` where the piece's degree is too high to be composed.
+    pub(crate) fn piece_products(&self, index: usize) -> Option<&Products<T>> {
+        let space = self.pieces[index].space.as_ref()?;
+        Some(self.piece_products[index].get_or_init(|| space.products()))
+    }
+}
+
+/// What is kept of one face.
+#[derive(Debug)]
+struct PreparedFace {
+    bounding_box: Option<Box3>,
+    region: OnceLock<TrimRegion>,
+    cuts: OnceLock<Vec<Cut>>,
+    double: OnceLock<Result<FaceGeometry<f64>, Unsupported>>,
+    double_double: OnceLock<Result<FaceGeometry<Dd>, Unsupported>>,
+}
 
 /// A BREP made ready for queries: immutable and `Sync`.
 #[derive(Debug)]
 pub struct PreparedBrep {
     brep: Brep,
+    faces: Vec<PreparedFace>,
+    size: f64,
 }
 
 impl PreparedBrep {
-    /// Prepares a BREP.
+    /// Prepares a BREP. Cheap: the work is done when a query first comes near a face.
     pub fn new(brep: Brep) -> Self {
-        Self { brep }
+        let faces: Vec<_> = (0..brep.faces().len())
+            .map(|face| PreparedFace {
+                bounding_box: patch::surface_box(brep.surface(face)),
+                region: OnceLock::new(),
+                cuts: OnceLock::new(),
+                double: OnceLock::new(),
+                double_double: OnceLock::new(),
+            })
+            .collect();
+        let mut size: f64 = 0.0;
+        for c in 0..3 {
+            let boxes = faces.iter().filter_map(|f| f.bounding_box);
+            let range = boxes.fold([f64::INFINITY, f64::NEG_INFINITY], |r, b| {
+                [r[0].min(b[c][0]), r[1].max(b[c][1])]
+            });
+            size = size.max(range[1] - range[0]);
+        }
+        Self { brep, faces, size }
     }
 
     /// The BREP as it was given.
     pub fn brep(&self) -> &Brep {
         &self.brep
+    }
+
+    /// The model's size: the longest side of the box of its surfaces' control points, in
+    /// model units.
+    pub fn size(&self) -> f64 {
+        self.size
+    }
+
+    /// A box around the face's surface; `None` where none is known.
+    pub(crate) fn face_box(&self, face: usize) -> Option<&Box3> {
+        self.faces[face].bounding_box.as_ref()
+    }
+
+    /// The trimmed region of a face.
+    pub(crate) fn region(&self, face: usize) -> &TrimRegion {
+        let slot = &self.faces[face].region;
+        slot.get_or_init(|| TrimRegion::new(&self.brep, face))
+    }
+
+    pub(crate) fn double(&self, face: usize) -> Result<&FaceGeometry<f64>, Unsupported> {
+        let make = || {
+            let patches = patch::surface_patches(self.brep.surface(face))?;
+            let cuts = boundary::cut_boundary(&self.brep, face, &patches)?;
+            let cuts = self.faces[face].cuts.get_or_init(|| cuts);
+            FaceGeometry::new(&self.brep, face, patches, cuts)
+        };
+        let slot = &self.faces[face].double;
+        slot.get_or_init(make).as_ref().map_err(|e| *e)
+    }
+
+    /// The same patches and pieces as [`double`](Self::double), by index.
+    pub(crate) fn double_double(&self, face: usize) -> Result<&FaceGeometry<Dd>, Unsupported> {
+        self.double(face)?;
+        let make = || {
+            let patches = patch::surface_patches(self.brep.surface(face))?;
+            let cuts = self.faces[face].cuts.get().ok_or(Unsupported)?;
+            FaceGeometry::new(&self.brep, face, patches, cuts)
+        };
+        let slot = &self.faces[face].double_double;
+        slot.get_or_init(make).as_ref().map_err(|e| *e)
     }
 }

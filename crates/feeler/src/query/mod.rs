@@ -1,37 +1,25 @@
 //! Queries and their answers.
 
 mod answer;
+mod contact;
+mod leaf;
+mod node;
+mod objective;
+mod search;
 
 pub use answer::{
     Accuracy, Contact, ContactAnswer, Contacts, Feature, HalfSpace, Hit, LineAnswer, LineKind,
     LineProbe, Options, Probe, ProbeError, Separation, SideAnswer, Sphere, Undecided,
 };
 
-use crate::numeric::Enclosure;
+pub use contact::contact;
+
 use crate::prepare::PreparedBrep;
 use nalgebra::{Point2, Point3, Vector3};
 
 /// Memory that queries reuse; owned by the caller, one a thread.
 #[derive(Debug, Default)]
 pub struct Workspace {}
-
-/// The separation and contacts of a sphere or half-space.
-pub fn contact(
-    _brep: &PreparedBrep,
-    _probe: &Probe,
-    _options: &Options,
-    _workspace: &mut Workspace,
-) -> ContactAnswer {
-    ContactAnswer {
-        separation: Separation {
-            value: 0.0,
-            bounds: Enclosure::UNKNOWN,
-        },
-        continuum: false,
-        contacts: Vec::new(),
-        undecided: Some(Undecided::Budget),
-    }
-}
 
 /// All hits of a line.
 pub fn line(

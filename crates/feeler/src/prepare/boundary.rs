@@ -1,0 +1,315 @@
+//! The boundary of a face in space: trim curves and the segments that join them, cut at the
+//! patches of the surface and lifted onto them.
+
+use super::compose::compose;
+use super::spline::{Unsupported, curve_pieces};
+use super::{Homogeneous, Net, ParamMap, Patch};
+use crate::brep::{Brep, TrimCurve};
+use crate::numeric::bernstein::Bidegree;
+use crate::numeric::{Ball, Dd, Real};
+use crate::nurbs::Curve2;
+use nalgebra::Point2;
+
+/// A piece of the boundary over one patch.
+///
+/// The composed curve may reach past the patch's border by [`BORDER_SLACK`]: there it is a point of the
+/// patch's polynomial extension, not of the surface. A minimum over it is thus a minimum over a
+/// superset: good for lower bounds; upper bounds must check that the point is on the patch.
+#[derive(Clone, Debug)]
+pub struct Piece<T> {
+    /// The trim, or `None` for a segment that joins two trims.
+    pub trim: Option<usize>,
+    /// Index of the patch.
+    pub patch: usize,
+    /// The curve in the patch's local square, homogeneous `(s w, t w, w)`.
+    pub local: Vec<Homogeneous<T, 3>>,
+    /// The curve in space; `None` where its degree is too high to be composed.
+    pub space: Option<Net<T>>,
+}
+
+/// How far a piece may reach past its patch, in units of the patch's width.
+const BORDER_SLACK: f64 = 1.0 / (1u64 << 44) as f64;
+/// How often a curve may be halved to find where it crosses from patch to patch.
+const MAX_DEPTH: u32 = 48;
+/// How many pieces one curve may be cut into before the rest is kept uncut.
+const MAX_PIECES: usize = 20_000;
+
+/// A uv Bezier curve, in the order of its loop.
+struct UvCurve<T> {
+    trim: Option<usize>,
+    points: Vec<Homogeneous<T, 3>>,
+}
+
+/// The trim's Bezier pieces in uv, in the trim's own direction.
+fn trim_pieces<T: Real>(
+    brep: &Brep,
+    t: &TrimCurve,
+) -> Result<Vec<Vec<Homogeneous<T, 3>>>, Unsupported> {
+    let mut pieces = Vec::new();
+    let curve = &brep.parts().curves2[t.curve];
+    curve_pieces(curve, t.span.start, t.span.end, &mut pieces)?;
+    let mut pieces: Vec<_> = pieces.into_iter().map(|p| p.points).collect();
+    if t.reversed {
+        pieces.reverse();
+        for p in &mut pieces {
+            p.reverse();
+        }
+    }
+    Ok(pieces)
+}
+
+/// The quotient of a homogeneous end point.
+fn end_point<T: Real>(p: &Homogeneous<T, 3>) -> Homogeneous<T, 3> {
+    [p[0] / p[2], p[1] / p[2], Ball::ONE]
+}
+
+/// The exact homogeneous point at the start or the end of the curve's domain, where it is a stored
+/// number.
+fn stored_end(curve: &Curve2, start: bool) -> Option<[f64; 3]> {
+    let point = |p: &Point2<f64>| Some([p.x, p.y, 1.0]);
+    match curve {
+        Curve2::Line(c) => point(if start { &c.from } else { &c.to }),
+        Curve2::Polyline(c) => point(if start {
+            c.points().first()?
+        } else {
+            c.points().last()?
+        }),
+        Curve2::Nurbs(c) => {
+            let knots = c.knots().knots();
+            let p = c.degree();
+            let n = knots.len();
+            let (clamped, point) = if start {
+                (knots[1] == knots[p], c.control_points().first()?)
+            } else {
+                (knots[n - 2] == knots[n - 1 - p], c.control_points().last()?)
+            };
+            clamped.then(|| [point[0], point[1], point[2]])
+        }
+        // Segments are never poly-curves themselves: this goes one level deep.
+        Curve2::Poly(c) => stored_end(
+            if start {
+                c.segments().first()?
+            } else {
+                c.segments().last()?
+            },
+            start,
+        ),
+        Curve2::Arc(_) => None,
+    }
+}
+
+/// The same for a trim, in its own direction.
+fn stored_trim_end(brep: &Brep, t: &TrimCurve, start: bool) -> Option<[f64; 3]> {
+    let curve = &brep.parts().curves2[t.curve];
+    let at_start = start != t.reversed;
+    let domain = curve.domain();
+    let whole = if at_start {
+        t.span.start == domain.start
+    } else {
+        t.span.end == domain.end
+    };
+    whole.then(|| stored_end(curve, at_start)).flatten()
+}
+
+/// Whether trim `a` is proven to end exactly where trim `b` starts.
+fn meet(brep: &Brep, a: &TrimCurve, b: &TrimCurve) -> bool {
+    let (Some(a), Some(b)) = (
+        stored_trim_end(brep, a, false),
+        stored_trim_end(brep, b, true),
+    ) else {
+        return false;
+    };
+    // x / w = x' / w' as exact products.
+    (0..2).all(|c| Dd::product(a[c], b[2]) == Dd::product(b[c], a[2]))
+}
+
+/// All curves that bound the region of face `face`, in uv.
+fn uv_curves<T: Real>(brep: &Brep, face: usize) -> Result<Vec<UvCurve<T>>, Unsupported> {
+    let parts = brep.parts();
+    let mut out = Vec::new();
+    for &l in parts.faces[face].loops.iter().flatten() {
+        let trims = &parts.loops[l].trims;
+        let mut ends = Vec::with_capacity(trims.len());
+        for &t in trims {
+            let pieces = trim_pieces(brep, &parts.trims[t])?;
+            if let (Some(first), Some(last)) = (pieces.first(), pieces.last()) {
+                ends.push((t, first[0], last[last.len() - 1]));
+            }
+            out.extend(pieces.into_iter().map(|points| UvCurve {
+                trim: Some(t),
+                points,
+            }));
+        }
+        for (i, (t, _, end)) in ends.iter().enumerate() {
+            let (next, start, _) = &ends[(i + 1) % ends.len()];
+            if !meet(brep, &parts.trims[*t], &parts.trims[*next]) {
+                out.push(UvCurve {
+                    trim: None,
+                    points: vec![end_point(end), end_point(start)],
+                });
+            }
+        }
+    }
+    Ok(out)
+}
+
+/// The control points of a Bezier curve over `[a, b]`.
+fn restrict<T: Real, const H: usize>(
+    points: &[Homogeneous<T, H>],
+    a: f64,
+    b: f64,
+) -> Vec<Homogeneous<T, H>> {
+    let p = points.len() - 1;
+    if a == 0.0 && b == 1.0 {
+        return points.to_vec();
+    }
+    (0..=p)
+        .map(|k| {
+            let mut d = points.to_vec();
+            for r in 0..p {
+                let x = Ball::exact(if r < p - k { a } else { b });
+                let y = Ball::ONE - x;
+                for i in 0..p - r {
+                    for c in 0..H {
+                        d[i][c] = y * d[i][c] + x * d[i + 1][c];
+                    }
+                }
+            }
+            d[0]
+        })
+        .collect()
+}
+
+/// The range of a coordinate over a curve, by its control points; not proven: it decides where
+/// to cut, and [`BORDER_SLACK`] makes up for the rounding.
+fn hull<T: Real>(points: &[Homogeneous<T, 3>], c: usize) -> [f64; 2] {
+    points
+        .iter()
+        .fold([f64::INFINITY, f64::NEG_INFINITY], |r, p| {
+            let x = p[c].mid.approximate() / p[2].mid.approximate();
+            [r[0].min(x), r[1].max(x)]
+        })
+}
+
+/// The indices of the spans that `range` meets, and whether it stays within one of them up to the slack.
+fn spans(maps: &[ParamMap], range: [f64; 2]) -> (std::ops::Range<usize>, bool) {
+    let slack = |m: &ParamMap| {
+        BORDER_SLACK * (m.end - m.start) + 8.0 * f64::EPSILON * m.start.abs().max(m.end.abs())
+    };
+    let meets = |m: &ParamMap| range[1] >= m.start - slack(m) && range[0] <= m.end + slack(m);
+    let first = maps.iter().position(meets).unwrap_or(0);
+    let last = maps.iter().rposition(meets).map_or(0, |i| i + 1);
+    let within = |m: &ParamMap| range[0] >= m.start - slack(m) && range[1] <= m.end + slack(m);
+    // A curve that runs along a border belongs to the patches of both sides.
+    (
+        first..last.max(first),
+        maps[first..last.max(first)].iter().all(within),
+    )
+}
+
+/// Which part of which boundary curve lies over which patch.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Cut {
+    curve: usize,
+    from: f64,
+    to: f64,
+    patch: usize,
+}
+
+/// Cuts the boundary of face `face` at the patches, which stand in a grid.
+pub(crate) fn cut_boundary(
+    brep: &Brep,
+    face: usize,
+    patches: &[Patch<f64>],
+) -> Result<Vec<Cut>, Unsupported> {
+    let Some(first) = patches.first() else {
+        return Ok(Vec::new());
+    };
+    let count_v = patches
+        .iter()
+        .take_while(|p| p.maps[0] == first.maps[0])
+        .count();
+    let maps_u: Vec<_> = patches.iter().step_by(count_v).map(|p| p.maps[0]).collect();
+    let maps_v: Vec<_> = patches[..count_v].iter().map(|p| p.maps[1]).collect();
+    let mut out = Vec::new();
+    for (index, curve) in uv_curves::<f64>(brep, face)?.iter().enumerate() {
+        let before = out.len();
+        let mut stack = vec![(0.0, 1.0, 0)];
+        while let Some((from, to, depth)) = stack.pop() {
+            let part = restrict(&curve.points, from, to);
+            let (us, in_u) = spans(&maps_u, hull(&part, 0));
+            let (vs, in_v) = spans(&maps_v, hull(&part, 1));
+            if us.is_empty() || vs.is_empty() {
+                continue; // Outside the domain: not in the region.
+            }
+            let settled = in_u && in_v;
+            if !settled && depth < MAX_DEPTH && out.len() - before < MAX_PIECES {
+                let middle = 0.5 * (from + to);
+                stack.push((middle, to, depth + 1));
+                stack.push((from, middle, depth + 1));
+                continue;
+            }
+            for iu in us {
+                for iv in vs.clone() {
+                    out.push(Cut {
+                        curve: index,
+                        from,
+                        to,
+                        patch: iu * count_v + iv,
+                    });
+                }
+            }
+        }
+    }
+    Ok(out)
+}
+
+/// The pieces of the boundary that `cuts` describes.
+pub(crate) fn boundary_pieces<T: Real>(
+    brep: &Brep,
+    face: usize,
+    patches: &[Patch<T>],
+    cuts: &[Cut],
+) -> Result<Vec<Piece<T>>, Unsupported> {
+    let curves = uv_curves::<T>(brep, face)?;
+    Ok(cuts
+        .iter()
+        .map(|cut| {
+            let curve = &curves[cut.curve];
+            let part = restrict(&curve.points, cut.from, cut.to);
+            lift(curve, &part, cut.patch, &patches[cut.patch])
+        })
+        .collect())
+}
+
+fn lift<T: Real>(
+    curve: &UvCurve<T>,
+    part: &[Homogeneous<T, 3>],
+    patch: usize,
+    surface: &Patch<T>,
+) -> Piece<T> {
+    let local: Vec<Homogeneous<T, 3>> = part
+        .iter()
+        .map(|p| {
+            let to_local = |c: usize| {
+                let m = &surface.maps[c];
+                (p[c] - p[2] * Ball::exact(m.start)) / Ball::difference(m.end, m.start)
+            };
+            [to_local(0), to_local(1), p[2]]
+        })
+        .collect();
+    let space = compose(&surface.net, &local).map(|points| Net {
+        degree: Bidegree {
+            u: points.len() - 1,
+            v: 0,
+        },
+        points,
+        origin: surface.net.origin,
+    });
+    Piece {
+        trim: curve.trim,
+        patch,
+        local,
+        space,
+    }
+}

@@ -1,0 +1,185 @@
+//! Homogeneous nets and the products that a distance needs of them.
+
+use super::Homogeneous;
+use crate::numeric::bernstein::{Bidegree, largest, product, product_units};
+use crate::numeric::{Ball, Real};
+
+/// `origin + X / w`, a patch (or, with `degree.v = 0`, a curve) in space.
+#[derive(Clone, Debug)]
+pub struct Net<T> {
+    /// Degrees.
+    pub degree: Bidegree,
+    /// Homogeneous points `(X, w)` relative to the origin, `(i, j)` at `i * (degree.v + 1) + j`.
+    pub points: Vec<Homogeneous<T, 4>>,
+    /// Where the net's zero is.
+    pub origin: [f64; 3],
+}
+
+/// Plain coefficients with one bound for all of them, and their largest magnitude.
+#[derive(Clone, Debug)]
+pub(crate) struct Coefficients<T> {
+    pub(crate) values: Vec<T>,
+    pub(crate) error: f64,
+    pub(crate) largest: f64,
+}
+
+impl<T: Real> Coefficients<T> {
+    fn new(values: Vec<T>, error: f64) -> Self {
+        let largest = largest(&values);
+        Self {
+            values,
+            error,
+            largest,
+        }
+    }
+}
+
+/// The parts of `N = |X - q w|^2 = a - 2 q.b + |q|^2 c`, linear in `(1, q, |q|^2)`.
+#[derive(Clone, Debug)]
+pub(crate) struct Products<T> {
+    pub(crate) degree: Bidegree,
+    /// `|X|^2`.
+    pub(crate) a: Coefficients<T>,
+    /// `X w`, each coordinate.
+    pub(crate) b: [Coefficients<T>; 3],
+    /// `w^2`.
+    pub(crate) c: Coefficients<T>,
+}
+
+impl<T: Real> Net<T> {
+    /// One coordinate of all points.
+    pub(crate) fn coordinate(&self, c: usize) -> Coefficients<T> {
+        let error = self.points.iter().fold(0.0, |m: f64, p| m.max(p[c].rad));
+        Coefficients::new(self.points.iter().map(|p| p[c].mid).collect(), error)
+    }
+
+    /// The products; see [`product_units`] for the bound.
+    pub(crate) fn products(&self) -> Products<T> {
+        let x: [_; 3] = std::array::from_fn(|c| self.coordinate(c));
+        let w = self.coordinate(3);
+        let units = product_units(self.degree, self.degree) * T::UNIT;
+        let times = |f: &Coefficients<T>, g: &Coefficients<T>| {
+            let inherited = f.largest * g.error + g.largest * f.error + f.error * g.error;
+            let error = inherited + units * f.largest * g.largest;
+            let values = product(&f.values, self.degree, &g.values, self.degree);
+            // A few roundings of the bound itself.
+            Coefficients::new(values, error * (1.0 + 16.0 * f64::EPSILON))
+        };
+        let squares: [_; 3] = std::array::from_fn(|c| times(&x[c], &x[c]));
+        let mut sum = squares[0].values.clone();
+        for s in &squares[1..] {
+            for (a, b) in sum.iter_mut().zip(&s.values) {
+                *a = *a + *b;
+            }
+        }
+        let size: f64 = squares.iter().map(|s| s.largest).sum();
+        let error: f64 = squares.iter().map(|s| s.error).sum();
+        Products {
+            degree: self.degree + self.degree,
+            // Two additions of parts no larger than `size`.
+            a: Coefficients::new(
+                sum,
+                (error + 2.0 * T::UNIT * size) * (1.0 + 16.0 * f64::EPSILON),
+            ),
+            b: std::array::from_fn(|c| times(&x[c], &w)),
+            c: times(&w, &w),
+        }
+    }
+
+    /// The box of the net in space by the convex hull of its control points; `None` where a
+    /// weight is not proven to be positive.
+    pub(crate) fn bounding_box(&self) -> Option<[[f64; 2]; 3]> {
+        let mut out = [[f64::INFINITY, f64::NEG_INFINITY]; 3];
+        for p in &self.points {
+            if !p[3].is_above(0.0) {
+                return None;
+            }
+            for (c, range) in out.iter_mut().enumerate() {
+                let x = p[c] / p[3] + Ball::exact(self.origin[c]);
+                let (low, high) = (x.lower(), x.upper());
+                if !(low.is_finite() && high.is_finite()) {
+                    return None;
+                }
+                *range = [range[0].min(low), range[1].max(high)];
+            }
+        }
+        Some(out)
+    }
+
+    /// Moves the zero of `points` (given relative to the zero of space) to the middle of
+    /// their box.
+    pub(crate) fn centered(degree: Bidegree, mut points: Vec<Homogeneous<T, 4>>) -> Self {
+        let mut origin = [0.0; 3];
+        for (c, o) in origin.iter_mut().enumerate() {
+            let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
+            for p in &points {
+                let x = p[c].mid.approximate() / p[3].mid.approximate();
+                low = low.min(x);
+                high = high.max(x);
+            }
+            *o = 0.5 * (low + high);
+        }
+        for p in &mut points {
+            for c in 0..3 {
+                p[c] = p[c] - p[3] * Ball::exact(origin[c]);
+            }
+        }
+        Self {
+            degree,
+            points,
+            origin,
+        }
+    }
+
+    /// The homogeneous point and first derivatives (relative to the origin) at local `(s, t)`,
+    /// by de Casteljau; derivatives are with respect to the local parameters.
+    pub(crate) fn jet(&self, s: Ball<T>, t: Ball<T>) -> Jet<T> {
+        let lines: Vec<_> = self
+            .points
+            .chunks_exact(self.degree.v + 1)
+            .map(|r| curve_jet(r, t))
+            .collect();
+        let values: Vec<_> = lines.iter().map(|l| l.0).collect();
+        let slopes: Vec<_> = lines.iter().map(|l| l.1).collect();
+        let (value, along_s) = curve_jet(&values, s);
+        let (along_t, _) = curve_jet(&slopes, s);
+        Jet {
+            value,
+            s: along_s,
+            t: along_t,
+        }
+    }
+}
+
+/// A homogeneous point and its derivatives along s and t.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Jet<T> {
+    pub(crate) value: Homogeneous<T, 4>,
+    pub(crate) s: Homogeneous<T, 4>,
+    pub(crate) t: Homogeneous<T, 4>,
+}
+
+/// Point and derivative of a homogeneous Bezier curve at `t`.
+pub(crate) fn curve_jet<T: Real, const H: usize>(
+    points: &[Homogeneous<T, H>],
+    t: Ball<T>,
+) -> (Homogeneous<T, H>, Homogeneous<T, H>) {
+    let mut d = points.to_vec();
+    let n = d.len();
+    let s = Ball::ONE - t;
+    for k in (2..n).rev() {
+        for i in 0..k {
+            for c in 0..H {
+                d[i][c] = s * d[i][c] + t * d[i + 1][c];
+            }
+        }
+    }
+    if n < 2 {
+        return (d[0], [Ball::ZERO; H]);
+    }
+    let degree = Ball::exact((n - 1) as f64);
+    (
+        std::array::from_fn(|c| s * d[0][c] + t * d[1][c]),
+        std::array::from_fn(|c| degree * (d[1][c] - d[0][c])),
+    )
+}

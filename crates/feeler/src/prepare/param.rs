@@ -1,0 +1,37 @@
+//! How a native parameter runs over a Bezier piece.
+
+use crate::numeric::{Ball, Real};
+
+/// The map between a piece's local parameter in `[0, 1]` and the native one in
+/// `[start, end]`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ParamMap {
+    /// Native parameter at local 0.
+    pub start: f64,
+    /// Native parameter at local 1.
+    pub end: f64,
+}
+
+impl ParamMap {
+    /// The local parameter of a native one: `(t - start) / (end - start)`.
+    pub fn to_local<T: Real>(&self, t: Ball<T>) -> Ball<T> {
+        (t - Ball::exact(self.start)) / Ball::difference(self.end, self.start)
+    }
+
+    /// The native parameter of a local one, rounded, never outside `[start, end]`.
+    pub fn to_native(&self, local: f64) -> f64 {
+        let t = (1.0 - local) * self.start + local * self.end;
+        t.clamp(self.start, self.end)
+    }
+
+    /// A native interval that holds the image of the local `[a, b]`.
+    pub fn to_native_range(&self, a: f64, b: f64) -> [f64; 2] {
+        // Three roundings of numbers no larger than the ends.
+        let slack = 2.0 * f64::EPSILON * self.start.abs().max(self.end.abs());
+        let at = |local: f64| (1.0 - local) * self.start + local * self.end;
+        [
+            if a <= 0.0 { self.start } else { at(a) - slack },
+            if b >= 1.0 { self.end } else { at(b) + slack },
+        ]
+    }
+}

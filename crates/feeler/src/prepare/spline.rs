@@ -1,0 +1,151 @@
+//! Bezier pieces of splines, with bounds.
+
+use super::ParamMap;
+use crate::numeric::{Ball, Interval, Real};
+use crate::nurbs::{Curve, KnotVector};
+use nalgebra::{Point, SVector};
+
+/// A homogeneous point with bounds.
+pub(crate) type Homogeneous<T, const H: usize> = [Ball<T>; H];
+
+/// A rational Bezier curve: homogeneous control points and the native
+/// parameters it covers.
+#[derive(Clone, Debug)]
+pub(crate) struct BezierCurve<T, const H: usize> {
+    pub(crate) points: Vec<Homogeneous<T, H>>,
+    pub(crate) map: ParamMap,
+}
+
+/// The Bezier control points over `[a, b]` within span `index` of the spline with control
+/// points `point(0), point(1), ...`: control point `k` is the blossom at `a` (`p - k` times)
+/// and `b` (`k` times). Source: L. Ramshaw, *Blossoming* (1987); the recursion is de Boor's with a new
+/// argument at each level.
+pub(crate) fn bezier_of_span<T: Real, const H: usize>(
+    knots: &KnotVector,
+    index: usize,
+    a: f64,
+    b: f64,
+    point: impl Fn(usize) -> Homogeneous<T, H>,
+) -> Vec<Homogeneous<T, H>> {
+    let p = knots.degree();
+    let t = knots.knots();
+    (0..=p)
+        .map(|k| {
+            let mut d: Vec<_> = (0..=p).map(|j| point(index - p + j)).collect();
+            for r in 1..=p {
+                let argument = if r <= p - k { a } else { b };
+                for j in (r..=p).rev() {
+                    let (low, high) = (t[index - p + j], t[j + 1 + index - r]);
+                    let width = Ball::<T>::difference(high, low);
+                    let up = Ball::difference(argument, low) / width;
+                    let down = Ball::difference(high, argument) / width;
+                    for c in 0..H {
+                        d[j][c] = down * d[j - 1][c] + up * d[j][c];
+                    }
+                }
+            }
+            d[p]
+        })
+        .collect()
+}
+
+fn homogeneous<T: Real, const D: usize, const H: usize>(p: &Point<f64, D>) -> Homogeneous<T, H> {
+    std::array::from_fn(|c| if c < D { Ball::exact(p[c]) } else { Ball::ONE })
+}
+
+/// The point `from + (to - from) (t - start) / (end - start)`.
+fn on_segment<T: Real, const D: usize, const H: usize>(
+    from: &Point<f64, D>,
+    to: &Point<f64, D>,
+    span: Interval,
+    t: f64,
+) -> Homogeneous<T, H> {
+    if t == span.start {
+        return homogeneous(from);
+    }
+    if t == span.end {
+        return homogeneous(to);
+    }
+    let width = Ball::<T>::difference(span.end, span.start);
+    let s = Ball::difference(t, span.start) / width;
+    let mut out = homogeneous(from);
+    for c in 0..D {
+        out[c] = out[c] + s * Ball::difference(to[c], from[c]);
+    }
+    out
+}
+
+/// Why a curve could not be cut into Bezier pieces.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Unsupported;
+
+/// The Bezier pieces of `curve` over `[from, to]`, in order.
+pub(crate) fn curve_pieces<T: Real, const D: usize, const H: usize>(
+    curve: &Curve<D, H>,
+    from: f64,
+    to: f64,
+    out: &mut Vec<BezierCurve<T, H>>,
+) -> Result<(), Unsupported> {
+    let mut segment = |a: &Point<f64, D>, b: &Point<f64, D>, span: Interval| {
+        let (s, e) = (from.max(span.start), to.min(span.end));
+        if s < e {
+            out.push(BezierCurve {
+                points: vec![on_segment(a, b, span, s), on_segment(a, b, span, e)],
+                map: ParamMap { start: s, end: e },
+            });
+        }
+    };
+    match curve {
+        Curve::Line(c) => segment(&c.from, &c.to, c.domain),
+        Curve::Polyline(c) => {
+            for (p, t) in c.points().windows(2).zip(c.params().windows(2)) {
+                segment(
+                    &p[0],
+                    &p[1],
+                    Interval {
+                        start: t[0],
+                        end: t[1],
+                    },
+                );
+            }
+        }
+        Curve::Nurbs(c) => {
+            let exact = |p: &SVector<f64, H>| std::array::from_fn(|i| Ball::exact(p[i]));
+            for (index, start, end) in c.knots().spans() {
+                let (s, e) = (from.max(start), to.min(end));
+                if s < e {
+                    out.push(BezierCurve {
+                        points: bezier_of_span(c.knots(), index, s, e, |i| {
+                            exact(&c.control_points()[i])
+                        }),
+                        map: ParamMap { start: s, end: e },
+                    });
+                }
+            }
+        }
+        Curve::Poly(c) => {
+            for (piece, t) in c.segments().iter().zip(c.params().windows(2)) {
+                let (s, e) = (from.max(t[0]), to.min(t[1]));
+                if s >= e {
+                    continue;
+                }
+                let own = piece.domain();
+                let at = |x: f64| {
+                    // The poly-curve's own rounding rule: segments are cut at rounded
+                    // parameters, whole segments at their ends.
+                    if x == t[0] {
+                        own.start
+                    } else if x == t[1] {
+                        own.end
+                    } else {
+                        own.lerp((x - t[0]) / (t[1] - t[0]))
+                            .clamp(own.start, own.end)
+                    }
+                };
+                curve_pieces(piece, at(s), at(e), out)?;
+            }
+        }
+        Curve::Arc(_) => return Err(Unsupported),
+    }
+    Ok(())
+}

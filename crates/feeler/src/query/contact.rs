@@ -1,0 +1,455 @@
+//! Contacts of a sphere or a half-space.
+
+use super::answer::{
+    Accuracy, Contact, ContactAnswer, Contacts, Feature, Options, Probe, Separation, Undecided,
+};
+use super::objective::Objective;
+use super::search::{Foot, Goal, Outcome, Settled, Source, Width, minimize};
+use super::{Workspace, inside};
+use crate::numeric::{Ball, Dd, Enclosure, Real};
+use crate::prepare::PreparedBrep;
+use crate::trim::Side;
+use nalgebra::{Point2, Point3, Vector3};
+
+/// The floor of full accuracy, relative to the model's size (module docs of the crate).
+const FULL_FLOOR: f64 = 1.0 / (1u128 << 96) as f64;
+/// The minimum is a continuum when points within max(accuracy, this times the size) of it...
+const CONTINUUM_SLACK: f64 = 1.0 / (1u64 << 44) as f64;
+/// ...reach farther than this times the size from one foot.
+const CONTINUUM_REACH: f64 = 1.0 / (1u64 << 12) as f64;
+/// Feet nearer to each other than this times the size are one contact.
+const SAME_CONTACT: f64 = 1.0 / (1u64 << 24) as f64;
+/// A foot nearer to a vertex than this times the size is on the vertex.
+const ON_VERTEX: f64 = 1.0 / (1u64 << 40) as f64;
+
+/// The separation and contacts of a sphere or half-space.
+///
+/// Separation of a sphere: the distance `d` of its centre from the union of the trimmed faces less
+/// its radius, `d` taken negative where the centre is in material. Of a half-space `n.x <= h`:
+/// the least `n.x - h` over the faces. The enclosure is proven (see the module `search`). The depth
+/// `-separation` is the depth at the nearest boundary; on a part that is not convex it is not the shortest
+/// translation that frees the ball.
+pub fn contact(
+    brep: &PreparedBrep,
+    probe: &Probe,
+    options: &Options,
+    workspace: &mut Workspace,
+) -> ContactAnswer {
+    let (objective, radius) = match probe {
+        Probe::Sphere(s) => (Objective::SquaredDistance(s.center), s.radius),
+        Probe::HalfSpace(h) => (Objective::Height(h.normal, h.offset), 0.0),
+    };
+    let floor = FULL_FLOOR * brep.size();
+    let width = match options.accuracy {
+        Accuracy::Full => Width::Full { floor, radius },
+        Accuracy::Length(a) => Width::Length(a),
+    };
+    let all_below = match (options.contacts, probe) {
+        (Contacts::All, Probe::Sphere(_)) => {
+            let reach = (radius + options.prediction).max(0.0);
+            Some(reach * reach)
+        }
+        (Contacts::All, Probe::HalfSpace(_)) => Some(options.prediction),
+        _ => None,
+    };
+    let found = minimize(
+        brep,
+        &objective,
+        Goal {
+            width,
+            all_below,
+            budget: options.node_budget,
+        },
+    );
+    // The side matters for a sphere about a closed solid only.
+    let material = match probe {
+        Probe::Sphere(s) if brep.brep().is_closed() => {
+            match inside(brep, s.center, workspace).side {
+                Some(Side::Inside) => Some(true),
+                Some(Side::Outside | Side::Boundary) => Some(false),
+                None => None,
+            }
+        }
+        _ => Some(false),
+    };
+    let separation = separation(&found, &objective, radius, material);
+    let target = width.at(if material == Some(true) {
+        // The separation is -d - r.
+        separation.value.abs() + 2.0 * radius
+    } else {
+        separation.value + radius
+    });
+    let undecided = if separation.bounds.width() <= target.max(0.0) {
+        None
+    } else if material.is_none() {
+        Some(Undecided::Degenerate)
+    } else if found.budget_spent {
+        Some(Undecided::Budget)
+    } else {
+        Some(Undecided::Precision)
+    };
+    let slack = CONTINUUM_SLACK * brep.size();
+    let slack = match options.accuracy {
+        Accuracy::Length(a) => slack.max(a),
+        Accuracy::Full => slack,
+    };
+    let continuum = is_continuum(&found, &objective, slack, CONTINUUM_REACH * brep.size());
+    let contacts = contacts(
+        brep,
+        probe,
+        options,
+        &found,
+        &objective,
+        separation,
+        continuum,
+        material.unwrap_or(false),
+    );
+    ContactAnswer {
+        separation,
+        continuum,
+        contacts,
+        undecided,
+    }
+}
+
+/// The bounds of the separation from those of `f`.
+fn separation(
+    found: &Outcome,
+    objective: &Objective,
+    radius: f64,
+    material: Option<bool>,
+) -> Separation {
+    let r = Dd::from(radius);
+    let (lo, hi) = if objective.is_squared() {
+        // Square roots and differences are off by a few units each.
+        let widen = |x: Dd, up: f64| x + Dd::from(up * 16.0 * Dd::UNIT * x.hi.abs());
+        let root = |x: Dd| {
+            if x.hi.is_finite() { x.sqrt() } else { x }
+        };
+        let (a, b) = (widen(root(found.lo), -1.0), widen(root(found.hi), 1.0));
+        let (a, b) = match material {
+            Some(false) => (a - r, b - r),
+            Some(true) => (-b - r, -a - r),
+            None => (-b - r, b - r),
+        };
+        (widen(a, -1.0), widen(b, 1.0))
+    } else {
+        (found.lo, found.hi)
+    };
+    let bounds = Enclosure {
+        lo: if lo.hi.is_finite() {
+            lo.floor_f64()
+        } else {
+            lo.hi
+        },
+        hi: if hi.hi.is_finite() {
+            hi.ceil_f64()
+        } else {
+            hi.hi
+        },
+    };
+    let mid = if lo.hi.is_finite() && hi.hi.is_finite() {
+        (lo + hi).half().hi
+    } else {
+        bounds.mid()
+    };
+    let value = if bounds.lo <= bounds.hi {
+        mid.clamp(bounds.lo, bounds.hi)
+    } else {
+        mid
+    };
+    Separation { value, bounds }
+}
+
+/// `f` at a distance or height larger by `slack`.
+fn raised(found: &Outcome, objective: &Objective, slack: f64) -> f64 {
+    if objective.is_squared() {
+        let d = found.hi.hi.sqrt() + slack;
+        d * d
+    } else {
+        found.hi.hi + slack
+    }
+}
+
+fn is_continuum(found: &Outcome, objective: &Objective, slack: f64, reach: f64) -> bool {
+    let limit = raised(found, objective, slack);
+    found.settled.iter().any(|s| {
+        let growth = limit - s.lo.hi;
+        growth >= 0.0 && s.reach * growth.sqrt() > reach
+    })
+}
+
+/// A point of the BREP in the search's terms.
+struct Place {
+    face: usize,
+    trim: Option<usize>,
+    patch: usize,
+    local: [Ball<Dd>; 2],
+    uv: Point2<f64>,
+}
+
+#[allow(clippy::too_many_arguments)] // One caller; the parts of one answer.
+fn contacts(
+    brep: &PreparedBrep,
+    probe: &Probe,
+    options: &Options,
+    found: &Outcome,
+    objective: &Objective,
+    separation: Separation,
+    continuum: bool,
+    material: bool,
+) -> Vec<Contact> {
+    let mut out: Vec<Contact> = Vec::new();
+    if options.contacts == Contacts::None || separation.bounds.lo > options.prediction {
+        return out;
+    }
+    if let Some(foot) = &found.foot
+        && separation.value <= options.prediction
+    {
+        let place = Place {
+            face: foot.face,
+            trim: foot.trim,
+            patch: foot.patch,
+            local: foot.local,
+            uv: foot.uv,
+        };
+        if let Some(mut c) = make_contact(brep, probe, &place, separation, material) {
+            bound_contact(&mut c, found, foot, brep, continuum);
+            out.push(c);
+        }
+    }
+    if options.contacts == Contacts::All {
+        for s in &found.settled {
+            other_contact(brep, probe, options, objective, s, material, &mut out);
+        }
+        out.sort_by(|a, b| {
+            let by_depth = a.separation.value.total_cmp(&b.separation.value);
+            by_depth.then(a.feature.cmp(&b.feature))
+        });
+    }
+    out
+}
+
+/// Adds the local minimum of a settled node, if it is one and a new one.
+fn other_contact(
+    brep: &PreparedBrep,
+    probe: &Probe,
+    options: &Options,
+    objective: &Objective,
+    s: &Settled,
+    material: bool,
+    out: &mut Vec<Contact>,
+) {
+    let value = if objective.is_squared() {
+        let radius = match probe {
+            Probe::Sphere(p) => p.radius,
+            Probe::HalfSpace(_) => 0.0,
+        };
+        let d = s.value.max(0.0).sqrt();
+        if material { -d - radius } else { d - radius }
+    } else {
+        s.value
+    };
+    if !s.local_minimum || value > options.prediction {
+        return;
+    }
+    let Some(place) = place_of(brep, s) else {
+        return;
+    };
+    if !is_local_minimum(brep, objective, &place) {
+        return;
+    }
+    let low = if objective.is_squared() {
+        value - (s.value.max(0.0).sqrt() - s.lo.hi.max(0.0).sqrt()).abs()
+    } else {
+        s.lo.hi
+    };
+    let near = Separation {
+        value,
+        bounds: Enclosure {
+            lo: low.next_down(),
+            hi: value + 4.0 * f64::EPSILON * (value.abs() + brep.size()),
+        },
+    };
+    let Some(c) = make_contact(brep, probe, &place, near, material) else {
+        return;
+    };
+    let apart = SAME_CONTACT * brep.size();
+    if out.iter().all(|o| (o.on_brep - c.on_brep).norm() > apart) {
+        out.push(c);
+    }
+}
+
+fn place_of(brep: &PreparedBrep, s: &Settled) -> Option<Place> {
+    match s.source {
+        Source::Patch { face, index } => {
+            let maps = &brep.double(face).ok()?.patches[index].maps;
+            Some(Place {
+                face,
+                trim: None,
+                patch: index,
+                local: s.at.map(Ball::exact),
+                uv: Point2::new(maps[0].to_native(s.at[0]), maps[1].to_native(s.at[1])),
+            })
+        }
+        Source::Piece { face, index } => {
+            let geometry = brep.double_double(face).ok()?;
+            let piece = &geometry.pieces[index];
+            let (p, _) = crate::prepare::curve_jet(&piece.local, Ball::exact(s.at[0]));
+            let local = [p[0] / p[2], p[1] / p[2]];
+            let maps = &geometry.patches[piece.patch].maps;
+            Some(Place {
+                face,
+                trim: piece.trim,
+                patch: piece.patch,
+                local,
+                uv: Point2::new(
+                    maps[0].to_native(local[0].mid.hi),
+                    maps[1].to_native(local[1].mid.hi),
+                ),
+            })
+        }
+    }
+}
+
+/// Whether a small step downhill from the point leaves every face there: of its own face, only (the
+/// other faces at an edge have nodes of their own). Not proven.
+fn is_local_minimum(brep: &PreparedBrep, objective: &Objective, place: &Place) -> bool {
+    let Ok(geometry) = brep.double(place.face) else {
+        return true;
+    };
+    let patch = &geometry.patches[place.patch];
+    let at = place.local.map(|x| x.mid.hi);
+    let g = objective.guide(&patch.net, at[0], at[1]);
+    let size = g.slope[0].abs().max(g.slope[1].abs());
+    // The slope of a foot is rounding noise.
+    if size <= SAME_CONTACT * g.curvature[0].abs().max(g.curvature[2].abs()) {
+        return true;
+    }
+    let step: [f64; 2] = std::array::from_fn(|k| {
+        let m = &patch.maps[k];
+        let uv = if k == 0 { place.uv.x } else { place.uv.y };
+        uv - SAME_CONTACT * (m.end - m.start) * g.slope[k] / size
+    });
+    let side = brep
+        .region(place.face)
+        .side(Point2::new(step[0], step[1]))
+        .side;
+    side == Some(Side::Outside)
+}
+
+fn make_contact(
+    brep: &PreparedBrep,
+    probe: &Probe,
+    place: &Place,
+    separation: Separation,
+    material: bool,
+) -> Option<Contact> {
+    let geometry = brep.double_double(place.face).ok()?;
+    let net = &geometry.patches[place.patch].net;
+    let jet = net.jet(place.local[0], place.local[1]);
+    let w = jet.value[3];
+    let point: [Ball<Dd>; 3] =
+        std::array::from_fn(|c| jet.value[c] / w + Ball::exact(net.origin[c]));
+    let on_brep = Point3::new(point[0].mid.hi, point[1].mid.hi, point[2].mid.hi);
+    let along = |d: &[Ball<Dd>; 4]| -> Vector3<f64> {
+        Vector3::from_fn(|c, _| ((d[c] - d[3] * (jet.value[c] / w)) / w).mid.hi)
+    };
+    let mut face_normal = along(&jet.s).cross(&along(&jet.t));
+    if brep.brep().faces()[place.face].reversed {
+        face_normal = -face_normal;
+    }
+    let (normal, on_probe) = match probe {
+        Probe::Sphere(s) => {
+            let to_center: Vector3<f64> =
+                Vector3::from_fn(|c, _| (Ball::exact(s.center[c]) - point[c]).mid.hi);
+            let towards = if to_center.norm() > 0.0 {
+                if material { -to_center } else { to_center }
+            } else {
+                face_normal
+            };
+            let normal = unit(towards)?;
+            (normal, s.center - normal * s.radius)
+        }
+        Probe::HalfSpace(h) => (-h.normal, on_brep - h.normal * separation.value),
+    };
+    Some(Contact {
+        on_brep,
+        on_probe,
+        normal,
+        separation,
+        feature: feature(brep, place, &on_brep),
+        face: place.face,
+        uv: place.uv,
+        position_bound: None,
+        normal_bound: None,
+    })
+}
+
+/// The unit vector, scaled first so that tiny ones survive.
+fn unit(v: Vector3<f64>) -> Option<Vector3<f64>> {
+    let size = v.amax();
+    if !(size > 0.0 && size.is_finite()) {
+        return None;
+    }
+    let v = v / size;
+    Some(v / v.norm())
+}
+
+fn feature(brep: &PreparedBrep, place: &Place, point: &Point3<f64>) -> Feature {
+    let parts = brep.brep().parts();
+    let Some(trim) = place.trim else {
+        return Feature::Face(place.face);
+    };
+    let near = ON_VERTEX * brep.size();
+    let at_vertex = parts.trims[trim]
+        .vertices
+        .iter()
+        .find(|v| (parts.vertices[**v].point - point).norm() <= near);
+    match (at_vertex, parts.trims[trim].edge) {
+        (Some(v), _) => Feature::Vertex(*v),
+        (None, Some(e)) => Feature::Edge(e),
+        (None, None) => Feature::Vertex(parts.trims[trim].vertices[0]),
+    }
+}
+
+/// Bounds on foot and normal, where exactly one settled node can hold the minimum.
+fn bound_contact(
+    c: &mut Contact,
+    found: &Outcome,
+    foot: &Foot,
+    brep: &PreparedBrep,
+    continuum: bool,
+) {
+    if continuum || found.left_open || found.budget_spent {
+        return;
+    }
+    let mut candidates = found.settled.iter().filter(|s| !(s.lo > found.hi));
+    let (Some(only), None) = (candidates.next(), candidates.next()) else {
+        return;
+    };
+    let (Some(radius), Some(place)) = (only.radius, place_of(brep, only)) else {
+        return;
+    };
+    if place.face != foot.face {
+        return;
+    }
+    let Ok(geometry) = brep.double(place.face) else {
+        return;
+    };
+    let net = &geometry.patches[place.patch].net;
+    let local = place.local.map(|x| Ball::<f64>::exact(x.mid.hi));
+    let jet = net.jet(local[0], local[1]);
+    let mut apart = 0.0;
+    for k in 0..3 {
+        let x = jet.value[k] / jet.value[3] + Ball::exact(net.origin[k]);
+        apart += (x - Ball::exact(c.on_brep[k])).magnitude().powi(2);
+    }
+    let bound = (radius + apart.sqrt()) * (1.0 + 16.0 * f64::EPSILON);
+    c.position_bound = Some(bound);
+    let distance = found.lo.hi.max(0.0).sqrt();
+    // The angle at the centre: sin(angle) <= bound / distance, and asin x <= 1.6 x.
+    if distance > bound {
+        c.normal_bound = Some(1.6 * bound / distance + 4.0 * f64::EPSILON);
+    }
+}

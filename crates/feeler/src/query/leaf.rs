@@ -1,0 +1,264 @@
+//! Nodes on which `G = N - tau C` is strictly convex: the last digits.
+
+use super::node::{Node, Shape};
+use super::search::{Arithmetic, Search, Settled, Source};
+use crate::numeric::{Ball, Dd, Real};
+use crate::trim::BoxSide;
+use std::collections::BinaryHeap;
+
+/// What convexity proves about a node. Lengths `y` are in coordinates that run over the node from 0 to 1.
+///
+/// Let `p` be a point of the node, `tau = f(p)` (a double-double; any number would do), `g = grad G(p)`, and
+/// `G` strongly convex on the node with constant `lambda > 0` (its Hessian is at least `lambda`; from the second differences of its
+/// coefficients). A component of `g` is *pinned* if `p` lies on that border of the node and `g` points so that
+/// `g_k (y - p)_k >= 0` for all `y` in the node; `g'` is the rest.
+///
+/// 1. *Bound.* `G(y) >= G(p) + g.(y-p) + lambda/2 |y-p|^2 >= G(p) - |g'|^2 / (2 lambda)`, hence
+///    `f = tau + G/C >= tau + (that) / C`.
+/// 2. *Critical points.* Where `grad f(y) = 0`: `grad G(y) = (f(y) - tau) grad C(y)`. Strong convexity gives
+///    `(y-p).(grad G(y) - g) >= lambda |y-p|^2`, hence
+///    `|y-p| <= (|g'| + |f(y) - tau| |grad C|) / lambda =: rho`.
+///    `|f(y) - tau| = |G(y)| / C <= (|G(p)| + |g| rho + Lambda/2 rho^2) / min C`, so a
+///    ball of radius `rho` gives a smaller one until it no longer shrinks.
+/// 3. *None.* If a component is pinned, `|grad G(y) - g| <= Lambda |y-p|`; so there is no critical point if
+///    `|g| - |f - tau| |grad C| > Lambda rho`.
+pub(crate) struct Leaf {
+    pub(crate) p: [Dd; 2],
+    pub(crate) lo: Dd,
+    /// Radius of the ball that holds all critical points.
+    pub(crate) rho: f64,
+    /// Whether there are provably none.
+    pub(crate) empty: bool,
+    /// `f(p)`, rounded.
+    pub(crate) value: f64,
+    /// `sqrt(2 C / lambda)`: how far `f` may be followed before it grows by one, in node coordinates.
+    pub(crate) reach: f64,
+}
+
+const UP: f64 = 1.0 + 64.0 * f64::EPSILON;
+/// Steps of Newton's method with a double-double gradient and an f64 Hessian: each gains about 50 bits.
+const POLISH_STEPS: usize = 3;
+/// How often the ball of critical points is shrunk.
+const SHRINK_STEPS: usize = 24;
+
+impl Search<'_> {
+    /// Tries to settle a node by convexity. True if the node needs no more work.
+    pub(super) fn leaf<T: Real + Arithmetic>(
+        &mut self,
+        heap: &mut BinaryHeap<super::search::Task<T>>,
+        source: Source,
+        inside: bool,
+        node: &Node<T>,
+    ) -> bool {
+        let Some(leaf) = self.certify(source, node) else {
+            return false;
+        };
+        if self.hopeless(leaf.lo) {
+            return true;
+        }
+        let mut minimum_inside = true;
+        if let Source::Patch { face, index } = source
+            && !inside
+        {
+            let around = |k: usize, range: [f64; 2]| {
+                let r = leaf.rho * (range[1] - range[0]) * UP + 4.0 * f64::EPSILON;
+                [
+                    (leaf.p[k].hi - r).max(range[0]),
+                    (leaf.p[k].hi + r).min(range[1]),
+                ]
+            };
+            let side = self.classify(face, index, around(0, node.u), around(1, node.v));
+            if leaf.empty || side == BoxSide::Outside {
+                self.push_borders(heap, source, inside, node);
+                return true;
+            }
+            minimum_inside = side == BoxSide::Inside;
+        }
+        self.try_point(source, leaf.p, true);
+        if self.hopeless(leaf.lo) {
+            return true;
+        }
+        self.lower(leaf.lo);
+        let size = self.speed(source, [leaf.p[0].hi, leaf.p[1].hi], node);
+        self.out.settled.push(Settled {
+            source,
+            lo: leaf.lo,
+            at: [leaf.p[0].hi, leaf.p[1].hi],
+            radius: (minimum_inside && !leaf.empty).then_some(leaf.rho * size * UP),
+            value: leaf.value,
+            reach: leaf.reach * size,
+            local_minimum: !leaf.empty,
+        });
+        true
+    }
+
+    /// The borders of the patch that the node touches, as nodes of their own.
+    fn push_borders<T: Real>(
+        &mut self,
+        heap: &mut BinaryHeap<super::search::Task<T>>,
+        source: Source,
+        inside: bool,
+        node: &Node<T>,
+    ) {
+        let squared = self.objective.is_squared();
+        for (along_u, degree, range) in [
+            (true, node.f.degree.u, node.u),
+            (false, node.f.degree.v, node.v),
+        ] {
+            if degree == 0 {
+                continue;
+            }
+            for (high, touches) in [(false, range[0] == 0.0), (true, range[1] == 1.0)] {
+                if touches {
+                    let border = node.border(along_u, high, squared);
+                    self.enqueue(heap, source, inside, border);
+                }
+            }
+        }
+    }
+
+    /// How fast the surface moves over the node, in units of length: an upper bound on `|dS/dy|` near `p`,
+    /// doubled for what is not sampled. Used for position bounds of contacts.
+    fn speed<T: Real>(&self, source: Source, p: [f64; 2], node: &Node<T>) -> f64 {
+        let Some(net) = self.net(source) else {
+            return f64::INFINITY;
+        };
+        let j = net.jet(Ball::exact(p[0]), Ball::exact(p[1]));
+        let w = j.value[3].mid;
+        let length = |d: &[Ball<f64>; 4]| {
+            let x: [f64; 3] =
+                std::array::from_fn(|c| (d[c].mid - d[3].mid * j.value[c].mid / w) / w);
+            (x[0] * x[0] + x[1] * x[1] + x[2] * x[2]).sqrt()
+        };
+        2.0 * (length(&j.s) * (node.u[1] - node.u[0]) + length(&j.t) * (node.v[1] - node.v[0]))
+    }
+
+    fn certify<T: Real>(&self, source: Source, node: &Node<T>) -> Option<Leaf> {
+        let net = self.net_dd(source)?;
+        let coarse = self.net(source)?;
+        let start = [0.5 * (node.u[0] + node.u[1]), 0.5 * (node.v[0] + node.v[1])];
+        let ranges = [node.u, node.v];
+        let mut p = self.descend(source, start, ranges).map(Dd::from);
+        let widths = ranges.map(|r| r[1] - r[0]);
+        for _ in 0..POLISH_STEPS {
+            let s = self.objective.sample(net, ball(p[0]), ball(p[1]));
+            let slope: [f64; 2] = std::array::from_fn(|k| {
+                let g =
+                    (s.n_slope[k].mid * s.c.mid - s.n.mid * s.c_slope[k].mid) / (s.c.mid * s.c.mid);
+                g.hi
+            });
+            let h = self.objective.guide(coarse, p[0].hi, p[1].hi).curvature;
+            let blocked: [bool; 2] = std::array::from_fn(|k| {
+                widths[k] == 0.0
+                    || (p[k].hi <= ranges[k][0] && slope[k] > 0.0)
+                    || (p[k].hi >= ranges[k][1] && slope[k] < 0.0)
+            });
+            let step = super::search::newton_step(slope, h, blocked);
+            let mut moved = false;
+            for k in 0..2 {
+                if blocked[k] || step[k].abs() > 0.5 * widths[k] {
+                    continue;
+                }
+                let next = clamp(p[k] + Dd::from(step[k]), ranges[k]);
+                moved |= next != p[k];
+                p[k] = next;
+            }
+            if !moved {
+                break;
+            }
+        }
+        let s = self.objective.sample(net, ball(p[0]), ball(p[1]));
+        let value = s.value();
+        let tau = value.mid;
+        let (node_tau, tau_error) = T::from_dd(tau);
+        let shape = node.shape(node_tau);
+        let lambda = convexity(&shape, node, tau_error);
+        if !(lambda > 0.0 && shape.c_range[0] > 0.0 && tau.hi.is_finite()) {
+            return None;
+        }
+        let exact_tau = ball(tau);
+        let g0 = s.n - exact_tau * s.c;
+        let mut free = 0.0;
+        let mut all_low = 0.0;
+        let mut all_high = 0.0;
+        let mut pinned = false;
+        for k in 0..2 {
+            if widths[k] == 0.0 {
+                continue;
+            }
+            let g = (s.n_slope[k] - exact_tau * s.c_slope[k]) * Ball::exact(widths[k]);
+            let (low, high) = (g.lower(), g.upper());
+            let size = low.abs().max(high.abs());
+            all_high += size * size;
+            let is_pinned = (p[k] == Dd::from(ranges[k][0]) && low > 0.0)
+                || (p[k] == Dd::from(ranges[k][1]) && high < 0.0);
+            if is_pinned {
+                pinned = true;
+                let least = low.abs().min(high.abs());
+                all_low += least * least;
+            } else {
+                free += size * size;
+            }
+        }
+        let free = free.sqrt() * UP;
+        let drop = (free * free / (2.0 * lambda) + g0.magnitude()) * UP;
+        // G(p) is zero up to rounding: taken as a loss.
+        let lo = tau - Dd::from(drop / shape.c_range[0] * UP);
+        let lo = Dd::new(lo.hi, lo.lo) - Dd::from(8.0 * Dd::UNIT * tau.magnitude());
+        let curvature = shape.curvature * UP + tau_curvature(&shape, node, tau_error);
+        let all_high = all_high.sqrt() * UP;
+        let growth = |rho: f64| {
+            (g0.magnitude() + all_high * rho + 0.5 * curvature * rho * rho) / shape.c_range[0] * UP
+        };
+        // The whole node to start with.
+        let mut rho = std::f64::consts::SQRT_2 * UP;
+        for _ in 0..SHRINK_STEPS {
+            let next = (free + growth(rho) * shape.c_slope) / lambda * UP;
+            if next >= rho {
+                break;
+            }
+            rho = next;
+        }
+        let empty = pinned
+            && all_low.sqrt() * (1.0 - 16.0 * f64::EPSILON)
+                > (curvature * rho + growth(rho) * shape.c_slope) * UP;
+        let best = if self.objective.is_squared() && lo < Dd::ZERO {
+            Dd::ZERO
+        } else {
+            lo
+        };
+        Some(Leaf {
+            p,
+            lo: if node.lo > best { node.lo } else { best },
+            rho,
+            empty,
+            value: tau.hi,
+            reach: (2.0 * shape.c_range[1] / lambda).sqrt(),
+        })
+    }
+}
+
+/// The change of the Hessian of `G` when tau changes by `tau_error`: second differences of `C` are at
+/// most four coefficients, times `degree^2`, in each of the four entries.
+fn tau_curvature<T: Real>(shape: &Shape, node: &Node<T>, tau_error: f64) -> f64 {
+    let d = (node.f.degree.u + node.f.degree.v) as f64;
+    4.0 * tau_error * shape.c_range[1] * d * d * UP
+}
+
+fn convexity<T: Real>(shape: &Shape, node: &Node<T>, tau_error: f64) -> f64 {
+    shape.convexity - tau_curvature(shape, node, tau_error)
+}
+
+fn ball(x: Dd) -> Ball<Dd> {
+    Ball { mid: x, rad: 0.0 }
+}
+
+fn clamp(x: Dd, range: [f64; 2]) -> Dd {
+    if x < Dd::from(range[0]) {
+        Dd::from(range[0])
+    } else if x > Dd::from(range[1]) {
+        Dd::from(range[1])
+    } else {
+        x
+    }
+}

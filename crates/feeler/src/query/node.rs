@@ -1,0 +1,312 @@
+//! A box of the search: part of a patch or of a boundary piece.
+
+use super::objective::Quotient;
+use crate::numeric::bernstein::{Bidegree, largest, split, split_error};
+use crate::numeric::{Dd, Real};
+
+/// `f = N / C` on a box `[u] x [v]` of a patch's local square (a curve has `degree.v = 0`; a dimension
+/// that was collapsed onto a border has degree 0 and `u[0] = u[1]`).
+#[derive(Clone, Debug)]
+pub(crate) struct Node<T> {
+    pub(crate) f: Quotient<T>,
+    pub(crate) u: [f64; 2],
+    pub(crate) v: [f64; 2],
+    /// Proven: `f >= lo` on the box.
+    pub(crate) lo: Dd,
+}
+
+/// What is proven about `G = N - tau C` on a node, in coordinates that run over the node from 0 to 1.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Shape {
+    /// The sign of `f`'s derivative along each direction, where it is proven not to vanish.
+    pub(crate) monotone: [i8; 2],
+    /// The least eigenvalue of the Hessian of `G` is at least this.
+    pub(crate) convexity: f64,
+    /// Its norm is at most this.
+    pub(crate) curvature: f64,
+    /// `|grad C|` is at most this.
+    pub(crate) c_slope: f64,
+    /// Ranges of `C`.
+    pub(crate) c_range: [f64; 2],
+    /// Bound on the error of a coefficient of `G`.
+    pub(crate) g_error: f64,
+    /// Largest second difference of `G` in each direction: where to split.
+    pub(crate) bend: [f64; 2],
+}
+
+/// Makes up for the rounding of a bound that is computed in a few f64 operations.
+const UP: f64 = 1.0 + 32.0 * f64::EPSILON;
+const DOWN: f64 = 1.0 - 32.0 * f64::EPSILON;
+
+impl<T: Real> Node<T> {
+    /// The whole square (or, for a curve, the whole interval).
+    pub(crate) fn root(f: Quotient<T>, squared: bool) -> Self {
+        let v = if f.degree.v == 0 {
+            [0.0, 0.0]
+        } else {
+            [0.0, 1.0]
+        };
+        let mut node = Self {
+            f,
+            u: [0.0, 1.0],
+            v,
+            lo: Dd::ZERO,
+        };
+        node.lo = node.lower_bound(squared);
+        node
+    }
+
+    /// `f = sum n_ij B_ij / sum c_ij B_ij` with `c_ij > 0` is a convex combination of the
+    /// `n_ij / c_ij`, thus at least their minimum. Each quotient is off by what its parts
+    /// are, and three roundings.
+    fn lower_bound(&self, squared: bool) -> Dd {
+        let (en, ec) = (T::from_f64(self.f.n_error), T::from_f64(self.f.c_error));
+        let mut low: Option<T> = None;
+        for (n, c) in self.f.n.iter().zip(&self.f.c) {
+            if !(*c - ec - ec > T::ZERO) {
+                return if squared {
+                    Dd::ZERO
+                } else {
+                    Dd::from(f64::NEG_INFINITY)
+                };
+            }
+            let n = *n - en;
+            // Towards a smaller quotient.
+            let c = if n > T::ZERO { *c + ec } else { *c - ec };
+            let q = n / c;
+            if low.is_none_or(|l| q < l) {
+                low = Some(q);
+            }
+        }
+        let Some(q) = low else { return Dd::ZERO };
+        let slack = 8.0 * T::DIV_UNIT * q.magnitude();
+        let lo = q.to_dd() - Dd::from(slack);
+        if squared && !(lo > Dd::ZERO) {
+            Dd::ZERO
+        } else {
+            lo
+        }
+    }
+
+    /// The position of the smallest quotient of coefficients: a first guess of the minimum.
+    pub(crate) fn guess(&self) -> [f64; 2] {
+        let width = self.f.degree.v + 1;
+        let mut best = (f64::INFINITY, 0);
+        for (i, (n, c)) in self.f.n.iter().zip(&self.f.c).enumerate() {
+            let q = n.approximate() / c.approximate();
+            if q < best.0 {
+                best = (q, i);
+            }
+        }
+        let at = |range: [f64; 2], k: usize, degree: usize| {
+            if degree == 0 {
+                range[0]
+            } else {
+                range[0] + (range[1] - range[0]) * (k as f64 / degree as f64)
+            }
+        };
+        [
+            at(self.u, best.1 / width, self.f.degree.u),
+            at(self.v, best.1 % width, self.f.degree.v),
+        ]
+    }
+
+    /// Differences of first order along u (or v): `(min, max)` over the box.
+    fn differences(c: &[T], degree: Bidegree, along_u: bool) -> (f64, f64) {
+        let width = degree.v + 1;
+        let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
+        let step = if along_u { width } else { 1 };
+        for i in 0..=degree.u {
+            for j in 0..=degree.v {
+                if (along_u && i == degree.u) || (!along_u && j == degree.v) {
+                    continue;
+                }
+                let at = i * width + j;
+                let d = (c[at + step] - c[at]).approximate();
+                low = low.min(d);
+                high = high.max(d);
+            }
+        }
+        (low, high)
+    }
+
+    /// Second differences: `(min, max)` of `_uu`, `_uv` or `_vv`.
+    fn second_differences(c: &[T], degree: Bidegree, du: usize, dv: usize) -> (f64, f64) {
+        let width = degree.v + 1;
+        let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
+        if degree.u < du || degree.v < dv {
+            return (0.0, 0.0);
+        }
+        for i in 0..=degree.u - du {
+            for j in 0..=degree.v - dv {
+                let at = i * width + j;
+                let d = match (du, dv) {
+                    (2, 0) => (c[at] - c[at + width]) - (c[at + width] - c[at + 2 * width]),
+                    (0, 2) => (c[at] - c[at + 1]) - (c[at + 1] - c[at + 2]),
+                    _ => (c[at] - c[at + width]) - (c[at + 1] - c[at + width + 1]),
+                }
+                .approximate();
+                low = low.min(d);
+                high = high.max(d);
+            }
+        }
+        (low, high)
+    }
+
+    /// What is proven about `f` and `G = N - tau C` here.
+    ///
+    /// Monotone: `f_u = (N_u C - N C_u) / C^2 = (G_u C - G C_u) / C^2` for *any* tau, so it is enough that
+    /// `min G_u min C > max|G| max|C_u|`; tau near `f` makes `G` small. This does not depend on
+    /// how good tau is, unlike the sign of `G_u` alone.
+    pub(crate) fn shape(&self, tau: T) -> Shape {
+        let d = self.f.degree;
+        let g: Vec<T> = self
+            .f
+            .n
+            .iter()
+            .zip(&self.f.c)
+            .map(|(n, c)| *n - tau * *c)
+            .collect();
+        let (n_max, c_max) = (largest(&self.f.n), largest(&self.f.c));
+        let tau_size = tau.magnitude();
+        let g_error = (self.f.n_error
+            + tau_size * self.f.c_error
+            + 4.0 * T::UNIT * (n_max + tau_size * c_max))
+            * UP;
+        let c_min = self
+            .f
+            .c
+            .iter()
+            .fold(f64::INFINITY, |m, c| m.min(c.approximate()));
+        let c_range = [
+            (c_min * DOWN - 2.0 * self.f.c_error) * DOWN,
+            (c_max + self.f.c_error) * UP,
+        ];
+        let g_max = (largest(&g) + g_error) * UP;
+        let mut monotone = [0; 2];
+        let mut c_slopes = [0.0; 2];
+        for (k, degree) in [d.u, d.v].into_iter().enumerate() {
+            if degree == 0 {
+                continue;
+            }
+            let (low, high) = Self::differences(&g, d, k == 0);
+            // Two coefficients, and the rounding of the difference and of `approximate`.
+            let slack = (2.0 * g_error + 4.0 * f64::UNIT * low.abs().max(high.abs())) * UP;
+            let (c_low, c_high) = Self::differences(&self.f.c, d, k == 0);
+            let c_diff = (c_low.abs().max(c_high.abs()) + 2.0 * self.f.c_error) * UP;
+            c_slopes[k] = degree as f64 * c_diff * UP;
+            let other = g_max * c_diff * UP;
+            if c_range[0] > 0.0 && (low - slack) * c_range[0] * DOWN > other {
+                monotone[k] = 1;
+            } else if c_range[0] > 0.0 && (-high - slack) * c_range[0] * DOWN > other {
+                monotone[k] = -1;
+            }
+        }
+        let second = |du: usize, dv: usize| {
+            let (low, high) = Self::second_differences(&g, d, du, dv);
+            let size = low.abs().max(high.abs());
+            let slack = (4.0 * g_error + 8.0 * f64::UNIT * size) * UP;
+            let factor = match (du, dv) {
+                (2, 0) => d.u * d.u.saturating_sub(1),
+                (0, 2) => d.v * d.v.saturating_sub(1),
+                _ => d.u * d.v,
+            } as f64;
+            ((low - slack) * factor, (size + slack) * factor * UP, size)
+        };
+        let (a, a_max, bend_u) = second(2, 0);
+        let (b, b_max, bend_v) = second(0, 2);
+        let (_, c_cross, _) = second(1, 1);
+        let convexity = match (d.u, d.v) {
+            (0, 0) => 0.0,
+            (_, 0) => a,
+            (0, _) => b,
+            // The least eigenvalue of [[a', c'], [c', b']] with a' >= a, b' >= b, |c'| <= c.
+            _ => {
+                let root = ((a - b).powi(2) + 4.0 * c_cross * c_cross).sqrt() * UP;
+                0.5 * ((a + b) - root) - 8.0 * f64::EPSILON * (a.abs() + b.abs() + root)
+            }
+        };
+        Shape {
+            monotone,
+            convexity,
+            curvature: (a_max + b_max + 2.0 * c_cross) * UP,
+            c_slope: (c_slopes[0] + c_slopes[1]) * UP,
+            c_range,
+            g_error,
+            bend: [bend_u, bend_v],
+        }
+    }
+
+    /// The two halves.
+    pub(crate) fn halves(&self, along_u: bool, squared: bool) -> [Self; 2] {
+        let f = &self.f;
+        let (n0, n1) = split(&f.n, f.degree, along_u);
+        let (c0, c1) = split(&f.c, f.degree, along_u);
+        let n_error = f.n_error + split_error::<T>(f.degree, along_u, largest(&f.n));
+        let c_error = f.c_error + split_error::<T>(f.degree, along_u, largest(&f.c));
+        let half = |n: Vec<T>, c: Vec<T>, second: bool| {
+            let part = |r: [f64; 2]| {
+                let middle = 0.5 * (r[0] + r[1]);
+                if second {
+                    [middle, r[1]]
+                } else {
+                    [r[0], middle]
+                }
+            };
+            let mut node = Self {
+                f: Quotient {
+                    degree: f.degree,
+                    n,
+                    c,
+                    n_error: n_error * UP,
+                    c_error: c_error * UP,
+                },
+                u: if along_u { part(self.u) } else { self.u },
+                v: if along_u { self.v } else { part(self.v) },
+                lo: self.lo,
+            };
+            let lo = node.lower_bound(squared);
+            if lo > node.lo {
+                node.lo = lo;
+            }
+            node
+        };
+        [half(n0, c0, false), half(n1, c1, true)]
+    }
+
+    /// The restriction to one border of the box: along u (or v) at the low or the high end.
+    pub(crate) fn border(&self, along_u: bool, high: bool, squared: bool) -> Self {
+        let d = self.f.degree;
+        let width = d.v + 1;
+        let take = |c: &[T]| -> Vec<T> {
+            if along_u {
+                let i = if high { d.u } else { 0 };
+                c[i * width..(i + 1) * width].to_vec()
+            } else {
+                let j = if high { d.v } else { 0 };
+                c.iter().skip(j).step_by(width).copied().collect()
+            }
+        };
+        let end = |r: [f64; 2]| if high { [r[1]; 2] } else { [r[0]; 2] };
+        let mut node = Self {
+            f: Quotient {
+                degree: if along_u {
+                    Bidegree { u: 0, v: d.v }
+                } else {
+                    Bidegree { u: d.u, v: 0 }
+                },
+                n: take(&self.f.n),
+                c: take(&self.f.c),
+                ..self.f
+            },
+            u: if along_u { end(self.u) } else { self.u },
+            v: if along_u { self.v } else { end(self.v) },
+            lo: self.lo,
+        };
+        let lo = node.lower_bound(squared);
+        if lo > node.lo {
+            node.lo = lo;
+        }
+        node
+    }
+}

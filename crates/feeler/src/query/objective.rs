@@ -1,0 +1,268 @@
+//! What a search minimises: the squared distance to a point, or the height
+//! over a plane, each a quotient `f = N / C` of polynomials on every patch and boundary piece.
+
+use crate::numeric::bernstein::Bidegree;
+use crate::numeric::{Ball, Dd, Real};
+use crate::prepare::{Net, Products};
+use nalgebra::{Point3, Vector3};
+
+/// What is minimised over the BREP.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Objective {
+    /// `f = |S - q|^2`: `N = |X - q w|^2`, `C = w^2`.
+    SquaredDistance(Point3<f64>),
+    /// `f = n.S - h`: `N = n.X - h w`, `C = w`.
+    Height(Vector3<f64>, f64),
+}
+
+/// `f = N / C` on a patch or piece: coefficients, and a bound on the error of those of each.
+#[derive(Clone, Debug)]
+pub(crate) struct Quotient<T> {
+    pub(crate) degree: Bidegree,
+    pub(crate) n: Vec<T>,
+    pub(crate) c: Vec<T>,
+    pub(crate) n_error: f64,
+    pub(crate) c_error: f64,
+}
+
+/// `N`, `C` and their first derivatives at one point, with bounds.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Sample {
+    pub(crate) n: Ball<Dd>,
+    pub(crate) c: Ball<Dd>,
+    pub(crate) n_slope: [Ball<Dd>; 2],
+    pub(crate) c_slope: [Ball<Dd>; 2],
+}
+
+impl Sample {
+    /// The value `f`.
+    pub(crate) fn value(&self) -> Ball<Dd> {
+        self.n / self.c
+    }
+}
+
+/// `f` and its first and second derivatives at one point, in plain f64: a guide for Newton's method,
+/// no proof rests on it.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Guide {
+    pub(crate) value: f64,
+    pub(crate) slope: [f64; 2],
+    /// `f_ss`, `f_st`, `f_tt`.
+    pub(crate) curvature: [f64; 3],
+}
+
+/// The bound on a sum of a few parts is itself rounded a few times.
+const BOUND_UP: f64 = 1.0 + 32.0 * f64::EPSILON;
+
+impl Objective {
+    /// Whether `f` is never negative.
+    pub(crate) fn is_squared(&self) -> bool {
+        matches!(self, Self::SquaredDistance(_))
+    }
+
+    /// The quotient on a net. The bound counts, for each coefficient, what it inherits and at most
+    /// eight roundings of parts no larger than the sum of the parts' largest.
+    pub(crate) fn quotient<'p, T: Real + 'p>(
+        &self,
+        net: &Net<T>,
+        products: impl FnOnce() -> &'p Products<T>,
+    ) -> Quotient<T> {
+        match self {
+            Self::SquaredDistance(q) => squared_distance(q, net, products()),
+            Self::Height(n, h) => {
+                let x: [_; 3] = std::array::from_fn(|c| net.coordinate(c));
+                let w = net.coordinate(3);
+                let offset = local_offset(n, *h, &net.origin);
+                let h = Ball::<T>::from_dd(offset.mid, offset.rad);
+                let normal: [T; 3] = std::array::from_fn(|c| T::from_f64(n[c]));
+                let values = (0..net.degree.len())
+                    .map(|i| {
+                        normal[0] * x[0].values[i]
+                            + normal[1] * x[1].values[i]
+                            + normal[2] * x[2].values[i]
+                            - h.mid * w.values[i]
+                    })
+                    .collect();
+                let mut size = h.magnitude() * w.largest;
+                let mut error = h.magnitude() * w.error + h.rad * w.largest;
+                for c in 0..3 {
+                    size += n[c].abs() * x[c].largest;
+                    error += n[c].abs() * x[c].error;
+                }
+                Quotient {
+                    degree: net.degree,
+                    n: values,
+                    n_error: (error + 8.0 * T::UNIT * size) * BOUND_UP,
+                    c_error: w.error,
+                    c: w.values,
+                }
+            }
+        }
+    }
+
+    /// `N`, `C` and derivatives at a local point of a net.
+    pub(crate) fn sample(&self, net: &Net<Dd>, s: Ball<Dd>, t: Ball<Dd>) -> Sample {
+        let jet = net.jet(s, t);
+        match self {
+            Self::SquaredDistance(q) => {
+                let q: [Ball<Dd>; 3] =
+                    std::array::from_fn(|c| Ball::difference(q[c], net.origin[c]));
+                // M = X - q w and its derivatives: the cancellation happens here, on exact q.
+                let m = |h: &[Ball<Dd>; 4]| -> [Ball<Dd>; 3] {
+                    std::array::from_fn(|c| h[c] - q[c] * h[3])
+                };
+                let (v, ms, mt) = (m(&jet.value), m(&jet.s), m(&jet.t));
+                let two = Ball::exact(2.0);
+                let w = jet.value[3];
+                Sample {
+                    n: dot(&v, &v),
+                    c: w.square(),
+                    n_slope: [two * dot(&v, &ms), two * dot(&v, &mt)],
+                    c_slope: [two * w * jet.s[3], two * w * jet.t[3]],
+                }
+            }
+            Self::Height(n, h) => {
+                let h = local_offset(n, *h, &net.origin);
+                let n: [Ball<Dd>; 3] = std::array::from_fn(|c| Ball::exact(n[c]));
+                let height = |p: &[Ball<Dd>; 4]| n[0] * p[0] + n[1] * p[1] + n[2] * p[2] - h * p[3];
+                Sample {
+                    n: height(&jet.value),
+                    c: jet.value[3],
+                    n_slope: [height(&jet.s), height(&jet.t)],
+                    c_slope: [jet.s[3], jet.t[3]],
+                }
+            }
+        }
+    }
+
+    /// `f` and its derivatives in f64.
+    pub(crate) fn guide(&self, net: &Net<f64>, s: f64, t: f64) -> Guide {
+        let j = jet2(net, s, t);
+        let w = 1.0 / j[0][3];
+        let at = |k: usize, c: usize| j[k][c];
+        // The quotient rule, term by term (The NURBS Book, eq. 4.20).
+        let mut x = [[0.0; 3]; 6];
+        for c in 0..3 {
+            let p = at(0, c) * w;
+            let ps = (at(1, c) - at(1, 3) * p) * w;
+            let pt = (at(2, c) - at(2, 3) * p) * w;
+            x[0][c] = p;
+            x[1][c] = ps;
+            x[2][c] = pt;
+            x[3][c] = (at(3, c) - 2.0 * at(1, 3) * ps - at(3, 3) * p) * w;
+            x[4][c] = (at(4, c) - at(1, 3) * pt - at(2, 3) * ps - at(4, 3) * p) * w;
+            x[5][c] = (at(5, c) - 2.0 * at(2, 3) * pt - at(5, 3) * p) * w;
+        }
+        let dot = |a: &[f64; 3], b: &[f64; 3]| a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+        match self {
+            Self::SquaredDistance(q) => {
+                let r: [f64; 3] = std::array::from_fn(|c| x[0][c] - (q[c] - net.origin[c]));
+                let second =
+                    |a: usize, b: usize, k: usize| 2.0 * (dot(&x[a], &x[b]) + dot(&r, &x[k]));
+                Guide {
+                    value: dot(&r, &r),
+                    slope: [2.0 * dot(&r, &x[1]), 2.0 * dot(&r, &x[2])],
+                    curvature: [second(1, 1, 3), second(1, 2, 4), second(2, 2, 5)],
+                }
+            }
+            Self::Height(n, h) => {
+                let n = [n.x, n.y, n.z];
+                Guide {
+                    value: dot(&n, &x[0]) + dot(&n, &net.origin) - h,
+                    slope: [dot(&n, &x[1]), dot(&n, &x[2])],
+                    curvature: [dot(&n, &x[3]), dot(&n, &x[4]), dot(&n, &x[5])],
+                }
+            }
+        }
+    }
+}
+
+fn squared_distance<T: Real>(q: &Point3<f64>, net: &Net<T>, products: &Products<T>) -> Quotient<T> {
+    let q: [Ball<T>; 3] = std::array::from_fn(|c| Ball::difference(q[c], net.origin[c]));
+    let q2 = q[0].square() + q[1].square() + q[2].square();
+    let two = T::from_f64(2.0);
+    let values = (0..products.degree.len())
+        .map(|i| {
+            let cross = q[0].mid * products.b[0].values[i]
+                + q[1].mid * products.b[1].values[i]
+                + q[2].mid * products.b[2].values[i];
+            (products.a.values[i] - two * cross) + q2.mid * products.c.values[i]
+        })
+        .collect();
+    let mut size = products.a.largest + q2.magnitude() * products.c.largest;
+    let mut error =
+        products.a.error + q2.magnitude() * products.c.error + q2.rad * products.c.largest;
+    for (q, b) in q.iter().zip(&products.b) {
+        size += 2.0 * q.magnitude() * b.largest;
+        error += 2.0 * (q.magnitude() * b.error + q.rad * b.largest);
+    }
+    Quotient {
+        degree: products.degree,
+        n: values,
+        n_error: (error + 8.0 * T::UNIT * size) * BOUND_UP,
+        c: products.c.values.clone(),
+        c_error: products.c.error,
+    }
+}
+
+/// `h - n.o`.
+fn local_offset(n: &Vector3<f64>, h: f64, origin: &[f64; 3]) -> Ball<Dd> {
+    let mut sum = Ball::exact(h);
+    for c in 0..3 {
+        sum = sum - Ball::exact(n[c]) * Ball::exact(origin[c]);
+    }
+    sum
+}
+
+pub(crate) fn dot(a: &[Ball<Dd>; 3], b: &[Ball<Dd>; 3]) -> Ball<Dd> {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+}
+
+/// Value, `_s`, `_t`, `_ss`, `_st`, `_tt` of the homogeneous point, in plain f64.
+fn jet2(net: &Net<f64>, s: f64, t: f64) -> [[f64; 4]; 6] {
+    let rows: Vec<[[f64; 4]; 3]> = net
+        .points
+        .chunks_exact(net.degree.v + 1)
+        .map(|r| {
+            line_jet2(
+                r.iter()
+                    .map(|p| std::array::from_fn(|c| p[c].mid))
+                    .collect(),
+                t,
+            )
+        })
+        .collect();
+    let column = |k: usize| line_jet2(rows.iter().map(|r| r[k]).collect(), s);
+    let (value, along_t, along_tt) = (column(0), column(1), column(2));
+    [
+        value[0],
+        value[1],
+        along_t[0],
+        value[2],
+        along_t[1],
+        along_tt[0],
+    ]
+}
+
+/// Point, first and second derivative of a Bezier curve.
+fn line_jet2(mut d: Vec<[f64; 4]>, t: f64) -> [[f64; 4]; 3] {
+    let p = d.len() - 1;
+    let mut out = [[0.0; 4]; 3];
+    for k in (0..=p).rev() {
+        // Here d[0..=k] are the points after p - k steps.
+        if k == 2 {
+            let f = (p * (p - 1)) as f64;
+            out[2] = std::array::from_fn(|c| f * (d[2][c] - 2.0 * d[1][c] + d[0][c]));
+        }
+        if k == 1 {
+            out[1] = std::array::from_fn(|c| p as f64 * (d[1][c] - d[0][c]));
+        }
+        if k == 0 {
+            out[0] = d[0];
+        }
+        for i in 0..k {
+            d[i] = std::array::from_fn(|c| (1.0 - t) * d[i][c] + t * d[i + 1][c]);
+        }
+    }
+    out
+}

@@ -1,0 +1,841 @@
+//! The certified global minimum of an objective over the trimmed faces of a BREP.
+//!
+//! # What is proven
+//! Let `m` be the minimum of `f` over the union of the trimmed faces. The search returns `lo <= m <= hi`.
+//!
+//! *Upper bound.* `hi` is `f` at a point of a trimmed face: a point of a patch whose uv the exact side test
+//! puts in the region, or a point of a boundary piece that lies on its patch. `f` there is evaluated in
+//! double-double with a running bound.
+//!
+//! *Lower bound.* Let `x*` be a point where the minimum is attained (the union is compact), on a
+//! face with region R. Then one of these holds:
+//! 1. `x*` is on a trim curve or a joining segment: it lies on a [boundary piece](crate::prepare::Piece), all of which are
+//!    searched;
+//! 2. `x*` is interior to R and interior to a patch: then `grad f(x*) = 0`;
+//! 3. `x*` is interior to R and on a border of a patch (a joint, where the surface may have a
+//!    kink, or the border of the domain): then `x*` minimises `f` on the patch near `x*`.
+//!
+//! A box (node) is put aside only with a proof for all points it may hold:
+//! - *bound*: `f >= lo` on it, from its coefficients or from convexity; `lo` goes into the
+//!   result's `lo` unless it is at least `hi`;
+//! - *outside*: the box does not meet R (cases 2 and 3 are impossible in it);
+//! - *monotone*: `f_u` has one sign on the whole closed box: case 2 is impossible, and case 3 is possible only on
+//!   the border of the patch that `f` decreases towards, which is searched as a node of lower dimension
+//!   if the box touches it;
+//! - *no critical point in the region*: `G = N - tau C` is strictly convex on the box; all critical points of
+//!   `f` in it lie in a certified ball (see [`Leaf`]) that does not meet R: case 2 is impossible, and
+//!   the borders of the patch that the box touches are searched in their own right (case 3).
+//!
+//! The same list with curves for patches and end points for borders holds on boundary pieces (where every point
+//! counts as in the region) and on borders of patches.
+
+use super::node::{Node, Shape};
+use super::objective::{Objective, Sample};
+use crate::numeric::{Ball, Dd, Real};
+use crate::prepare::{FaceGeometry, Net, PreparedBrep};
+use crate::trim::{BoxSide, Side};
+use nalgebra::Point2;
+use std::cmp::Ordering;
+use std::collections::BinaryHeap;
+
+/// Where a node lies.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Source {
+    /// A patch of a face.
+    Patch { face: usize, index: usize },
+    /// A boundary piece of a face.
+    Piece { face: usize, index: usize },
+}
+
+/// A point of the BREP where `f` was evaluated.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Foot {
+    pub(crate) face: usize,
+    /// The trim it lies on, for a boundary piece of a trim.
+    pub(crate) trim: Option<usize>,
+    pub(crate) uv: Point2<f64>,
+    pub(crate) patch: usize,
+    /// Local parameters on the patch.
+    pub(crate) local: [Ball<Dd>; 2],
+    /// An upper bound of `f` there.
+    pub(crate) value: Dd,
+}
+
+/// A node that convexity settled, kept for contacts and for the extent of the minimum.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Settled {
+    pub(crate) source: Source,
+    pub(crate) lo: Dd,
+    /// The minimum on the node, rounded.
+    pub(crate) at: [f64; 2],
+    /// How far (in units of length) the true critical point may be from it; `None` where unknown.
+    pub(crate) radius: Option<f64>,
+    /// `f` at that point, rounded.
+    pub(crate) value: f64,
+    /// How far (in units of length, an estimate) one can go from it before `f` grows by one unit, as
+    /// `length = reach * sqrt(growth)`; infinite where not convex.
+    pub(crate) reach: f64,
+    /// Whether the minimum of the node is a local minimum of the face (not cut off by the node).
+    pub(crate) local_minimum: bool,
+}
+
+/// What a search found.
+#[derive(Clone, Debug)]
+pub(crate) struct Outcome {
+    /// Proven: `lo <= min f`.
+    pub(crate) lo: Dd,
+    /// Proven: `min f <= hi`; infinite if no point was found.
+    pub(crate) hi: Dd,
+    /// Where `hi` was found.
+    pub(crate) foot: Option<Foot>,
+    /// Nodes put aside with a bound near the minimum.
+    pub(crate) settled: Vec<Settled>,
+    /// How many nodes were visited.
+    pub(crate) nodes: usize,
+    /// Whether the budget ended the search.
+    pub(crate) budget_spent: bool,
+    /// Whether parts that may hold the minimum were left unsearched because the enclosure was
+    /// narrow enough.
+    pub(crate) left_open: bool,
+}
+
+/// How narrow the enclosure of the separation must be.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Width {
+    /// This length, in model units.
+    Length(f64),
+    /// Two ulp of the separation, but no less than `floor`; the separation is the
+    /// distance or height found less `radius`.
+    Full { floor: f64, radius: f64 },
+}
+
+impl Width {
+    /// The width in model units for a distance or height near `value`.
+    pub(crate) fn at(self, value: f64) -> f64 {
+        match self {
+            Self::Length(a) => a,
+            Self::Full { floor, radius } => {
+                let separation = (value.abs() - radius).abs();
+                floor.max(2.0 * (separation.next_up() - separation))
+            }
+        }
+    }
+}
+
+/// When a search may stop.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Goal {
+    /// Width of the enclosure of the separation.
+    pub(crate) width: Width,
+    /// Find all minima with `f` up to this, not only the global one.
+    pub(crate) all_below: Option<f64>,
+    /// How many nodes may be visited.
+    pub(crate) budget: usize,
+}
+
+pub(super) struct Task<T> {
+    lo: Dd,
+    order: usize,
+    kind: Kind<T>,
+}
+
+enum Kind<T> {
+    Face(usize),
+    Root(Source),
+    Node {
+        source: Source,
+        /// Whether the node's box is known to lie in the region.
+        inside: bool,
+        node: Box<Node<T>>,
+    },
+}
+
+impl<T> PartialEq for Task<T> {
+    fn eq(&self, o: &Self) -> bool {
+        self.cmp(o) == Ordering::Equal
+    }
+}
+impl<T> Eq for Task<T> {}
+impl<T> PartialOrd for Task<T> {
+    fn partial_cmp(&self, o: &Self) -> Option<Ordering> {
+        Some(self.cmp(o))
+    }
+}
+impl<T> Ord for Task<T> {
+    /// The heap gives the largest first: the least bound, then the oldest.
+    fn cmp(&self, o: &Self) -> Ordering {
+        let by_bound = o.lo.partial_cmp(&self.lo).unwrap_or(Ordering::Equal);
+        by_bound.then(o.order.cmp(&self.order))
+    }
+}
+
+/// The part of the search that does not depend on the arithmetic of its nodes.
+pub(super) struct Search<'a> {
+    brep: &'a PreparedBrep,
+    pub(super) objective: &'a Objective,
+    goal: Goal,
+    pub(super) out: Outcome,
+    /// Nodes that f64 cannot settle.
+    noisy: Vec<(Source, [f64; 2], [f64; 2], Dd)>,
+    order: usize,
+}
+
+/// Boxes are not split below this width in local parameters.
+const LEAST_WIDTH: f64 = 1.0 / (1u64 << 50) as f64;
+/// A bound that is off by a few roundings.
+const UP: f64 = 1.0 + 32.0 * f64::EPSILON;
+
+/// Runs the search.
+pub(crate) fn minimize(brep: &PreparedBrep, objective: &Objective, goal: Goal) -> Outcome {
+    let mut search = Search {
+        brep,
+        objective,
+        goal,
+        out: Outcome {
+            lo: Dd::from(f64::INFINITY),
+            hi: Dd::from(f64::INFINITY),
+            foot: None,
+            settled: Vec::new(),
+            nodes: 0,
+            budget_spent: false,
+            left_open: false,
+        },
+        noisy: Vec::new(),
+        order: 0,
+    };
+    let mut heap = BinaryHeap::new();
+    for face in 0..brep.brep().faces().len() {
+        let lo = brep
+            .face_box(face)
+            .map_or(search.nothing(), |b| search.box_bound(b));
+        search.push(&mut heap, lo, Kind::<f64>::Face(face));
+    }
+    search.run(&mut heap);
+    let noisy = std::mem::take(&mut search.noisy);
+    if !noisy.is_empty() && !search.out.budget_spent {
+        search.refine(noisy);
+    } else {
+        for (.., lo) in noisy {
+            search.lower(lo);
+        }
+    }
+    let mut out = search.out;
+    if out.hi < out.lo {
+        out.lo = out.hi;
+    }
+    out
+}
+
+impl Search<'_> {
+    /// The bound of what is not known at all.
+    fn nothing(&self) -> Dd {
+        if self.objective.is_squared() {
+            Dd::ZERO
+        } else {
+            Dd::from(f64::NEG_INFINITY)
+        }
+    }
+
+    /// A lower bound of `f` on a box in space. Each side is a few roundings off.
+    fn box_bound(&self, b: &[[f64; 2]; 3]) -> Dd {
+        match self.objective {
+            Objective::SquaredDistance(q) => {
+                let sum: f64 = (0..3)
+                    .map(|c| {
+                        let gap = (b[c][0] - q[c]).max(q[c] - b[c][1]).max(0.0);
+                        gap * gap
+                    })
+                    .sum();
+                Dd::from(sum * (1.0 - 16.0 * f64::EPSILON))
+            }
+            Objective::Height(n, h) => {
+                let (mut low, mut size) = (-h, h.abs());
+                for c in 0..3 {
+                    let x = if n[c] > 0.0 { b[c][0] } else { b[c][1] };
+                    low += n[c] * x;
+                    size += (n[c] * x).abs();
+                }
+                Dd::from(low - 16.0 * f64::EPSILON * size)
+            }
+        }
+    }
+
+    fn push<T>(&mut self, heap: &mut BinaryHeap<Task<T>>, lo: Dd, kind: Kind<T>) {
+        self.order += 1;
+        heap.push(Task {
+            lo,
+            order: self.order,
+            kind,
+        });
+    }
+
+    /// Takes a bound into the result.
+    pub(super) fn lower(&mut self, lo: Dd) {
+        if !(lo >= self.out.lo) {
+            self.out.lo = lo;
+        }
+    }
+
+    /// Nodes with a bound from here on need no more work: the enclosure is narrow
+    /// enough, given the upper bound so far.
+    fn enough(&self) -> Dd {
+        let hi = self.out.hi;
+        if !hi.hi.is_finite() {
+            return hi;
+        }
+        // A quarter: rounding the ends to f64 may add an ulp each.
+        let near = if self.objective.is_squared() {
+            let d = hi.sqrt();
+            let d = d - Dd::from(0.25 * self.goal.width.at(d.hi));
+            if d > Dd::ZERO { d * d } else { Dd::ZERO }
+        } else {
+            hi - Dd::from(0.25 * self.goal.width.at(hi.hi))
+        };
+        match self.goal.all_below {
+            Some(all) if Dd::from(all) > near => Dd::from(all),
+            _ => near,
+        }
+    }
+
+    /// Whether a node with this bound can be dropped without a trace.
+    pub(super) fn hopeless(&self, lo: Dd) -> bool {
+        lo >= self.out.hi && self.goal.all_below.is_none_or(|all| lo > Dd::from(all))
+    }
+
+    fn run<T: Real + Arithmetic>(&mut self, heap: &mut BinaryHeap<Task<T>>) {
+        while let Some(task) = heap.pop() {
+            if task.lo >= self.enough() {
+                self.lower(task.lo);
+                self.out.left_open |= task.lo < self.out.hi;
+                return;
+            }
+            if self.out.nodes >= self.goal.budget {
+                self.out.budget_spent = true;
+                self.lower(task.lo);
+                return;
+            }
+            self.out.nodes += 1;
+            match task.kind {
+                Kind::Face(face) => self.open_face(heap, face, task.lo),
+                Kind::Root(source) => self.open_root(heap, source, task.lo),
+                Kind::Node {
+                    source,
+                    inside,
+                    node,
+                } => self.visit(heap, source, inside, *node),
+            }
+        }
+    }
+
+    fn open_face<T: Real + Arithmetic>(
+        &mut self,
+        heap: &mut BinaryHeap<Task<T>>,
+        face: usize,
+        lo: Dd,
+    ) {
+        let Ok(geometry) = T::geometry(self.brep, face) else {
+            return self.lower(lo);
+        };
+        for (index, b) in geometry.patch_boxes.iter().enumerate() {
+            let lo = b.as_ref().map_or(self.nothing(), |b| self.box_bound(b));
+            self.push(heap, lo, Kind::Root(Source::Patch { face, index }));
+        }
+        for (index, b) in geometry.piece_boxes.iter().enumerate() {
+            let lo = b.as_ref().map_or(lo, |b| self.box_bound(b));
+            self.push(heap, lo, Kind::Root(Source::Piece { face, index }));
+        }
+    }
+
+    /// The root node of a source.
+    fn root<T: Real + Arithmetic>(&self, source: Source) -> Option<Node<T>> {
+        let (Source::Patch { face, index } | Source::Piece { face, index }) = source;
+        let geometry = T::geometry(self.brep, face).ok()?;
+        let quotient = match source {
+            Source::Patch { .. } => self.objective.quotient(&geometry.patches[index].net, || {
+                geometry.patch_products(index)
+            }),
+            Source::Piece { .. } => {
+                let space = geometry.pieces[index].space.as_ref()?;
+                let products = geometry.piece_products(index)?;
+                self.objective.quotient(space, || products)
+            }
+        };
+        Some(Node::root(quotient, self.objective.is_squared()))
+    }
+
+    fn open_root<T: Real + Arithmetic>(
+        &mut self,
+        heap: &mut BinaryHeap<Task<T>>,
+        source: Source,
+        lo: Dd,
+    ) {
+        let Some(mut node) = self.root::<T>(source) else {
+            // A trim of too high a degree: the patch below bounds it.
+            let (Source::Patch { face, .. } | Source::Piece { face, .. }) = source;
+            let patch = T::geometry(self.brep, face)
+                .ok()
+                .and_then(|g| match source {
+                    Source::Piece { index, .. } => Some(g.pieces[index].patch),
+                    Source::Patch { .. } => None,
+                });
+            let bound = patch
+                .and_then(|index| self.root::<T>(Source::Patch { face, index }))
+                .map_or(lo, |n| n.lo);
+            return self.lower(bound);
+        };
+        if lo > node.lo {
+            node.lo = lo;
+        }
+        let guess = node.guess();
+        let start = self.descend(source, guess, [node.u, node.v]);
+        self.try_point(source, start.map(Dd::from), true);
+        let (lo, node) = (node.lo, Box::new(node));
+        self.push(
+            heap,
+            lo,
+            Kind::Node {
+                source,
+                inside: false,
+                node,
+            },
+        );
+    }
+
+    fn visit<T: Real + Arithmetic>(
+        &mut self,
+        heap: &mut BinaryHeap<Task<T>>,
+        source: Source,
+        mut inside: bool,
+        node: Node<T>,
+    ) {
+        if let Source::Patch { face, index } = source
+            && !inside
+        {
+            let side = self.classify(face, index, node.u, node.v);
+            match side {
+                BoxSide::Outside => return,
+                BoxSide::Inside => inside = true,
+                BoxSide::Mixed => {}
+            }
+        }
+        if node.f.degree.len() == 1 {
+            // A single point.
+            self.try_point(source, [Dd::from(node.u[0]), Dd::from(node.v[0])], false);
+            if !self.hopeless(node.lo) {
+                self.lower(node.lo);
+                self.settle_unshaped(source, node.u, node.v, node.lo);
+            }
+            return;
+        }
+        let tau = if self.out.hi.hi.is_finite() {
+            self.out.hi
+        } else {
+            let p = node.guess();
+            Dd::from(self.guide_value(source, p))
+        };
+        let (tau, _) = T::from_dd(tau);
+        let shape = node.shape(tau);
+        for (k, sign) in shape.monotone.into_iter().enumerate() {
+            if sign == 0 {
+                continue;
+            }
+            let range = if k == 0 { node.u } else { node.v };
+            let (end, touches) = if sign > 0 {
+                (false, range[0] == 0.0)
+            } else {
+                (true, range[1] == 1.0)
+            };
+            if touches {
+                let border = node.border(k == 0, end, self.objective.is_squared());
+                self.enqueue(heap, source, inside, border);
+            }
+            return;
+        }
+        if shape.convexity > 0.0 && self.leaf(heap, source, inside, &node) {
+            return;
+        }
+        // What the arithmetic cannot tell apart is not split further.
+        let noise = (node.f.n_error + tau.magnitude() * node.f.c_error) * UP;
+        let gap = (self.out.hi - node.lo).approximate();
+        let wide = (node.u[1] - node.u[0]).max(node.v[1] - node.v[0]);
+        if gap * shape.c_range[1].max(0.0) <= NOISE_FACTOR * noise || wide <= LEAST_WIDTH {
+            self.noisy.push((source, node.u, node.v, node.lo));
+            return;
+        }
+        let along_u = split_along_u(&node, &shape);
+        for half in node.halves(along_u, self.objective.is_squared()) {
+            self.enqueue(heap, source, inside, half);
+        }
+    }
+
+    pub(super) fn enqueue<T: Real>(
+        &mut self,
+        heap: &mut BinaryHeap<Task<T>>,
+        source: Source,
+        inside: bool,
+        node: Node<T>,
+    ) {
+        if self.hopeless(node.lo) {
+            return;
+        }
+        let (lo, node) = (node.lo, Box::new(node));
+        self.push(
+            heap,
+            lo,
+            Kind::Node {
+                source,
+                inside,
+                node,
+            },
+        );
+    }
+
+    /// Whether a box of a patch meets the region.
+    pub(super) fn classify(&self, face: usize, patch: usize, u: [f64; 2], v: [f64; 2]) -> BoxSide {
+        let Ok(geometry) = self.brep.double(face) else {
+            return BoxSide::Mixed;
+        };
+        let maps = &geometry.patches[patch].maps;
+        self.brep.region(face).classify_box(
+            maps[0].to_native_range(u[0], u[1]),
+            maps[1].to_native_range(v[0], v[1]),
+        )
+    }
+
+    pub(super) fn net(&self, source: Source) -> Option<&Net<f64>> {
+        let (Source::Patch { face, index } | Source::Piece { face, index }) = source;
+        let geometry = self.brep.double(face).ok()?;
+        match source {
+            Source::Patch { .. } => Some(&geometry.patches[index].net),
+            Source::Piece { .. } => geometry.pieces[index].space.as_ref(),
+        }
+    }
+
+    pub(super) fn net_dd(&self, source: Source) -> Option<&Net<Dd>> {
+        let (Source::Patch { face, index } | Source::Piece { face, index }) = source;
+        let geometry = self.brep.double_double(face).ok()?;
+        match source {
+            Source::Patch { .. } => Some(&geometry.patches[index].net),
+            Source::Piece { .. } => geometry.pieces[index].space.as_ref(),
+        }
+    }
+
+    fn guide_value(&self, source: Source, p: [f64; 2]) -> f64 {
+        self.net(source).map_or(f64::INFINITY, |net| {
+            self.objective.guide(net, p[0], p[1]).value
+        })
+    }
+
+    /// A projected, damped Newton descent in f64 within a box. No proof rests on it.
+    pub(super) fn descend(
+        &self,
+        source: Source,
+        start: [f64; 2],
+        range: [[f64; 2]; 2],
+    ) -> [f64; 2] {
+        let Some(net) = self.net(source) else {
+            return start;
+        };
+        let mut p = start;
+        let mut g = self.objective.guide(net, p[0], p[1]);
+        for _ in 0..MAX_NEWTON {
+            let blocked: [bool; 2] = std::array::from_fn(|k| {
+                range[k][0] == range[k][1]
+                    || (p[k] <= range[k][0] && g.slope[k] > 0.0)
+                    || (p[k] >= range[k][1] && g.slope[k] < 0.0)
+            });
+            if blocked[0] && blocked[1] {
+                break;
+            }
+            let mut step = newton_step(g.slope, g.curvature, blocked);
+            let mut better = false;
+            for _ in 0..MAX_DAMPING {
+                let next: [f64; 2] =
+                    std::array::from_fn(|k| (p[k] + step[k]).clamp(range[k][0], range[k][1]));
+                if next == p {
+                    break;
+                }
+                let trial = self.objective.guide(net, next[0], next[1]);
+                if trial.value < g.value {
+                    (p, g, better) = (next, trial, true);
+                    break;
+                }
+                step = step.map(|x| 0.5 * x);
+            }
+            if !better {
+                break;
+            }
+        }
+        p
+    }
+
+    /// Evaluates a point and keeps it if it is the best so far and in the region. With `filter`, only if
+    /// a rough value promises that.
+    pub(super) fn try_point(&mut self, source: Source, p: [Dd; 2], filter: bool) {
+        let rough = self.guide_value(source, [p[0].hi, p[1].hi]);
+        // A rough value may be off by a few roundings; f64 noise in it must not lose a better point.
+        let hi = self.out.hi.hi;
+        if filter && rough > hi + ROUGH_SLACK * hi.abs() {
+            return;
+        }
+        match source {
+            Source::Patch { face, index } => self.try_patch_point(face, index, p, None),
+            Source::Piece { face, index } => self.try_piece_point(face, index, p[0]),
+        }
+    }
+
+    /// Keeps a node that no convexity settles, for the extent of the minimum.
+    fn settle_unshaped(&mut self, source: Source, u: [f64; 2], v: [f64; 2], lo: Dd) {
+        let at = [0.5 * (u[0] + u[1]), 0.5 * (v[0] + v[1])];
+        let point = u[0] == u[1] && v[0] == v[1];
+        self.out.settled.push(Settled {
+            source,
+            lo,
+            at,
+            radius: point.then_some(0.0),
+            value: self.guide_value(source, at),
+            reach: if point { 0.0 } else { f64::INFINITY },
+            local_minimum: true,
+        });
+    }
+
+    /// Searches the nodes that f64 left open again in double-double.
+    fn refine(&mut self, noisy: Vec<(Source, [f64; 2], [f64; 2], Dd)>) {
+        let mut heap = BinaryHeap::new();
+        for (source, u, v, lo) in noisy {
+            if self.hopeless(lo) {
+                continue;
+            }
+            self.settle_unshaped(source, u, v, lo);
+            if lo >= self.enough() {
+                self.lower(lo);
+                continue;
+            }
+            match self.root::<Dd>(source) {
+                Some(root) => {
+                    let mut node = narrow(root, u, v, self.objective.is_squared());
+                    if lo > node.lo {
+                        node.lo = lo;
+                    }
+                    self.enqueue(&mut heap, source, false, node);
+                }
+                None => self.lower(lo),
+            }
+        }
+        self.run(&mut heap);
+        for (.., lo) in std::mem::take(&mut self.noisy) {
+            self.lower(lo);
+        }
+    }
+
+    fn try_patch_point(&mut self, face: usize, patch: usize, p: [Dd; 2], trim: Option<usize>) {
+        let Ok(geometry) = self.brep.double_double(face) else {
+            return;
+        };
+        let surface = &geometry.patches[patch];
+        let at = |k: usize| surface.maps[k].to_native(p[k].hi.clamp(0.0, 1.0));
+        let center = [at(0), at(1)];
+        // The point itself, then its neighbours in f64, for points on a trim.
+        for (du, dv) in NEIGHBOURS {
+            let uv = [step_ulp(center[0], du), step_ulp(center[1], dv)];
+            let within = |k: usize| surface.maps[k].start <= uv[k] && uv[k] <= surface.maps[k].end;
+            if !(within(0) && within(1)) {
+                continue;
+            }
+            let side = self.brep.region(face).side(Point2::new(uv[0], uv[1])).side;
+            if !matches!(side, Some(Side::Inside | Side::Boundary)) {
+                continue;
+            }
+            let local = [0, 1].map(|k| surface.maps[k].to_local(Ball::<Dd>::exact(uv[k])));
+            let sample = self.objective.sample(&surface.net, local[0], local[1]);
+            self.keep(
+                &sample,
+                Foot {
+                    face,
+                    trim,
+                    uv: Point2::new(uv[0], uv[1]),
+                    patch,
+                    local,
+                    value: Dd::ZERO,
+                },
+            );
+            return;
+        }
+    }
+
+    fn try_piece_point(&mut self, face: usize, index: usize, t: Dd) {
+        let Ok(geometry) = self.brep.double_double(face) else {
+            return;
+        };
+        let piece = &geometry.pieces[index];
+        let Some(space) = &piece.space else { return };
+        let t = Ball { mid: t, rad: 0.0 };
+        let (point, _) = crate::prepare::curve_jet(&piece.local, t);
+        let local = [point[0] / point[2], point[1] / point[2]];
+        let on_patch = local.iter().all(|x| x.lower() >= 0.0 && x.upper() <= 1.0);
+        let maps = &geometry.patches[piece.patch].maps;
+        if on_patch {
+            let sample = self.objective.sample(space, t, Ball::ZERO);
+            let uv = Point2::new(
+                maps[0].to_native(local[0].mid.hi),
+                maps[1].to_native(local[1].mid.hi),
+            );
+            self.keep(
+                &sample,
+                Foot {
+                    face,
+                    trim: piece.trim,
+                    uv,
+                    patch: piece.patch,
+                    local,
+                    value: Dd::ZERO,
+                },
+            );
+        } else {
+            // On the border of the patch, or past it by a rounding: the nearest point of the patch
+            // counts if the exact test finds it in the region.
+            let (patch, trim) = (piece.patch, piece.trim);
+            self.try_patch_point(face, patch, [local[0].mid, local[1].mid], trim);
+        }
+    }
+
+    fn keep(&mut self, sample: &Sample, foot: Foot) {
+        let f = sample.value();
+        let mut value = f.mid + Dd::from(f.rad * UP);
+        value.lo = value.lo.next_up();
+        if value < self.out.hi {
+            self.out.hi = value;
+            self.out.foot = Some(Foot { value, ..foot });
+        }
+    }
+}
+
+/// How many Newton steps and halvings of one; both are guides.
+const MAX_NEWTON: usize = 24;
+const MAX_DAMPING: usize = 10;
+/// Rough values are compared with this relative slack.
+const ROUGH_SLACK: f64 = 1e-9;
+/// A node is left to the next arithmetic when its gap is below this many error bounds.
+const NOISE_FACTOR: f64 = 8.0;
+/// A point and its neighbours in ulps of uv.
+const NEIGHBOURS: [(i32, i32); 9] = [
+    (0, 0),
+    (1, 0),
+    (-1, 0),
+    (0, 1),
+    (0, -1),
+    (1, 1),
+    (-1, -1),
+    (1, -1),
+    (-1, 1),
+];
+
+fn step_ulp(x: f64, ulps: i32) -> f64 {
+    match ulps {
+        1 => x.next_up(),
+        -1 => x.next_down(),
+        _ => x,
+    }
+}
+
+/// The Newton step, or a gradient step where the Hessian is not positive; zero where blocked.
+pub(super) fn newton_step(slope: [f64; 2], h: [f64; 3], blocked: [bool; 2]) -> [f64; 2] {
+    let single = |g: f64, h: f64| {
+        if g == 0.0 {
+            0.0
+        } else if h > 0.0 {
+            -g / h
+        } else {
+            // Any step downhill will do; it is damped.
+            -0.25 * g.signum()
+        }
+    };
+    match blocked {
+        [true, true] => [0.0, 0.0],
+        [true, false] => [0.0, single(slope[1], h[2])],
+        [false, true] => [single(slope[0], h[0]), 0.0],
+        [false, false] => {
+            let det = h[0] * h[2] - h[1] * h[1];
+            if h[0] > 0.0 && det > f64::EPSILON * (h[0] * h[2]).abs() {
+                [
+                    -(slope[0] * h[2] - slope[1] * h[1]) / det,
+                    -(h[0] * slope[1] - h[1] * slope[0]) / det,
+                ]
+            } else {
+                [single(slope[0], h[0]), single(slope[1], h[2])]
+            }
+        }
+    }
+}
+
+/// The part of a root node over a box that was reached by halving it.
+fn narrow(mut node: Node<Dd>, u: [f64; 2], v: [f64; 2], squared: bool) -> Node<Dd> {
+    for (along_u, target) in [(true, u), (false, v)] {
+        if target[0] == target[1] {
+            let range = if along_u { node.u } else { node.v };
+            // A border of the patch: collapsed dimensions are always at 0 or 1.
+            if range[0] != range[1] {
+                node = node.border(along_u, target[0] == range[1], squared);
+            }
+            continue;
+        }
+        loop {
+            let range = if along_u { node.u } else { node.v };
+            if range[1] - range[0] <= target[1] - target[0] {
+                break;
+            }
+            let [low, high] = node.halves(along_u, squared);
+            let middle = 0.5 * (range[0] + range[1]);
+            node = if target[1] <= middle { low } else { high };
+        }
+    }
+    node
+}
+
+/// Where the second difference is largest; the wider side where they are alike.
+fn split_along_u<T>(node: &Node<T>, shape: &Shape) -> bool {
+    let d = node.f.degree;
+    let (du, dv) = (node.u[1] - node.u[0], node.v[1] - node.v[0]);
+    if d.v == 0 || dv <= LEAST_WIDTH {
+        return true;
+    }
+    if d.u == 0 || du <= LEAST_WIDTH {
+        return false;
+    }
+    let [a, b] = shape.bend;
+    // Within this factor the two directions count as alike.
+    const ALIKE: f64 = 1.5;
+    if a > ALIKE * b {
+        true
+    } else if b > ALIKE * a {
+        false
+    } else {
+        du >= dv
+    }
+}
+
+/// Which arithmetic's geometry a node type works on.
+pub(crate) trait Arithmetic: Sized {
+    fn geometry(
+        brep: &PreparedBrep,
+        face: usize,
+    ) -> Result<&FaceGeometry<Self>, crate::prepare::Unsupported>;
+}
+
+impl Arithmetic for f64 {
+    fn geometry(
+        brep: &PreparedBrep,
+        face: usize,
+    ) -> Result<&FaceGeometry<Self>, crate::prepare::Unsupported> {
+        brep.double(face)
+    }
+}
+
+impl Arithmetic for Dd {
+    fn geometry(
+        brep: &PreparedBrep,
+        face: usize,
+    ) -> Result<&FaceGeometry<Self>, crate::prepare::Unsupported> {
+        brep.double_double(face)
+    }
+}
