@@ -7,6 +7,7 @@ mod dyadic;
 mod enclosure;
 mod interval;
 mod real;
+mod trig;
 
 pub use ball::Ball;
 pub use dd::Dd;
@@ -14,3 +15,4 @@ pub use dyadic::{Dyadic, ParseDyadicError};
 pub use enclosure::Enclosure;
 pub use interval::Interval;
 pub use real::{Real, TINY};
+pub use trig::{MAX_ANGLE, sin_cos};

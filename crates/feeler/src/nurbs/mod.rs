@@ -9,6 +9,7 @@
 
 mod curve;
 mod error;
+pub mod eval;
 mod knot_vector;
 mod nurbs_curve;
 mod nurbs_surface;
@@ -16,6 +17,7 @@ mod surface;
 
 pub use curve::{Arc, Curve, Curve2, Curve3, Line, PolyCurve, Polyline};
 pub use error::GeometryError;
+pub use eval::{Limit, Partials, Scalar, SurfacePoint};
 pub use knot_vector::KnotVector;
 pub use nurbs_curve::{NurbsCurve, NurbsCurve2, NurbsCurve3};
 pub use nurbs_surface::NurbsSurface;

@@ -1,0 +1,115 @@
+//! De Boor's triangle for points and all derivatives.
+
+use super::Scalar;
+use super::parameter::Parameter;
+use crate::nurbs::KnotVector;
+
+/// One knot difference of the triangle: where the parameter lies within it.
+#[derive(Clone, Copy)]
+struct Ratio<S> {
+    /// `(t - k_m) / width` or `(k_{m+L} - t) / width`, whichever is the smaller.
+    smaller: S,
+    /// Whether `smaller` is the first of these.
+    low: bool,
+    /// `k_{m+L} - k_m`, positive.
+    width: S,
+}
+
+/// Everything of a parameter that does not depend on the control points.
+pub(super) struct Span<S> {
+    /// The span's index; the active control points are `span - degree ..= span`.
+    pub(super) index: usize,
+    degree: usize,
+    /// Ratios of level L = 1 ..= p, m = span - L + 1 ..= span, at `L (L - 1) / 2 + m - (span - L + 1)`.
+    ratios: Vec<Ratio<S>>,
+}
+
+impl<S: Scalar> Span<S> {
+    pub(super) fn new(knots: &KnotVector, t: &Parameter) -> Self {
+        let degree = knots.degree();
+        let index = t.find_span(knots);
+        let k = knots.knots();
+        // t - k_{span-j} and k_{span+1+j} - t, neither negative.
+        let below: Vec<S> = (0..degree).map(|j| t.minus(k[index - j])).collect();
+        let above: Vec<S> = (0..degree)
+            .map(|j| -t.minus::<S>(k[index + 1 + j]))
+            .collect();
+        let mut ratios = Vec::with_capacity(degree * (degree + 1) / 2);
+        for level in 1..=degree {
+            for m in index + 1 - level..=index {
+                let width = S::difference(k[m + level], k[m]);
+                let (from, to) = (below[index - m], above[m + level - index - 1]);
+                let low = from.value() <= to.value();
+                ratios.push(Ratio {
+                    smaller: if low { from } else { to } / width,
+                    low,
+                    width,
+                });
+            }
+        }
+        Self {
+            index,
+            degree,
+            ratios,
+        }
+    }
+
+    fn level(&self, level: usize) -> &[Ratio<S>] {
+        let start = level * (level - 1) / 2;
+        &self.ratios[start..start + level]
+    }
+
+    /// The spline's value and its derivatives up to `order`, from its `degree + 1` active control points;
+    /// `local` is used up. Orders above the degree are zero.
+    pub(super) fn derivatives<const N: usize>(
+        &self,
+        local: &mut [[S; N]],
+        order: usize,
+    ) -> Vec<[S; N]> {
+        let mut out = Vec::with_capacity(order + 1);
+        let mut triangle = local.to_vec();
+        for k in 0..=order {
+            if k > self.degree {
+                out.push([S::ZERO; N]);
+                continue;
+            }
+            if k > 0 {
+                // Control points of the k-th derivative (equation 3.8), in `local`.
+                let n = self.degree + 1 - k;
+                let factor = S::exact(n as f64);
+                for (i, ratio) in self.level(n).iter().enumerate() {
+                    local[i] = std::array::from_fn(|c| {
+                        (local[i + 1][c] - local[i][c]) * factor / ratio.width
+                    });
+                }
+                triangle.clear();
+                triangle.extend_from_slice(&local[..n]);
+            }
+            for level in (1..=self.degree - k).rev() {
+                for (i, ratio) in self.level(level).iter().enumerate() {
+                    triangle[i] = std::array::from_fn(|c| {
+                        let (p, q) = (triangle[i][c], triangle[i + 1][c]);
+                        // The form that keeps equal coordinates equal.
+                        if ratio.low {
+                            p + ratio.smaller * (q - p)
+                        } else {
+                            q + ratio.smaller * (p - q)
+                        }
+                    });
+                }
+            }
+            out.push(triangle[0]);
+        }
+        out
+    }
+}
+
+/// `n! / (k! (n - k)!)`, exact up to n = 56.
+pub(super) fn binomial<S: Scalar>(n: usize, k: usize) -> S {
+    let mut b = 1.0;
+    for i in 0..k.min(n - k) {
+        // Each partial product is a binomial coefficient itself, so the division is exact.
+        b = b * (n - i) as f64 / (i + 1) as f64;
+    }
+    S::exact(b)
+}
