@@ -1,5 +1,10 @@
 //! Evaluation of NURBS against exact rational arithmetic.
 
+#![allow(
+    clippy::needless_range_loop,
+    reason = "indices name orders and coordinates"
+)]
+
 mod common;
 
 use common::{abs, holds, q};
