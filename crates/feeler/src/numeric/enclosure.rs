@@ -1,5 +1,7 @@
 //! Enclosures: ranges proven to hold a true value.
 
+use super::dd::two_sum;
+
 /// A closed range `[lo, hi]` proven to hold the true value; never an estimate.
 ///
 /// `lo` may be `-inf` and `hi` may be `+inf` where nothing better is known.
@@ -26,10 +28,10 @@ impl Enclosure {
         }
     }
 
-    /// `hi - lo`, rounded up by one ulp unless exact.
+    /// `hi - lo`, rounded up.
     pub fn width(&self) -> f64 {
-        let w = self.hi - self.lo;
-        if w > 0.0 { w.next_up() } else { w }
+        let (w, error) = two_sum(self.hi, -self.lo);
+        if error > 0.0 { w.next_up() } else { w }
     }
 
     /// Whether `x` lies in the range (false for NaN).

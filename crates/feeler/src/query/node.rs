@@ -30,6 +30,8 @@ pub(crate) struct Shape {
     pub(crate) c_range: [f64; 2],
     /// Bound on the error of a coefficient of `G`.
     pub(crate) g_error: f64,
+    /// The largest of them.
+    pub(crate) g_largest: f64,
     /// Largest second difference of `G` in each direction: where to split.
     pub(crate) bend: [f64; 2],
 }
@@ -153,6 +155,34 @@ impl<T: Real> Node<T> {
         (low, high)
     }
 
+    /// The mean of the Hessian of `f` over the node, roughly (from the mean second differences
+    /// of `G / C`), in local parameters of the patch: `_ss`, `_st`, `_tt`.
+    pub(crate) fn mean_hessian(&self, tau: T) -> [f64; 3] {
+        let d = self.f.degree;
+        let g: Vec<T> = self
+            .f
+            .n
+            .iter()
+            .zip(&self.f.c)
+            .map(|(n, c)| *n - tau * *c)
+            .collect();
+        let c = self.f.c.iter().map(|c| c.approximate()).sum::<f64>() / d.len() as f64;
+        let widths = [self.u[1] - self.u[0], self.v[1] - self.v[0]];
+        let mean = |du: usize, dv: usize, factor: usize, area: f64| {
+            let (low, high) = Self::second_differences(&g, d, du, dv);
+            if area > 0.0 {
+                0.5 * (low + high) * factor as f64 / (area * c)
+            } else {
+                0.0
+            }
+        };
+        [
+            mean(2, 0, d.u * d.u.saturating_sub(1), widths[0] * widths[0]),
+            mean(1, 1, d.u * d.v, widths[0] * widths[1]),
+            mean(0, 2, d.v * d.v.saturating_sub(1), widths[1] * widths[1]),
+        ]
+    }
+
     /// What is proven about `f` and `G = N - tau C` here.
     ///
     /// Monotone: `f_u = (N_u C - N C_u) / C^2 = (G_u C - G C_u) / C^2` for *any* tau, so it is enough that
@@ -233,6 +263,7 @@ impl<T: Real> Node<T> {
             c_slope: (c_slopes[0] + c_slopes[1]) * UP,
             c_range,
             g_error,
+            g_largest: g_max,
             bend: [bend_u, bend_v],
         }
     }

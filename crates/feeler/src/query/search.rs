@@ -57,8 +57,6 @@ pub(crate) struct Foot {
     pub(crate) patch: usize,
     /// Local parameters on the patch.
     pub(crate) local: [Ball<Dd>; 2],
-    /// An upper bound of `f` there.
-    pub(crate) value: Dd,
 }
 
 /// A node that convexity settled, kept for contacts and for the extent of the minimum.
@@ -388,7 +386,7 @@ impl Search<'_> {
         }
         let guess = node.guess();
         let start = self.descend(source, guess, [node.u, node.v]);
-        self.try_point(source, start.map(Dd::from), true);
+        self.try_point(source, start.map(Dd::from), false);
         let (lo, node) = (node.lo, Box::new(node));
         self.push(
             heap,
@@ -420,10 +418,12 @@ impl Search<'_> {
         }
         if node.f.degree.len() == 1 {
             // A single point.
-            self.try_point(source, [Dd::from(node.u[0]), Dd::from(node.v[0])], false);
-            if !self.hopeless(node.lo) {
-                self.lower(node.lo);
-                self.settle_unshaped(source, node.u, node.v, node.lo);
+            let p = [Dd::from(node.u[0]), Dd::from(node.v[0])];
+            self.try_point(source, p, inside);
+            let lo = self.point_bound(source, p, node.lo);
+            if !self.hopeless(lo) {
+                self.lower(lo);
+                self.settle_unshaped(source, node.u, node.v, lo);
             }
             return;
         }
@@ -454,11 +454,9 @@ impl Search<'_> {
         if shape.convexity > 0.0 && self.leaf(heap, source, inside, &node) {
             return;
         }
-        // What the arithmetic cannot tell apart is not split further.
-        let noise = (node.f.n_error + tau.magnitude() * node.f.c_error) * UP;
-        let gap = (self.out.hi - node.lo).approximate();
+        // Where all of G is rounding noise, halves would be no better.
         let wide = (node.u[1] - node.u[0]).max(node.v[1] - node.v[0]);
-        if gap * shape.c_range[1].max(0.0) <= NOISE_FACTOR * noise || wide <= LEAST_WIDTH {
+        if shape.g_largest <= NOISE_FACTOR * shape.g_error || wide <= LEAST_WIDTH {
             self.noisy.push((source, node.u, node.v, node.lo));
             return;
         }
@@ -466,6 +464,18 @@ impl Search<'_> {
         for half in node.halves(along_u, self.objective.is_squared()) {
             self.enqueue(heap, source, inside, half);
         }
+    }
+
+    /// The best bound of `f` at a single point.
+    fn point_bound(&self, source: Source, p: [Dd; 2], lo: Dd) -> Dd {
+        let Some(net) = self.net_dd(source) else {
+            return lo;
+        };
+        let [s, t] = p.map(|mid| Ball { mid, rad: 0.0 });
+        let f = self.objective.sample(net, s, t).value();
+        let bound = f.mid - Dd::from(f.rad * UP);
+        let bound = bound - Dd::from(2.0 * Dd::UNIT * bound.magnitude());
+        if bound > lo { bound } else { lo }
     }
 
     pub(super) fn enqueue<T: Real>(
@@ -569,16 +579,19 @@ impl Search<'_> {
         p
     }
 
-    /// Evaluates a point and keeps it if it is the best so far and in the region. With `filter`, only if
-    /// a rough value promises that.
-    pub(super) fn try_point(&mut self, source: Source, p: [Dd; 2], filter: bool) {
+    /// Evaluates a point and keeps it if it is the best so far and in the region; `trusted` says
+    /// that it is known to be in the region.
+    pub(super) fn try_point(&mut self, source: Source, p: [Dd; 2], trusted: bool) {
         let rough = self.guide_value(source, [p[0].hi, p[1].hi]);
         // A rough value may be off by a few roundings; f64 noise in it must not lose a better point.
         let hi = self.out.hi.hi;
-        if filter && rough > hi + ROUGH_SLACK * hi.abs() {
+        if rough > hi + ROUGH_SLACK * (hi.abs() + self.brep.size()) {
             return;
         }
         match source {
+            Source::Patch { face, index } if trusted => {
+                self.keep_patch_point(face, index, p.map(|mid| Ball { mid, rad: 0.0 }));
+            }
             Source::Patch { face, index } => self.try_patch_point(face, index, p, None),
             Source::Piece { face, index } => self.try_piece_point(face, index, p[0]),
         }
@@ -656,11 +669,30 @@ impl Search<'_> {
                     uv: Point2::new(uv[0], uv[1]),
                     patch,
                     local,
-                    value: Dd::ZERO,
                 },
             );
             return;
         }
+    }
+
+    /// Evaluates a point of a patch that is known to be in the region.
+    fn keep_patch_point(&mut self, face: usize, patch: usize, local: [Ball<Dd>; 2]) {
+        let Ok(geometry) = self.brep.double_double(face) else {
+            return;
+        };
+        let surface = &geometry.patches[patch];
+        let sample = self.objective.sample(&surface.net, local[0], local[1]);
+        let foot = Foot {
+            face,
+            trim: None,
+            uv: Point2::new(
+                surface.maps[0].to_native(local[0].mid.hi),
+                surface.maps[1].to_native(local[1].mid.hi),
+            ),
+            patch,
+            local,
+        };
+        self.keep(&sample, foot);
     }
 
     fn try_piece_point(&mut self, face: usize, index: usize, t: Dd) {
@@ -688,7 +720,6 @@ impl Search<'_> {
                     uv,
                     patch: piece.patch,
                     local,
-                    value: Dd::ZERO,
                 },
             );
         } else {
@@ -705,7 +736,7 @@ impl Search<'_> {
         value.lo = value.lo.next_up();
         if value < self.out.hi {
             self.out.hi = value;
-            self.out.foot = Some(Foot { value, ..foot });
+            self.out.foot = Some(foot);
         }
     }
 }
@@ -715,7 +746,7 @@ const MAX_NEWTON: usize = 24;
 const MAX_DAMPING: usize = 10;
 /// Rough values are compared with this relative slack.
 const ROUGH_SLACK: f64 = 1e-9;
-/// A node is left to the next arithmetic when its gap is below this many error bounds.
+/// A node is left to the next arithmetic when all of `G` is below this many error bounds.
 const NOISE_FACTOR: f64 = 8.0;
 /// A point and its neighbours in ulps of uv.
 const NEIGHBOURS: [(i32, i32); 9] = [

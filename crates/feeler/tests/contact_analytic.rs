@@ -1,0 +1,185 @@
+//! Contact queries on surfaces with known answers.
+
+use feeler::brep::{Brep, BrepParts, Face};
+use feeler::numeric::Interval;
+use feeler::nurbs::{NurbsSurface, Plane, Surface};
+use feeler::prepare::PreparedBrep;
+use feeler::query::{Accuracy, HalfSpace, Options, Probe, Sphere, Workspace, contact};
+use nalgebra::{Point3, Vector3, Vector4};
+
+/// An untrimmed face.
+fn sheet(surface: Surface) -> PreparedBrep {
+    let parts = BrepParts {
+        surfaces: vec![surface],
+        faces: vec![Face {
+            surface: 0,
+            loops: None,
+            reversed: false,
+        }],
+        ..BrepParts::default()
+    };
+    PreparedBrep::new(Brep::new(parts).unwrap())
+}
+
+/// The sphere about the origin as the usual 9 x 5 rational biquadratic net.
+fn nurbs_sphere(radius: f64) -> Surface {
+    let h = std::f64::consts::FRAC_1_SQRT_2;
+    let circle = [
+        (1., 0., 1.),
+        (1., 1., h),
+        (0., 1., 1.),
+        (-1., 1., h),
+        (-1., 0., 1.),
+        (-1., -1., h),
+        (0., -1., 1.),
+        (1., -1., h),
+        (1., 0., 1.),
+    ];
+    let profile = [
+        (0., -1., 1.),
+        (1., -1., h),
+        (1., 0., 1.),
+        (1., 1., h),
+        (0., 1., 1.),
+    ];
+    let mut net = Vec::new();
+    for (cx, cy, cw) in circle {
+        for (r, z, pw) in profile {
+            let w = cw * pw;
+            net.push(Vector4::new(
+                radius * r * cx * w,
+                radius * r * cy * w,
+                radius * z * w,
+                w,
+            ));
+        }
+    }
+    let ku = vec![0., 0., 0., 1., 1., 2., 2., 3., 3., 4., 4., 4.];
+    let kv = vec![0., 0., 0., 1., 1., 2., 2., 2.];
+    Surface::Nurbs(NurbsSurface::new([2, 2], [9, 5], net, [ku, kv]).unwrap())
+}
+
+fn ask(
+    brep: &PreparedBrep,
+    c: [f64; 3],
+    r: f64,
+    accuracy: Accuracy,
+) -> feeler::query::ContactAnswer {
+    let probe = Probe::Sphere(Sphere::new(Point3::from(c), r).unwrap());
+    let options = Options {
+        accuracy,
+        prediction: f64::INFINITY,
+        ..Options::default()
+    };
+    contact(brep, &probe, &options, &mut Workspace::default())
+}
+
+#[test]
+fn ball_in_a_nurbs_sphere() {
+    let brep = sheet(nurbs_sphere(2.5));
+    for e in [
+        0.0, 1e-15, 1e-12, 1e-9, 1e-6, 1e-3, 0.1, 2.4, 2.5, 3.0, 10.0,
+    ] {
+        let c = [e * 0.6, 0.0, e * 0.8];
+        let start = std::time::Instant::now();
+        let a = ask(&brep, c, 2.51, Accuracy::Full);
+        let time = start.elapsed();
+        let start = std::time::Instant::now();
+        let _ = ask(&brep, c, 2.51, Accuracy::Full);
+        let again = start.elapsed();
+        let coarse = ask(&brep, c, 2.51, Accuracy::Length(1e-11));
+        println!(
+            "{e:e}: {:?} width {:e} undecided {:?} continuum {} coarse {:e} {:?} first {time:?} again {again:?} contacts {}",
+            a.separation.value,
+            a.separation.bounds.width(),
+            a.undecided,
+            a.continuum,
+            coarse.separation.bounds.width(),
+            coarse.undecided,
+            a.contacts.len()
+        );
+        // The net's own rounding: radii from 2.5 - 8.5e-16 to 2.5 + 1.2e-16.
+        let norm = e;
+        let truth = (norm - 2.5f64).abs() - 2.51;
+        assert!(
+            (a.separation.value - truth).abs() < 4e-15,
+            "{e}: {:?} {truth}",
+            a.separation
+        );
+        assert!(a.separation.bounds.width() < 1e-13);
+        assert!(coarse.undecided.is_none());
+    }
+}
+
+#[test]
+fn point_over_a_rectangle() {
+    let plane = Plane {
+        origin: Point3::new(1.0, 2.0, 3.0),
+        x: Vector3::new(0.6, 0.8, 0.0),
+        y: Vector3::new(-0.8, 0.6, 0.0),
+        domain: [
+            Interval {
+                start: 0.0,
+                end: 4.0,
+            },
+            Interval {
+                start: 0.0,
+                end: 2.0,
+            },
+        ],
+        extents: [
+            Interval {
+                start: 0.0,
+                end: 4.0,
+            },
+            Interval {
+                start: 0.0,
+                end: 2.0,
+            },
+        ],
+    };
+    let brep = sheet(Surface::Plane(plane));
+    let at = |u: f64, v: f64, z: f64| [1.0 + 0.6 * u - 0.8 * v, 2.0 + 0.8 * u + 0.6 * v, 3.0 + z];
+    for (u, v, z, d) in [
+        (1.0, 1.0, 0.5, 0.5),
+        (1.0, 1.0, -1e-9, 1e-9),
+        (-3.0, 1.0, 4.0, 5.0),
+        (7.0, 1.0, 4.0, 5.0),
+        (5.0, 4.0, 2.0, 3.0),
+        (2.0, -1e-3, 0.0, 1e-3),
+    ] {
+        let a = ask(&brep, at(u, v, z), 0.25, Accuracy::Full);
+        println!(
+            "{:?} {:?} {:?}",
+            a.separation,
+            a.undecided,
+            a.contacts.first()
+        );
+        assert!(
+            (a.separation.value - (d - 0.25)).abs() < 1e-14,
+            "{u} {v} {z}"
+        );
+        assert!(a.undecided.is_none(), "{u} {v} {z}");
+    }
+}
+
+#[test]
+fn half_space_under_a_sphere() {
+    let brep = sheet(nurbs_sphere(2.0));
+    for n in [
+        [0.0, 0.0, 1.0],
+        [0.6, 0.8, 0.0],
+        [1.0 / 3.0, 2.0 / 3.0, 2.0 / 3.0],
+    ] {
+        let probe = Probe::HalfSpace(HalfSpace::new(Vector3::from(n), -1.5).unwrap());
+        let a = contact(
+            &brep,
+            &probe,
+            &Options::default(),
+            &mut Workspace::default(),
+        );
+        println!("{:?} {:?} {}", a.separation, a.undecided, a.continuum);
+        assert!((a.separation.value - (-0.5)).abs() < 4e-15);
+        assert!(a.undecided.is_none());
+    }
+}
