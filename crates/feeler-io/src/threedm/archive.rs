@@ -1,0 +1,382 @@
+//! Chunks: the container that everything in a .3dm file lies in.
+//!
+//! A chunk is a typecode (u32) and a value (i32 before version 50, i64 from then on). Typecodes
+//! with [`SHORT`] set are the whole chunk. Otherwise the value is the length of the
+//! body; with [`HAS_CRC`] set the body's last 4 bytes are the CRC-32 of the bytes that belong to the
+//! chunk itself, not to the chunks inside it. A [`Chunk`] is a cursor over one
+//! body that hashes what it steps over, so that [`Chunk::finish`] can compare.
+
+use super::error::{ChunkId, Problem, ReadError};
+use crc32fast::Hasher;
+use feeler::numeric::Interval;
+
+/// How deep chunks may nest. A poly-curve inside a poly-curve is two levels; a BREP's curves
+/// start at level 7, so poly-curves may nest 12 deep. Files seen in the wild use 2 at most.
+pub const MAX_DEPTH: u32 = 32;
+
+/// A typecode with this bit has its payload in place of a length.
+const SHORT: u32 = 0x8000_0000;
+/// A typecode with this bit ends with a checksum.
+const HAS_CRC: u32 = 0x0000_8000;
+/// The checksum's size.
+const CRC_SIZE: usize = 4;
+/// The chunk that wraps parts without a typecode of their own.
+pub(super) const ANONYMOUS: u32 = 0x4000_8000;
+/// What the format stores for "not set".
+pub(super) const UNSET: f64 = -1.234_321_012_343_21e308;
+
+/// The whole file and what its header says.
+#[derive(Clone, Copy)]
+pub(super) struct Archive<'a> {
+    pub(super) bytes: &'a [u8],
+    /// 3, 4, 5, 50, 60, ...
+    pub(super) version: u32,
+    /// Version of the library that wrote it; 0 if not said.
+    pub(super) opennurbs: u32,
+}
+
+/// A cursor over the body of one chunk.
+pub(super) struct Chunk<'a> {
+    pub(super) archive: Archive<'a>,
+    pub(super) id: ChunkId,
+    /// The payload of a short chunk.
+    pub(super) value: i64,
+    depth: u32,
+    pos: usize,
+    end: usize,
+    stored_crc: Option<u32>,
+    hasher: Hasher,
+    hashed: usize,
+}
+
+impl<'a> Chunk<'a> {
+    /// The file's chunks from `start` on, as if they were one chunk's body.
+    pub(super) fn file(archive: Archive<'a>, start: usize) -> Self {
+        Self {
+            archive,
+            id: ChunkId {
+                typecode: 0,
+                offset: start,
+            },
+            value: 0,
+            depth: 0,
+            pos: start,
+            end: archive.bytes.len(),
+            stored_crc: None,
+            hasher: Hasher::new(),
+            hashed: start,
+        }
+    }
+
+    /// Where the next byte is read.
+    pub(super) fn position(&self) -> usize {
+        self.pos
+    }
+
+    /// How many bytes are left.
+    pub(super) fn left(&self) -> usize {
+        self.end - self.pos
+    }
+
+    /// An error at the current position.
+    pub(super) fn fail(&self, problem: Problem) -> ReadError {
+        self.fail_at(self.pos, problem)
+    }
+
+    /// An error at byte `at`.
+    pub(super) fn fail_at(&self, at: usize, problem: Problem) -> ReadError {
+        ReadError::Chunk {
+            chunk: self.id,
+            at,
+            problem: Box::new(problem),
+        }
+    }
+
+    fn take<const N: usize>(&mut self, what: &'static str) -> Result<[u8; N], ReadError> {
+        let bytes = self.archive.bytes.get(self.pos..self.end);
+        match bytes.and_then(|b| b.first_chunk::<N>()) {
+            Some(&bytes) => {
+                self.pos += N;
+                Ok(bytes)
+            }
+            None => Err(self.fail(Problem::Truncated {
+                what,
+                needed: N as u64,
+                left: self.left() as u64,
+            })),
+        }
+    }
+
+    pub(super) fn u8(&mut self, what: &'static str) -> Result<u8, ReadError> {
+        self.take::<1>(what).map(|b| b[0])
+    }
+
+    pub(super) fn i32(&mut self, what: &'static str) -> Result<i32, ReadError> {
+        self.take(what).map(i32::from_le_bytes)
+    }
+
+    fn u32(&mut self, what: &'static str) -> Result<u32, ReadError> {
+        self.take(what).map(u32::from_le_bytes)
+    }
+
+    pub(super) fn f64(&mut self, what: &'static str) -> Result<f64, ReadError> {
+        self.take(what).map(f64::from_le_bytes)
+    }
+
+    pub(super) fn f64s<const N: usize>(
+        &mut self,
+        what: &'static str,
+    ) -> Result<[f64; N], ReadError> {
+        let mut all = [0.0; N];
+        for x in &mut all {
+            *x = self.f64(what)?;
+        }
+        Ok(all)
+    }
+
+    /// A tolerance or the like; `None` if it is unset, negative or not finite.
+    pub(super) fn optional_f64(&mut self, what: &'static str) -> Result<Option<f64>, ReadError> {
+        let x = self.f64(what)?;
+        Ok((x != UNSET && x.is_finite() && x >= 0.0).then_some(x))
+    }
+
+    /// A class id, as stored.
+    pub(super) fn uuid(&mut self) -> Result<[u8; 16], ReadError> {
+        self.take("a class id")
+    }
+
+    /// Steps over `count` bytes.
+    pub(super) fn skip(&mut self, count: usize, what: &'static str) -> Result<(), ReadError> {
+        if count > self.left() {
+            return Err(self.fail(Problem::Truncated {
+                what,
+                needed: count as u64,
+                left: self.left() as u64,
+            }));
+        }
+        self.pos += count;
+        Ok(())
+    }
+
+    /// A count of items that take at least `item_size` bytes each in this chunk: refused if they
+    /// cannot all be there.
+    pub(super) fn count(
+        &mut self,
+        what: &'static str,
+        item_size: usize,
+    ) -> Result<usize, ReadError> {
+        let at = self.pos;
+        let count = self.i32(what)?;
+        self.check_count(at, what, i64::from(count), item_size)
+    }
+
+    /// `count` (read at byte `at`) if that many items of `item_size` bytes fit into what is left.
+    pub(super) fn check_count(
+        &self,
+        at: usize,
+        what: &'static str,
+        count: i64,
+        item_size: usize,
+    ) -> Result<usize, ReadError> {
+        let most = self.left() / item_size.max(1);
+        match usize::try_from(count) {
+            Ok(n) if n <= most => Ok(n),
+            _ => Err(self.fail_at(
+                at,
+                Problem::Count {
+                    what,
+                    count,
+                    left: self.left() as u64,
+                },
+            )),
+        }
+    }
+
+    pub(super) fn i32_array(&mut self, what: &'static str) -> Result<Vec<i32>, ReadError> {
+        let n = self.count(what, size_of::<i32>())?;
+        (0..n).map(|_| self.i32(what)).collect()
+    }
+
+    pub(super) fn f64_array(&mut self, what: &'static str) -> Result<Vec<f64>, ReadError> {
+        let n = self.count(what, size_of::<f64>())?;
+        (0..n).map(|_| self.f64(what)).collect()
+    }
+
+    /// UTF-16 with its length in front; a trailing zero is dropped.
+    pub(super) fn string(&mut self, what: &'static str) -> Result<String, ReadError> {
+        let n = self.count(what, size_of::<u16>())?;
+        let mut units = Vec::with_capacity(n);
+        for _ in 0..n {
+            units.push(self.take(what).map(u16::from_le_bytes)?);
+        }
+        while units.last() == Some(&0) {
+            units.pop();
+        }
+        Ok(String::from_utf16_lossy(&units))
+    }
+
+    /// A parameter interval, which must be finite and increasing.
+    pub(super) fn interval(&mut self, what: &'static str) -> Result<Interval, ReadError> {
+        let at = self.pos;
+        let [start, end] = self.f64s(what)?;
+        Interval::new(start, end).ok_or_else(|| {
+            self.fail_at(
+                at,
+                Problem::Value {
+                    what: what.into(),
+                    found: format!("[{start:?}, {end:?}]"),
+                    expected: "a finite increasing interval".into(),
+                },
+            )
+        })
+    }
+
+    /// The layout version of a class: one byte, major and minor.
+    pub(super) fn layout(&mut self) -> Result<(u8, u8), ReadError> {
+        self.u8("the layout version").map(|b| (b >> 4, b & 15))
+    }
+
+    /// The next chunk in this one; its bytes are stepped over.
+    pub(super) fn child(&mut self) -> Result<Chunk<'a>, ReadError> {
+        let offset = self.pos;
+        self.hash_to(offset);
+        let typecode = self.u32("a chunk's typecode")?;
+        let value = if self.archive.version < 50 {
+            i64::from(self.i32("a chunk's length")?)
+        } else {
+            self.take("a chunk's length").map(i64::from_le_bytes)?
+        };
+        if self.depth >= MAX_DEPTH {
+            return Err(self.fail_at(offset, Problem::Depth { limit: MAX_DEPTH }));
+        }
+        let start = self.pos;
+        let short = typecode & SHORT != 0;
+        let length = if short { 0 } else { value };
+        let bad_length = |left| Problem::ChunkLength {
+            typecode,
+            length,
+            left,
+        };
+        let Some(end) = usize::try_from(length)
+            .ok()
+            .and_then(|n| start.checked_add(n))
+            .filter(|end| *end <= self.end)
+        else {
+            return Err(self.fail_at(offset, bad_length(self.left() as u64)));
+        };
+        let id = ChunkId { typecode, offset };
+        let (end_of_data, stored_crc) = if !short && typecode & HAS_CRC != 0 {
+            let data_end = end.checked_sub(CRC_SIZE).filter(|e| *e >= start);
+            let crc = data_end.and_then(|e| self.archive.bytes.get(e..end)?.first_chunk());
+            match (data_end, crc) {
+                (Some(e), Some(crc)) => (e, Some(u32::from_le_bytes(*crc))),
+                _ => {
+                    return Err(self.fail_at(
+                        offset,
+                        Problem::Truncated {
+                            what: "a checksum",
+                            needed: CRC_SIZE as u64,
+                            left: (end - start) as u64,
+                        },
+                    ));
+                }
+            }
+        } else {
+            (end, None)
+        };
+        self.pos = end;
+        self.hashed = end;
+        Ok(Chunk {
+            archive: self.archive,
+            id,
+            value,
+            depth: self.depth + 1,
+            pos: start,
+            end: end_of_data,
+            stored_crc,
+            hasher: Hasher::new(),
+            hashed: start,
+        })
+    }
+
+    /// The next chunk, which must have this typecode.
+    pub(super) fn expect(
+        &mut self,
+        typecode: u32,
+        expected: &'static str,
+    ) -> Result<Chunk<'a>, ReadError> {
+        let child = self.child()?;
+        if child.id.typecode == typecode {
+            Ok(child)
+        } else {
+            Err(self.fail_at(
+                child.id.offset,
+                Problem::Unexpected {
+                    expected,
+                    found: child.id.typecode,
+                },
+            ))
+        }
+    }
+
+    fn hash_to(&mut self, to: usize) {
+        if self.stored_crc.is_some()
+            && let Some(bytes) = self.archive.bytes.get(self.hashed..to)
+        {
+            self.hasher.update(bytes);
+        }
+        self.hashed = to;
+    }
+
+    /// Verifies the checksum. What was not read (fields of newer layouts) belongs to the chunk, too:
+    /// either all of it, or, if that does not fit, all but the chunks found in it.
+    pub(super) fn finish(mut self) -> Result<(), ReadError> {
+        let Some(stored) = self.stored_crc else {
+            return Ok(());
+        };
+        self.hash_to(self.pos);
+        let mut whole = self.hasher.clone();
+        whole.update(self.archive.bytes.get(self.pos..self.end).unwrap_or(&[]));
+        let computed = whole.finalize();
+        if stored == computed || stored == self.crc_without_chunks() {
+            Ok(())
+        } else {
+            Err(self.fail_at(self.end, Problem::Checksum { stored, computed }))
+        }
+    }
+
+    /// The checksum when the unread rest is searched for chunks and these are left out. One pass: what
+    /// looks like a chunk and fits is taken for one, and a wrong guess shows in the checksum.
+    fn crc_without_chunks(&self) -> u32 {
+        let bytes = self.archive.bytes;
+        let mut hasher = self.hasher.clone();
+        let header = if self.archive.version < 50 { 8 } else { 12 };
+        let (mut pos, mut hashed) = (self.pos, self.pos);
+        while pos + header <= self.end {
+            let inner = bytes.get(pos..self.end).unwrap_or(&[]);
+            let typecode = inner.first_chunk().map(|b| u32::from_le_bytes(*b));
+            if !matches!(typecode, Some(ANONYMOUS | 0x0002_7FFA)) {
+                pos += 1;
+                continue;
+            }
+            let rest = inner.get(4..).unwrap_or(&[]);
+            let length = if header == 8 {
+                rest.first_chunk()
+                    .map(|b| i64::from(i32::from_le_bytes(*b)))
+            } else {
+                rest.first_chunk().map(|b| i64::from_le_bytes(*b))
+            };
+            let room = self.end - pos - header;
+            match length.and_then(|n| usize::try_from(n).ok()) {
+                Some(n) if n <= room => {
+                    hasher.update(bytes.get(hashed..pos).unwrap_or(&[]));
+                    pos += header + n;
+                    hashed = pos;
+                }
+                _ => pos += 1,
+            }
+        }
+        hasher.update(bytes.get(hashed..self.end).unwrap_or(&[]));
+        hasher.finalize()
+    }
+}

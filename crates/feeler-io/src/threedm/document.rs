@@ -1,0 +1,400 @@
+//! The whole file.
+
+use super::archive::{Archive, Chunk};
+use super::attributes::{Attributes, attributes, layer, units};
+use super::brep::brep;
+use super::class::{self, Class};
+use super::curves::curve_of;
+use super::error::{FileError, FileProblem, ReadError};
+use super::surfaces::surface_of;
+use super::units::Units;
+use feeler::brep::{Brep, BrepParts, Face};
+use feeler::nurbs::Curve3;
+use std::collections::HashMap;
+use std::fs::File;
+use std::io::Read;
+use std::path::Path;
+
+/// The largest file that [`read_file`] takes: 1 GiB.
+pub const MAX_FILE_SIZE: u64 = 1 << 30;
+
+/// What a file starts with; 8 more bytes hold the version.
+const MAGIC: &[u8] = b"3D Geometry File Format ";
+const VERSION_DIGITS: usize = 8;
+
+const END_OF_FILE: u32 = 0x0000_7FFF;
+const END_OF_TABLE: u32 = 0xFFFF_FFFF;
+const LAYER_TABLE: u32 = 0x1000_0011;
+const OBJECT_TABLE: u32 = 0x1000_0013;
+const PROPERTIES_TABLE: u32 = 0x1000_0014;
+const SETTINGS_TABLE: u32 = 0x1000_0015;
+const OPENNURBS_VERSION: u32 = 0xA000_0026;
+const UNITS: u32 = 0x2000_8031;
+const LAYER_RECORD: u32 = 0x2000_8050;
+const OBJECT_RECORD: u32 = 0x2000_8070;
+const OBJECT_TYPE: u32 = 0x8200_0071;
+const OBJECT: u32 = 0x0002_7FFA;
+const ATTRIBUTES: u32 = 0x0200_8072;
+const END_OF_OBJECT: u32 = 0x8200_007F;
+
+/// What a .3dm file holds.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Document {
+    /// The archive version, as in the file: 3, 4, 5, 50, 60, 70 or 80 (2 too, whose BREPs are
+    /// refused).
+    pub version: u32,
+    /// Version of the library that wrote the file, as stored; 0 if not said.
+    pub opennurbs_version: u32,
+    /// The unit of every length in the file.
+    pub units: Units,
+    /// The tolerance the model was made with, in these units; `None` if unset.
+    pub tolerance: Option<f64>,
+    /// The objects, in file order, including those that could not be read.
+    pub objects: Vec<Object>,
+    /// What was odd about the file as a whole.
+    pub warnings: Vec<String>,
+}
+
+impl Document {
+    /// The BREPs with the index of their object, in file order.
+    pub fn breps(&self) -> impl Iterator<Item = (usize, &Brep)> {
+        let objects = self.objects.iter().enumerate();
+        objects.filter_map(|(i, o)| match &o.kind {
+            ObjectKind::Brep(brep) => Some((i, brep)),
+            _ => None,
+        })
+    }
+}
+
+/// One object of a file.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Object {
+    /// Its name; empty if it has none.
+    pub name: String,
+    /// The name of its layer, if it is on one.
+    pub layer: Option<String>,
+    /// Whether it is part of a block's definition rather than of the model itself.
+    pub block_member: bool,
+    /// Byte offset of its record from the start of the file.
+    pub offset: usize,
+    /// What it is.
+    pub kind: ObjectKind,
+    /// What was odd about it: spans cut to their curve's domain, faces without loops, names that
+    /// could not be read.
+    pub warnings: Vec<String>,
+}
+
+/// What an object is.
+#[derive(Clone, Debug, PartialEq)]
+pub enum ObjectKind {
+    /// A boundary representation.
+    Brep(Brep),
+    /// A surface that is no part of a BREP, as a BREP of one face without loops (its whole domain).
+    Surface(Brep),
+    /// A curve that is no part of a BREP.
+    Curve(Curve3),
+    /// An extrusion. Not read yet.
+    Extrusion,
+    /// A mesh. Not read.
+    Mesh,
+    /// Something else (a point, a text, a block reference, ...), by name.
+    Other(String),
+    /// A BREP, curve or surface that could not be read.
+    Refused {
+        /// Its class, `"object"` if even that could not be read.
+        class: String,
+        /// Why, where, and what to do.
+        reason: ReadError,
+    },
+}
+
+impl ObjectKind {
+    /// What it is in reports: `brep`, `surface`, `curve`, `extrusion`, `mesh`, `refused` or the name of
+    /// something else.
+    pub fn name(&self) -> &str {
+        match self {
+            Self::Brep(_) => "brep",
+            Self::Surface(_) => "surface",
+            Self::Curve(_) => "curve",
+            Self::Extrusion => "extrusion",
+            Self::Mesh => "mesh",
+            Self::Other(name) => name,
+            Self::Refused { .. } => "refused",
+        }
+    }
+}
+
+/// Reads the file at `path`; see [`read_3dm`].
+///
+/// # Errors
+/// [`FileError`], which names the file: it cannot be opened or read, is larger than
+/// [`MAX_FILE_SIZE`], or [`read_3dm`] refuses it.
+pub fn read_file(path: impl AsRef<Path>) -> Result<Document, FileError> {
+    let path = path.as_ref();
+    load(path).map_err(|problem| FileError {
+        path: path.to_path_buf(),
+        problem,
+    })
+}
+
+fn load(path: &Path) -> Result<Document, FileProblem> {
+    let mut bytes = Vec::new();
+    // One byte more than allowed, whatever the system says the size is: it may be a pipe.
+    File::open(path)?
+        .take(MAX_FILE_SIZE + 1)
+        .read_to_end(&mut bytes)?;
+    if bytes.len() as u64 > MAX_FILE_SIZE {
+        return Err(FileProblem::TooLarge);
+    }
+    Ok(read_3dm(&bytes)?)
+}
+
+/// Reads a .3dm file of version 3 to 8 from memory.
+///
+/// A bad object does not lose the others: it becomes [`ObjectKind::Refused`] with the reason.
+/// A file of version 2 is read too; its BREPs, of an older layout, are refused one by one.
+///
+/// # Errors
+/// [`ReadError`], which names the chunk, its byte offset and the remedy: no .3dm file, a version that is
+/// not read, or a chunk structure that does not hold together outside the objects.
+///
+/// # Cost
+/// O(size) time; memory within a small multiple of the size.
+pub fn read_3dm(bytes: &[u8]) -> Result<Document, ReadError> {
+    if bytes.is_empty() {
+        return Err(ReadError::Empty);
+    }
+    // Other programs' bytes may stand before the header.
+    let start = bytes
+        .windows(MAGIC.len())
+        .position(|w| w == MAGIC)
+        .ok_or(ReadError::NotA3dm { size: bytes.len() })?;
+    let digits = start + MAGIC.len();
+    let version = version(bytes.get(digits..digits + VERSION_DIGITS).unwrap_or(&[]))?;
+    let archive = Archive {
+        bytes,
+        version,
+        opennurbs: 0,
+    };
+    let mut reader = DocumentReader::new(version);
+    reader.file(Chunk::file(archive, digits + VERSION_DIGITS))?;
+    Ok(reader.document)
+}
+
+fn version(digits: &[u8]) -> Result<u32, ReadError> {
+    let text = String::from_utf8_lossy(digits);
+    match text.trim().parse() {
+        Ok(version @ (2..=5 | 50 | 60 | 70 | 80)) => Ok(version),
+        _ => Err(ReadError::Version {
+            found: text.trim().escape_default().to_string(),
+        }),
+    }
+}
+
+struct DocumentReader {
+    document: Document,
+    layers: HashMap<i32, String>,
+}
+
+impl DocumentReader {
+    fn new(version: u32) -> Self {
+        Self {
+            document: Document {
+                version,
+                opennurbs_version: 0,
+                units: Units::None,
+                tolerance: None,
+                objects: Vec::new(),
+                warnings: Vec::new(),
+            },
+            layers: HashMap::new(),
+        }
+    }
+
+    fn file(&mut self, mut file: Chunk<'_>) -> Result<(), ReadError> {
+        loop {
+            let mut table = file.child()?;
+            match table.id.typecode {
+                END_OF_FILE => return Ok(()),
+                PROPERTIES_TABLE => {
+                    each(&mut table, |record| {
+                        if record.id.typecode == OPENNURBS_VERSION {
+                            // A date or a packed number; either way an unsigned one of 32 bits.
+                            self.document.opennurbs_version = record.value as u32;
+                        }
+                        Ok(())
+                    })?;
+                    file.archive.opennurbs = self.document.opennurbs_version;
+                }
+                SETTINGS_TABLE => each(&mut table, |record| {
+                    if record.id.typecode == UNITS {
+                        (self.document.units, self.document.tolerance) = units(record)?;
+                    }
+                    Ok(())
+                })?,
+                LAYER_TABLE => each(&mut table, |record| {
+                    if record.id.typecode == LAYER_RECORD {
+                        self.layer(record);
+                    }
+                    Ok(())
+                })?,
+                OBJECT_TABLE => each(&mut table, |record| {
+                    if record.id.typecode == OBJECT_RECORD {
+                        let object = self.object(record);
+                        self.document.objects.push(object);
+                    }
+                    Ok(())
+                })?,
+                _ => {}
+            }
+        }
+    }
+
+    /// A layer that cannot be read costs its objects the layer's name, no more.
+    fn layer(&mut self, mut record: Chunk<'_>) {
+        match layer(&mut record) {
+            Ok((index, name)) => {
+                self.layers.insert(index, name);
+            }
+            Err(reason) => self
+                .document
+                .warnings
+                .push(format!("a layer could not be read: {reason}")),
+        }
+    }
+
+    fn object(&self, mut record: Chunk<'_>) -> Object {
+        let offset = record.id.offset;
+        let mut object = Object {
+            name: String::new(),
+            layer: None,
+            block_member: false,
+            offset,
+            kind: ObjectKind::Other("object".into()),
+            warnings: Vec::new(),
+        };
+        if let Err(reason) = self.record(&mut record, &mut object) {
+            object.kind = ObjectKind::Refused {
+                class: "object".into(),
+                reason,
+            };
+        } else if let Err(reason) = record.finish() {
+            object.kind = ObjectKind::Refused {
+                class: "object".into(),
+                reason,
+            };
+        }
+        object
+    }
+
+    fn record(&self, record: &mut Chunk<'_>, object: &mut Object) -> Result<(), ReadError> {
+        let mut type_bits = 0;
+        while record.left() > 0 {
+            let child = record.child()?;
+            match child.id.typecode {
+                OBJECT_TYPE => type_bits = child.value,
+                OBJECT => {
+                    let (class, data) = class::object_in(child)?;
+                    object.kind = match kind(class, data, type_bits, &mut object.warnings) {
+                        Ok(kind) => kind,
+                        Err(reason) => ObjectKind::Refused {
+                            class: class.name(),
+                            reason,
+                        },
+                    };
+                }
+                ATTRIBUTES => match attributes(child) {
+                    Ok(Attributes {
+                        name,
+                        layer,
+                        block_member,
+                    }) => {
+                        object.name = name;
+                        object.layer = layer.and_then(|i| self.layers.get(&i).cloned());
+                        object.block_member = block_member;
+                    }
+                    Err(reason) => object
+                        .warnings
+                        .push(format!("name and layer could not be read: {reason}")),
+                },
+                END_OF_OBJECT => return Ok(()),
+                _ => {}
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Calls `read` for each record of a table, up to its end.
+fn each<'a>(
+    table: &mut Chunk<'a>,
+    mut read: impl FnMut(Chunk<'a>) -> Result<(), ReadError>,
+) -> Result<(), ReadError> {
+    while table.left() > 0 {
+        let record = table.child()?;
+        if record.id.typecode == END_OF_TABLE {
+            break;
+        }
+        read(record)?;
+    }
+    Ok(())
+}
+
+fn kind(
+    class: Class,
+    data: Chunk<'_>,
+    type_bits: i64,
+    warnings: &mut Vec<String>,
+) -> Result<ObjectKind, ReadError> {
+    Ok(match class {
+        Class::Brep => {
+            let (brep, found) = brep(data)?;
+            warnings.extend(found);
+            ObjectKind::Brep(brep)
+        }
+        Class::PlaneSurface | Class::RevSurface | Class::SumSurface | Class::NurbsSurface => {
+            let at = data.id;
+            let surface = surface_of(class, data)?;
+            let parts = BrepParts {
+                surfaces: vec![surface],
+                faces: vec![Face {
+                    surface: 0,
+                    loops: None,
+                    reversed: false,
+                }],
+                ..BrepParts::default()
+            };
+            let brep = Brep::new(parts).map_err(|problem| ReadError::Chunk {
+                chunk: at,
+                at: at.offset,
+                problem: Box::new(problem.into()),
+            })?;
+            ObjectKind::Surface(brep)
+        }
+        Class::LineCurve
+        | Class::ArcCurve
+        | Class::PolylineCurve
+        | Class::NurbsCurve
+        | Class::PolyCurve
+        | Class::CurveOnSurface => ObjectKind::Curve(curve_of(class, data, "a curve")?),
+        Class::Extrusion => ObjectKind::Extrusion,
+        Class::Mesh => ObjectKind::Mesh,
+        Class::InstanceRef | Class::Other(_) => ObjectKind::Other(other(class, type_bits)),
+    })
+}
+
+/// What an object of no class of interest is, by the type bits beside it.
+fn other(class: Class, type_bits: i64) -> String {
+    match type_bits {
+        0x1 => "point",
+        0x2 => "point cloud",
+        0x100 => "light",
+        0x200 => "annotation",
+        0x1000 => "block reference",
+        0x2000 => "text dot",
+        0x10000 => "hatch",
+        0x40000 => "subdivision surface",
+        _ => return class.name(),
+    }
+    .into()
+}
