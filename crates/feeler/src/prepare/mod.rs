@@ -5,6 +5,7 @@
 
 mod boundary;
 mod compose;
+mod crack;
 mod net;
 mod param;
 mod patch;
@@ -87,6 +88,7 @@ pub struct PreparedBrep {
     brep: Brep,
     faces: Vec<PreparedFace>,
     size: f64,
+    crack: OnceLock<f64>,
 }
 
 impl PreparedBrep {
@@ -109,7 +111,12 @@ impl PreparedBrep {
             });
             size = size.max(range[1] - range[0]);
         }
-        Self { brep, faces, size }
+        Self {
+            brep,
+            faces,
+            size,
+            crack: OnceLock::new(),
+        }
     }
 
     /// The BREP as it was given.
@@ -121,6 +128,12 @@ impl PreparedBrep {
     /// model units.
     pub fn size(&self) -> f64 {
         self.size
+    }
+
+    /// The width of the widest crack between two faces at an edge, in model units; sampled, an
+    /// estimate from below. Made at the first call.
+    pub fn crack(&self) -> f64 {
+        *self.crack.get_or_init(|| crack::crack_width(self))
     }
 
     /// A box around the face's surface; `None` where none is known.

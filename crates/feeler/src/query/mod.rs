@@ -3,6 +3,7 @@
 mod answer;
 mod contact;
 mod leaf;
+mod line;
 mod node;
 mod objective;
 mod search;
@@ -13,6 +14,7 @@ pub use answer::{
 };
 
 pub use contact::contact;
+pub use line::{inside, line};
 
 use crate::prepare::PreparedBrep;
 use nalgebra::{Point2, Point3, Vector3};
@@ -21,33 +23,9 @@ use nalgebra::{Point2, Point3, Vector3};
 #[derive(Debug, Default)]
 pub struct Workspace {}
 
-/// All hits of a line.
-pub fn line(
-    _brep: &PreparedBrep,
-    _line: &LineProbe,
-    _options: &Options,
-    _workspace: &mut Workspace,
-) -> LineAnswer {
-    LineAnswer {
-        hits: Vec::new(),
-        crossings: 0,
-        in_crack: false,
-        undecided: Some(Undecided::Budget),
-    }
-}
-
 /// The side of a point of a face's parameter space; `None` if there is no such face.
 pub fn side(_brep: &PreparedBrep, _face: usize, _uv: Point2<f64>) -> Option<SideAnswer> {
     None
-}
-
-/// The side of a point in space: whether it is in the solid's material.
-pub fn inside(_brep: &PreparedBrep, _point: Point3<f64>, _workspace: &mut Workspace) -> SideAnswer {
-    SideAnswer {
-        side: None,
-        in_gap: false,
-        undecided: Some(Undecided::Budget),
-    }
 }
 
 /// A surface point and its first derivatives, with a bound.
