@@ -6,7 +6,9 @@ mod dd;
 mod dyadic;
 mod enclosure;
 mod interval;
+pub mod polynomial;
 mod real;
+pub mod roots;
 mod trig;
 
 pub use ball::Ball;

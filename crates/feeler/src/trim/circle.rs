@@ -1,0 +1,417 @@
+//! Native circular arcs in uv.
+//!
+//! An arc is cut where it crosses its centre's axes: those points are `center ± radius` in one
+//! coordinate, exactly, whatever the arc's frame. Pieces between two of them are exact rational quadratics.
+//! At the two ends of the arc the cosine and sine of an angle come in, known in enclosures only: there the
+//! point's side of the circle itself is decided exactly, and whether it is before or beyond the end by
+//! the enclosure.
+
+use super::decide::{Crossing, Part};
+use super::piece::Piece;
+use super::source::{Ball3, End, Param, Run, Source, SourcePiece};
+use super::split::Trend;
+use crate::numeric::{Ball, Dd, Dyadic, sin_cos};
+use crate::nurbs::Arc;
+use std::cmp::Ordering;
+
+/// Part of a native arc within one quadrant of its circle.
+#[derive(Clone, Debug)]
+pub(super) struct ArcSpan {
+    center: [f64; 2],
+    radius: f64,
+    /// Quadrant k goes from direction k to k + 1 (quarter turns).
+    quadrant: usize,
+    /// Whether it runs counter-clockwise.
+    ccw: bool,
+    /// Its end directions.
+    ends: [Direction; 2],
+}
+
+/// A unit vector: an axis, exactly, or in balls.
+#[derive(Clone, Copy, Debug)]
+enum Direction {
+    Axis(usize),
+    Free([Ball<Dd>; 2]),
+}
+
+/// Unit vector of `k` quarter turns.
+fn axis(k: usize) -> [f64; 2] {
+    match k % 4 {
+        0 => [1.0, 0.0],
+        1 => [0.0, 1.0],
+        2 => [-1.0, 0.0],
+        _ => [0.0, -1.0],
+    }
+}
+
+impl Direction {
+    fn balls(&self) -> [Ball<Dd>; 2] {
+        match self {
+            Self::Axis(k) => axis(*k).map(Ball::exact),
+            Self::Free(d) => *d,
+        }
+    }
+}
+
+impl ArcSpan {
+    pub(super) fn reverse(&mut self) {
+        self.ccw = !self.ccw;
+        self.ends.reverse();
+    }
+
+    /// How u and v run. At a free end whose direction is within its enclosure of an axis the arc may
+    /// in truth start just before that axis; the part that runs the other way lies in the enclosure of the
+    /// end, where nothing is decided.
+    pub(super) fn trends(&self) -> [Trend; 2] {
+        let ccw = match self.quadrant % 4 {
+            0 => [Trend::Down, Trend::Up],
+            1 => [Trend::Down, Trend::Down],
+            2 => [Trend::Up, Trend::Down],
+            _ => [Trend::Up, Trend::Up],
+        };
+        if self.ccw {
+            return ccw;
+        }
+        ccw.map(|t| {
+            if t == Trend::Up {
+                Trend::Down
+            } else {
+                Trend::Up
+            }
+        })
+    }
+
+    /// Homogeneous control points. With end directions d, e and `C = d.e`: the tangents meet at
+    /// `center + radius (d + e) / (1 + C)`, and weights `(1, (1 + C) / 2, (1 + C) / 2)` have
+    /// `w_1² / (w_0 w_2) = (1 + C) / 2`, the squared cosine of half the angle, as a circle needs (The
+    /// NURBS Book, 7.3).
+    pub(super) fn balls(&self) -> Vec<Ball3> {
+        let (d, e) = (self.ends[0].balls(), self.ends[1].balls());
+        let (c, r) = (self.center.map(Ball::exact), Ball::exact(self.radius));
+        let w = (Ball::ONE + (d[0] * e[0] + d[1] * e[1])).half();
+        let at = |d: [Ball<Dd>; 2], w: Ball<Dd>| [(c[0] + r * d[0]) * w, (c[1] + r * d[1]) * w, w];
+        let middle = [0, 1].map(|i| c[i] * w + r * (d[i] + e[i]).half());
+        vec![at(d, Ball::ONE), [middle[0], middle[1], w], at(e, w)]
+    }
+}
+
+/// `center + radius direction` for an axis: exact.
+fn extreme(center: [f64; 2], radius: f64, k: usize) -> Option<End> {
+    let a = axis(k);
+    let sums = [0, 1].map(|i| Dd::sum(center[i], radius * a[i]));
+    if sums.iter().all(|s| s.lo == 0.0) {
+        return Some(End::Point(sums.map(|s| s.hi)));
+    }
+    // An f64 pair is a dyadic: integers over a common power of two.
+    let parts = super::source::dyadics_to_integers(&[
+        &Dyadic::from_f64(sums[0].hi)? + &Dyadic::from_f64(sums[0].lo)?,
+        &Dyadic::from_f64(sums[1].hi)? + &Dyadic::from_f64(sums[1].lo)?,
+        Dyadic::from_f64(1.0)?,
+    ]);
+    let [u, v, w] = <[dashu_int::IBig; 3]>::try_from(parts).ok()?;
+    Some(End::Rational([u, v, w]))
+}
+
+/// A whole quadrant, exactly: weights 2, 1, 1.
+fn quadrant(center: [f64; 2], radius: f64, from: usize, to: usize) -> Option<Source> {
+    let (d, e) = (axis(from), axis(to));
+    let mut numbers = Vec::with_capacity(9);
+    let two = Dyadic::from_f64(2.0)?;
+    for (direction, weight) in [(d, 2.0), ([d[0] + e[0], d[1] + e[1]], 1.0), (e, 1.0)] {
+        for i in 0..2 {
+            // The middle point is radius (d + e) from the centre, as C = 0.
+            let offset = &Dyadic::from_f64(radius)? * &Dyadic::from_f64(direction[i])?;
+            let x = &Dyadic::from_f64(center[i])? + &offset;
+            numbers.push(if weight == 2.0 { &x * &two } else { x });
+        }
+        numbers.push(Dyadic::from_f64(weight)?);
+    }
+    let integers = super::source::dyadics_to_integers(&numbers);
+    Some(Source::Exact(
+        integers
+            .chunks_exact(3)
+            .map(|c| [c[0].clone(), c[1].clone(), c[2].clone()])
+            .collect(),
+    ))
+}
+
+/// The direction at a parameter of the arc.
+fn direction(arc: &Arc<2>, ccw: bool, at: &Param) -> Direction {
+    let (domain, angle) = (arc.domain, arc.angle);
+    let a = if at.is(domain.start) {
+        Ball::exact(angle.start)
+    } else if at.is(domain.end) {
+        Ball::exact(angle.end)
+    } else if domain == angle {
+        -at.below(0.0)
+    } else {
+        let s = -at.below(domain.start) / Ball::difference(domain.end, domain.start);
+        Ball::exact(angle.start) + s * Ball::difference(angle.end, angle.start)
+    };
+    // The frame's x direction as quarter turns, where it is an axis.
+    let turns = match (arc.x[0], arc.x[1]) {
+        (x, 0.0) => Some(if x > 0.0 { 0 } else { 2 }),
+        (0.0, y) => Some(if y > 0.0 { 1 } else { 3 }),
+        _ => None,
+    };
+    if let (Some(k), true) = (turns, a.rad == 0.0 && a.mid == Dd::ZERO) {
+        return Direction::Axis(k);
+    }
+    let (sin, cos) = sin_cos(a);
+    let sin = if ccw { sin } else { -sin };
+    Direction::Free(match turns {
+        Some(0) => [cos, sin],
+        Some(1) => [-sin, cos],
+        Some(2) => [-cos, -sin],
+        Some(_) => [sin, -cos],
+        None => {
+            let (x, y) = (Ball::exact(arc.x[0]), Ball::exact(arc.x[1]));
+            // Scaled first: squares may overflow otherwise.
+            let size = arc.x[0].abs().max(arc.x[1].abs());
+            let (x, y) = (x / Ball::exact(size), y / Ball::exact(size));
+            let norm = (x * x + y * y).sqrt();
+            let (x, y) = (x / norm, y / norm);
+            [x * cos - y * sin, y * cos + x * sin]
+        }
+    })
+}
+
+/// The quadrant that starts at or before a direction, counter-clockwise: on an axis (as far as can
+/// be told) the one that starts there.
+fn quadrant_of(d: &Direction) -> usize {
+    match d {
+        Direction::Axis(k) => k % 4,
+        Direction::Free([x, y]) => {
+            let sign = |b: &Ball<Dd>| {
+                if b.lower() > 0.0 {
+                    1
+                } else if b.upper() < 0.0 {
+                    -1
+                } else {
+                    0
+                }
+            };
+            match (sign(x), sign(y)) {
+                (1, 0 | 1) => 0,
+                (0 | -1, 1) => 1,
+                (-1, _) => 2,
+                _ => 3,
+            }
+        }
+    }
+}
+
+/// The run of an arc between two of its parameters.
+pub(super) fn arc_run(arc: &Arc<2>, from: &Param, to: &Param) -> Option<Run> {
+    // The frame's y decides the sense of rotation.
+    let cross = Dd::product(arc.x[0], arc.y[1]) - Dd::product(arc.x[1], arc.y[0]);
+    let ccw = cross.hi >= 0.0;
+    let center = [arc.center.x, arc.center.y];
+    // Walk counter-clockwise; turn around at the end.
+    let (a, b) = if ccw { (from, to) } else { (to, from) };
+    let ends = [direction(arc, ccw, a), direction(arc, ccw, b)];
+    let first = quadrant_of(&ends[0]);
+    // How many axes are passed: the sweep in quarter turns says so up to one, the quadrants modulo 4.
+    let rate = arc.angle.length() / arc.domain.length();
+    let sweep =
+        ((to.near - from.near) * rate).min(arc.angle.length()) / std::f64::consts::FRAC_PI_2;
+    let last = quadrant_of(&ends[1]);
+    let between = (last + 4 - first) % 4;
+    // A sweep of s quarters passes between s - 1 and s + 1 axes; more than once around is passed over
+    // as often as it says.
+    const MOST_ROUNDS: f64 = 1000.0;
+    let rounds = ((sweep - between as f64) / 4.0).round();
+    let mut passed = between + 4 * rounds.clamp(0.0, MOST_ROUNDS) as usize;
+    // An end on an axis belongs to the quadrant before it.
+    let end_on_axis = match &ends[1] {
+        Direction::Axis(_) => true,
+        Direction::Free(d) => (0..2).any(|i| d[i].lower() <= 0.0 && d[i].upper() >= 0.0),
+    };
+    if end_on_axis && passed > 0 {
+        passed -= 1;
+    }
+    let point = |d: &Direction| match d {
+        Direction::Axis(k) => extreme(center, arc.radius, *k),
+        Direction::Free(d) => {
+            Some(End::Blurred([0, 1].map(|i| {
+                Ball::exact(center[i]) + Ball::exact(arc.radius) * d[i]
+            })))
+        }
+    };
+    let mut pieces = Vec::with_capacity(passed + 1);
+    for n in 0..=passed {
+        let k = (first + n) % 4;
+        let start = if n == 0 { ends[0] } else { Direction::Axis(k) };
+        let end = if n == passed {
+            ends[1]
+        } else {
+            Direction::Axis((k + 1) % 4)
+        };
+        let source = match (start, end) {
+            (Direction::Axis(i), Direction::Axis(j)) => quadrant(center, arc.radius, i, j)?,
+            _ => Source::Arc(Box::new(ArcSpan {
+                center,
+                radius: arc.radius,
+                quadrant: k,
+                ccw: true,
+                ends: [start, end],
+            })),
+        };
+        // Parameters for orientation only: evenly spread.
+        let at = |n: usize| {
+            let s = n as f64 / (passed + 1) as f64;
+            a.near + s * (b.near - a.near)
+        };
+        pieces.push(SourcePiece {
+            source,
+            params: [at(n), at(n + 1)],
+        });
+    }
+    let mut run = Run {
+        pieces,
+        start: point(&ends[0])?,
+        end: point(&ends[1])?,
+    };
+    if !ccw {
+        super::source::reverse(&mut run);
+    }
+    Some(run)
+}
+
+/// A coordinate of an end of an arc, against a number.
+fn compare_end(span: &ArcSpan, end: usize, coordinate: usize, q: f64) -> Option<Ordering> {
+    match &span.ends[end] {
+        Direction::Axis(k) => {
+            let e = Dd::sum(span.center[coordinate], span.radius * axis(*k)[coordinate]);
+            // Exact: a double-double against a f64.
+            e.partial_cmp(&Dd::from(q))
+        }
+        Direction::Free(d) => {
+            let x = Ball::exact(span.center[coordinate]) + Ball::exact(span.radius) * d[coordinate]
+                - Ball::exact(q);
+            if x.lower() > 0.0 {
+                Some(Ordering::Greater)
+            } else if x.upper() < 0.0 {
+                Some(Ordering::Less)
+            } else {
+                None
+            }
+        }
+    }
+}
+
+/// The last stage for parts that have no integers: pieces of arcs, and segments to their ends.
+pub(super) fn crossing(part: &Part, piece: &Piece, q: [f64; 2], ray: usize) -> Crossing {
+    match &piece.source {
+        Source::Arc(span) => arc_crossing(span, q, ray).unwrap_or(Crossing::Unknown),
+        Source::Blurred(ends) => blurred_crossing(part, ends, q, ray),
+        _ => Crossing::Unknown,
+    }
+}
+
+/// The segment between two ends known in enclosures: settled where the enclosures' box is passed clearly.
+fn blurred_crossing(part: &Part, ends: &[[Ball<Dd>; 2]; 2], q: [f64; 2], ray: usize) -> Crossing {
+    let h = 1 - ray;
+    let away = |i: usize| {
+        let d = ends.map(|e| e[i] - Ball::exact(q[i]));
+        if d.iter().all(|x| x.lower() > 0.0) {
+            Some(true)
+        } else if d.iter().all(|x| x.upper() < 0.0) {
+            Some(false)
+        } else {
+            None
+        }
+    };
+    if away(h).is_some() || away(ray) == Some(false) {
+        return Crossing::Even;
+    }
+    let state = |end: usize| {
+        let d = ends[end][h] - Ball::exact(q[h]);
+        if d.lower() > 0.0 {
+            Some(true)
+        } else if d.upper() < 0.0 {
+            Some(false)
+        } else {
+            None
+        }
+    };
+    let (Some(a), Some(b)) = (state(0), state(1)) else {
+        return Crossing::Unknown;
+    };
+    if a == b {
+        return Crossing::Even;
+    }
+    if away(ray) == Some(true) {
+        return Crossing::Odd;
+    }
+    // The sign of the triangle of the two ends and the point.
+    let _ = part;
+    let d = ends.map(|e| [e[ray] - Ball::exact(q[ray]), e[h] - Ball::exact(q[h])]);
+    let cross = d[0][0] * d[1][1] - d[1][0] * d[0][1];
+    // Upward: the segment passes beyond the point iff the point is to its left.
+    let upward = b;
+    if cross.lower() > 0.0 {
+        return if upward {
+            Crossing::Odd
+        } else {
+            Crossing::Even
+        };
+    }
+    if cross.upper() < 0.0 {
+        return if upward {
+            Crossing::Even
+        } else {
+            Crossing::Odd
+        };
+    }
+    Crossing::Unknown
+}
+
+/// The circle decides: a point of the arc at height `q_h` is `center ± sqrt(..)`, the sign by quadrant.
+fn arc_crossing(span: &ArcSpan, q: [f64; 2], ray: usize) -> Option<Crossing> {
+    let h = 1 - ray;
+    let ends = [0, 1].map(|e| [0, 1].map(|i| compare_end(span, e, i, q[i])));
+    for e in ends {
+        if e == [Some(Ordering::Equal); 2] {
+            return Some(Crossing::On);
+        }
+    }
+    let state = |e: usize| ends[e][h].map(|o| o == Ordering::Greater);
+    let (a, b) = (state(0), state(1));
+    if a.is_none() || b.is_none() {
+        // The height is that of a free end, as far as can be told. Left of all of the arc that cannot be
+        // ignored; right of it, it can.
+        let beyond = ends.iter().all(|e| e[ray] == Some(Ordering::Less));
+        return Some(if beyond {
+            Crossing::Even
+        } else {
+            Crossing::Unknown
+        });
+    }
+    if a == b {
+        return Some(Crossing::Even);
+    }
+    let square = |i: usize| {
+        let d = &Dyadic::from_f64(q[i])? - &Dyadic::from_f64(span.center[i])?;
+        Some(&d * &d)
+    };
+    let r = Dyadic::from_f64(span.radius)?;
+    let out = (&(&square(0)? + &square(1)?) - &(&r * &r)).signum();
+    // Directions k and k + 1 bound the quadrant: their sum has its signs.
+    let (d, e) = (axis(span.quadrant), axis(span.quadrant + 1));
+    let positive = d[ray] + e[ray] > 0.0;
+    let before = q[ray].partial_cmp(&span.center[ray])?;
+    Some(if positive {
+        match (before, out) {
+            (Ordering::Less, _) | (_, -1) => Crossing::Odd,
+            (_, 0) => Crossing::On,
+            _ => Crossing::Even,
+        }
+    } else {
+        match (before, out) {
+            (Ordering::Greater, _) | (_, -1) => Crossing::Even,
+            (_, 0) => Crossing::On,
+            _ => Crossing::Odd,
+        }
+    })
+}

@@ -1,0 +1,457 @@
+//! Where a ray from a point meets a part of a piece: f64, then double-double, then integers.
+
+use super::piece::{Exact, Horner, Piece};
+use super::split::Trend;
+use crate::numeric::Dd;
+use crate::numeric::polynomial::{Parameter, Polynomial};
+use crate::numeric::roots::Roots;
+
+/// A part of a piece between two parameters, with boxes.
+#[derive(Debug, Clone)]
+pub(super) struct Part {
+    pub(super) piece: u32,
+    pub(super) trends: [Trend; 2],
+    pub(super) t: [f64; 2],
+    /// Enclosures of the two end points, `[end][axis][lo, hi]`.
+    pub(super) ends: [[[f64; 2]; 2]; 2],
+    /// Box of the part, rounded outward, `[axis][lo, hi]`.
+    pub(super) hull: [[f64; 2]; 2],
+}
+
+/// What a part does to the parity along the ray.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Crossing {
+    /// An even number of crossings.
+    Even,
+    /// An odd number.
+    Odd,
+    /// The point is on the part.
+    On,
+    /// Could not be settled (only on parts known in enclosures).
+    Unknown,
+}
+
+impl Crossing {
+    fn odd(odd: bool) -> Self {
+        if odd { Self::Odd } else { Self::Even }
+    }
+}
+
+impl Part {
+    /// The transitions of `[h(t) > q_h]` at points with `r(t) > q_r`, modulo 2, where `r` is
+    /// coordinate `ray` and `h` the other; `On` where the point is on the part (in which case nothing
+    /// else matters). `piece` is the part's piece.
+    ///
+    /// Transitions over the parts of a closed curve are crossings of the ray at height `q_h + 0`;
+    /// a joint on the ray needs no special case, since the state at a joint is the same for
+    /// the two parts that share it.
+    #[inline]
+    pub(super) fn crossing(&self, piece: &Piece, q: [f64; 2], ray: usize) -> Crossing {
+        let h = 1 - ray;
+        if q[h] > self.hull[h][1] || q[h] < self.hull[h][0] || q[ray] > self.hull[ray][1] {
+            return Crossing::Even;
+        }
+        let state = |end: usize| {
+            let [lo, hi] = self.ends[end][h];
+            if q[h] < lo {
+                Some(true)
+            } else if q[h] > hi {
+                Some(false)
+            } else {
+                None
+            }
+        };
+        let states = [state(0), state(1)];
+        let monotone = self.trends[0] != Trend::Mixed && self.trends[1] != Trend::Mixed;
+        if let [Some(a), Some(b)] = states {
+            if q[ray] < self.hull[ray][0] {
+                // All of the part is beyond the point: only the states at its ends count.
+                return Crossing::odd(a != b);
+            }
+            if monotone {
+                if a == b {
+                    // h never takes the value q_h.
+                    return Crossing::Even;
+                }
+                let first = self.solve(piece.coarse(), q, ray);
+                return match first {
+                    Ok(odd) => Crossing::odd(odd),
+                    Err(near) => self.crossing_fine(piece, q, ray, near),
+                };
+            }
+        }
+        self.crossing_exact(piece, q, ray, None)
+    }
+
+    #[cold]
+    fn crossing_fine(&self, piece: &Piece, q: [f64; 2], ray: usize, near: f64) -> Crossing {
+        match self.solve_fine(piece, q, ray, near) {
+            Ok(odd) => Crossing::odd(odd),
+            Err(near) => self.crossing_exact(piece, q, ray, Some(near)),
+        }
+    }
+
+    /// f64 alone: `None` where that does not settle it. Only for monotone parts.
+    #[inline]
+    pub(super) fn crossing_coarse(&self, piece: &Piece, q: [f64; 2], ray: usize) -> Option<bool> {
+        self.solve(piece.coarse(), q, ray).ok()
+    }
+
+    /// On a monotone part whose end states differ, the crossing is where `h(t) = q_h`. Let `g_r`, `g_h` be
+    /// the coordinates minus the point's, turned so that both increase. At any t with `g_r > 0 > g_h` the
+    /// crossing comes later, so `g_r > 0` there; with `g_r < 0 < g_h` it came earlier, and `g_r < 0` there.
+    /// Such t lie between the roots of `g_r` and `g_h`, and so does the root of any positive combination
+    /// of the two: that root is what is searched, by false position (Illinois).
+    ///
+    /// Gives whether the crossing is at `r > q_r`, or the last parameter where f64 could not tell.
+    fn solve(&self, curve: &Horner<f64>, q: [f64; 2], ray: usize) -> Result<bool, f64> {
+        const STEPS: usize = 24;
+        let h = 1 - ray;
+        let (sr, sh) = (sign_of(self.trends[ray]), sign_of(self.trends[h]));
+        let mid =
+            |end: usize, axis: usize| 0.5 * (self.ends[end][axis][0] + self.ends[end][axis][1]);
+        let (er, eh) = (curve.error[ray], curve.error[h]);
+        // Scales that make both coordinates count.
+        let scale = |axis: usize| 1.0 / (mid(1, axis) - mid(0, axis)).abs();
+        let (kr, kh) = (scale(ray), scale(h));
+        let f_at = |end: usize| sr * (mid(end, ray) - q[ray]) * kr + sh * (mid(end, h) - q[h]) * kh;
+        // The evaluated point belongs to a parameter within 3 units of t: keep clear of the ends.
+        let (mut lo, mut hi) = (
+            self.t[0] + 4.0 * f64::EPSILON * self.t[1],
+            self.t[1] - 4.0 * f64::EPSILON * self.t[1],
+        );
+        let (mut f_lo, mut f_hi) = (f_at(0), f_at(1));
+        let mut t = 0.5 * (lo + hi);
+        if lo >= hi || sr == 0.0 || sh == 0.0 {
+            return Err(t);
+        }
+        let mut last = 0;
+        for _ in 0..STEPS {
+            let s = lo + (hi - lo) * (f_lo / (f_lo - f_hi));
+            t = if s > lo && s < hi {
+                s
+            } else if s <= lo {
+                lo
+            } else if s >= hi {
+                hi
+            } else {
+                0.5 * (lo + hi)
+            };
+            let p = curve.eval(t);
+            let (gr, gh) = (sr * (p[ray] - q[ray]), sh * (p[h] - q[h]));
+            if gr > er && gh < -eh {
+                return Ok(sr > 0.0);
+            }
+            if gr < -er && gh > eh {
+                return Ok(sr < 0.0);
+            }
+            let f = gr * kr + gh * kh;
+            if (gr.abs() <= er && gh.abs() <= eh) || f.is_nan() || f == 0.0 {
+                return Err(t);
+            }
+            if f < 0.0 {
+                if t <= lo && last == -1 {
+                    return Err(t);
+                }
+                lo = t;
+                f_lo = f;
+                if last == -1 {
+                    f_hi *= 0.5;
+                }
+                last = -1;
+            } else {
+                if t >= hi && last == 1 {
+                    return Err(t);
+                }
+                hi = t;
+                f_hi = f;
+                if last == 1 {
+                    f_lo *= 0.5;
+                }
+                last = 1;
+            }
+            if lo >= hi {
+                return Err(t);
+            }
+        }
+        Err(t)
+    }
+
+    /// The same in double-double from a parameter near: Newton steps with a slope from f64.
+    fn solve_fine(&self, piece: &Piece, q: [f64; 2], ray: usize, near: f64) -> Result<bool, Dd> {
+        const STEPS: usize = 4;
+        let curve = piece.fine();
+        let h = 1 - ray;
+        let (sr, sh) = (sign_of(self.trends[ray]), sign_of(self.trends[h]));
+        let mut t = Dd::from(near);
+        if sr == 0.0 || sh == 0.0 {
+            return Err(t);
+        }
+        let width = self.t[1] - self.t[0];
+        let scale = |axis: usize| {
+            let [a, b] = [0, 1].map(|e| self.ends[e][axis][0]);
+            1.0 / (b - a).abs()
+        };
+        let (kr, kh) = (scale(ray), scale(h));
+        // Slope of the combination by a difference across a millionth of the part.
+        let step = width * 1e-6;
+        let (a, b) = ((near - step).max(self.t[0]), (near + step).min(self.t[1]));
+        let (pa, pb) = (piece.coarse().eval(a), piece.coarse().eval(b));
+        let slope = (sr * (pb[ray] - pa[ray]) * kr + sh * (pb[h] - pa[h]) * kh) / (b - a);
+        let usable = slope.is_finite() && slope > 0.0;
+        // Clear of the ends by more than the parameter's own error, about 2^-101 relative.
+        let margin = Dd::from(self.t[1] * f64::EPSILON * f64::EPSILON * 16.0);
+        let (lo, hi) = (Dd::from(self.t[0]) + margin, Dd::from(self.t[1]) - margin);
+        for _ in 0..STEPS {
+            if t <= lo || t >= hi {
+                t = if t <= lo { lo } else { hi };
+                if lo >= hi {
+                    return Err(t);
+                }
+            }
+            let p = curve.eval(t);
+            let gr = (p[ray] - Dd::from(q[ray])) * Dd::from(sr);
+            let gh = (p[h] - Dd::from(q[h])) * Dd::from(sh);
+            // The subtraction's own rounding is relative to the difference: 8 u² << 1.
+            let er = Dd::from(curve.error[ray] * (1.0 + 4.0 * f64::EPSILON));
+            let eh = Dd::from(curve.error[h] * (1.0 + 4.0 * f64::EPSILON));
+            if gr > er && gh < -eh {
+                return Ok(sr > 0.0);
+            }
+            if gr < -er && gh > eh {
+                return Ok(sr < 0.0);
+            }
+            let f = gr * Dd::from(kr) + gh * Dd::from(kh);
+            if (gr.abs() <= er && gh.abs() <= eh) || !usable || f.hi.is_nan() {
+                return Err(t);
+            }
+            t = t - f * Dd::from(1.0 / slope);
+        }
+        Err(t)
+    }
+
+    /// The same question in integers, for every kind of part.
+    #[cold]
+    fn crossing_exact(&self, piece: &Piece, q: [f64; 2], ray: usize, near: Option<Dd>) -> Crossing {
+        let Some(exact) = piece.exact() else {
+            return super::circle::crossing(self, piece, q, ray);
+        };
+        self.settle(exact, q, ray, near)
+            .unwrap_or(Crossing::Unknown)
+    }
+
+    /// `None` only for numbers that are not finite.
+    fn settle(&self, exact: &Exact, q: [f64; 2], ray: usize, near: Option<Dd>) -> Option<Crossing> {
+        let h = 1 - ray;
+        let (gr, gh) = (exact.offset(ray, q[ray])?, exact.offset(h, q[h])?);
+        let (lo, hi) = (
+            Parameter::from_f64(self.t[0])?,
+            Parameter::from_f64(self.t[1])?,
+        );
+        let monotone = self.trends.iter().all(|t| *t != Trend::Mixed);
+        if monotone {
+            Some(monotone_crossing(&gr, &gh, lo, hi, near))
+        } else {
+            Some(general_crossing(
+                &gr.restricted(&lo, &hi),
+                &gh.restricted(&lo, &hi),
+            ))
+        }
+    }
+}
+
+fn sign_of(trend: Trend) -> f64 {
+    match trend {
+        Trend::Up => 1.0,
+        Trend::Down => -1.0,
+        Trend::Flat | Trend::Mixed => 0.0,
+    }
+}
+
+/// Both coordinates strictly monotone or constant on `[lo, hi]`; signs of `gr` and `gh` are those of
+/// `r - q_r` and `h - q_h`.
+fn monotone_crossing(
+    gr: &Polynomial,
+    gh: &Polynomial,
+    mut lo: Parameter,
+    mut hi: Parameter,
+    near: Option<Dd>,
+) -> Crossing {
+    let signs = |t: &Parameter| (gr.sign_at(t), gh.sign_at(t));
+    let (mut r_lo, mut h_lo) = signs(&lo);
+    let (mut r_hi, mut h_hi) = signs(&hi);
+    if (r_lo, h_lo) == (0, 0) || (r_hi, h_hi) == (0, 0) {
+        return Crossing::On;
+    }
+    if h_lo == 0 && h_hi == 0 {
+        // h is constant and equal to q_h (were it strictly monotone, it could not be at both ends).
+        return if r_lo * r_hi < 0 {
+            Crossing::On
+        } else {
+            Crossing::Even
+        };
+    }
+    if (h_lo > 0) == (h_hi > 0) {
+        return Crossing::Even;
+    }
+    // The bracket from double-double first: it leaves little to bisect.
+    let mut tries: Vec<Parameter> = near.map(around).unwrap_or_default();
+    let mut checked_common = false;
+    loop {
+        // The crossing is in [lo, hi], its h signs differ (as > 0 against <= 0).
+        if h_lo == 0 {
+            return Crossing::odd(r_lo > 0);
+        }
+        if h_hi == 0 {
+            return Crossing::odd(r_hi > 0);
+        }
+        // h is not zero at the ends: the crossing is strictly inside, where a strictly monotone r has left
+        // its value at either end.
+        if r_lo >= 0 && r_hi >= 0 {
+            return if r_lo + r_hi > 0 {
+                Crossing::Odd
+            } else {
+                Crossing::On
+            };
+        }
+        if r_lo <= 0 && r_hi <= 0 {
+            return Crossing::Even;
+        }
+        let mid = match tries.pop() {
+            Some(t) if t > lo && t < hi => t,
+            Some(_) => continue,
+            None => {
+                if !checked_common {
+                    checked_common = true;
+                    // A common root is On: it is the only root of each in [lo, hi], of odd multiplicity in
+                    // both (they change sign), so their gcd changes sign there.
+                    let (mut a, mut b) = (gr.clone(), gh.clone());
+                    a.deflate_ends();
+                    b.deflate_ends();
+                    let g = a.gcd(&b);
+                    if g.degree() > 0 && g.sign_at(&lo) * g.sign_at(&hi) < 0 {
+                        return Crossing::On;
+                    }
+                }
+                // The roots differ: bisection separates them.
+                lo.mid(&hi)
+            }
+        };
+        let (r, h) = signs(&mid);
+        if (r, h) == (0, 0) {
+            return Crossing::On;
+        }
+        if (h > 0) == (h_lo > 0) {
+            (lo, r_lo, h_lo) = (mid, r, h);
+        } else {
+            (hi, r_hi, h_hi) = (mid, r, h);
+        }
+    }
+}
+
+/// Parameters close to a double-double on both sides.
+fn around(t: Dd) -> Vec<Parameter> {
+    let exact = |x: f64| crate::numeric::Dyadic::from_f64(x);
+    let Some(center) = exact(t.hi).zip(exact(t.lo)).map(|(a, b)| &a + &b) else {
+        return Vec::new();
+    };
+    let mut out = Vec::new();
+    // Tried from the last: within 2^-100, then within 2^-50.
+    for k in [50, 100] {
+        let d = crate::numeric::Dyadic::new(dashu_int::IBig::ONE, -k);
+        for t in [&center - &d, &center + &d] {
+            if t.exponent() <= 0 {
+                out.extend(Parameter::new(
+                    t.mantissa().clone(),
+                    (-t.exponent()) as usize,
+                ));
+            }
+        }
+    }
+    out
+}
+
+/// Any part, on [0, 1]: the roots of `gh` of odd multiplicity, each with the sign of `gr` there.
+fn general_crossing(gr: &Polynomial, gh: &Polynomial) -> Crossing {
+    if gr.is_zero() && gh.is_zero() {
+        return Crossing::On;
+    }
+    // The common roots first: the point is on the part at any of them.
+    let common = if gr.is_zero() {
+        gh.clone()
+    } else if gh.is_zero() {
+        gr.clone()
+    } else {
+        let (zero, one) = (Parameter::zero(), Parameter::one());
+        for t in [&zero, &one] {
+            if gr.sign_at(t) == 0 && gh.sign_at(t) == 0 {
+                return Crossing::On;
+            }
+        }
+        let (mut a, mut b) = (gr.clone(), gh.clone());
+        a.deflate_ends();
+        b.deflate_ends();
+        a.gcd(&b)
+    };
+    match Roots::isolate(&common) {
+        Some(roots) if !roots.as_slice().is_empty() => return Crossing::On,
+        _ => {}
+    }
+    if gr.is_zero() || gh.is_zero() {
+        // h is constantly q_h: no transition; r is constantly q_r: none beyond.
+        return Crossing::Even;
+    }
+    let Some(mut roots) = Roots::isolate(gh) else {
+        return Crossing::Even;
+    };
+    let mut odd = false;
+    for i in 0..roots.as_slice().len() {
+        loop {
+            let root = &roots.as_slice()[i];
+            let at_zero = root.is_exact() && root.lo == Parameter::zero();
+            let at_one = root.is_exact() && root.lo == Parameter::one();
+            // At an end the state is "not above"; inside it is what comes next to the end.
+            let counts = if at_zero || at_one {
+                inner_sign(gh, at_one) > 0
+            } else {
+                root.multiplicity % 2 == 1
+            };
+            if !counts {
+                break;
+            }
+            if root.is_exact() {
+                odd ^= gr.sign_at(&root.lo) > 0;
+                break;
+            }
+            // gr has no root in common with gh: on a narrow enough interval it has none at all.
+            let part = gr.restricted(&root.lo, &root.hi);
+            if part.sign_variations() == 0 {
+                let sign = part
+                    .coefficients()
+                    .iter()
+                    .map(crate::numeric::polynomial::signum)
+                    .find(|s| *s != 0)
+                    .unwrap_or(0);
+                odd ^= sign > 0;
+                break;
+            }
+            roots.refine(i);
+        }
+    }
+    Crossing::odd(odd)
+}
+
+/// The sign of `f` just inside the end t = 0 (or t = 1), a root of it.
+fn inner_sign(f: &Polynomial, at_one: bool) -> i32 {
+    let signs: Vec<i32> = f
+        .coefficients()
+        .iter()
+        .map(crate::numeric::polynomial::signum)
+        .collect();
+    let found = if at_one {
+        signs.iter().rev().find(|s| **s != 0)
+    } else {
+        signs.iter().find(|s| **s != 0)
+    };
+    found.copied().unwrap_or(0)
+}

@@ -1,0 +1,334 @@
+//! One rational Bezier piece of a loop: f64 first, double-double and integers on demand.
+
+use super::source::{Ball3, Source};
+use crate::numeric::polynomial::{Polynomial, binomials, signum};
+use crate::numeric::{Ball, Dd, Dyadic, Real};
+use dashu_int::IBig;
+use std::sync::OnceLock;
+
+/// A piece and everything made from its source.
+#[derive(Debug)]
+pub(super) struct Piece {
+    pub(super) source: Source,
+    /// Bezier control points, homogeneous, in f64.
+    pub(super) bezier: Vec<[f64; 3]>,
+    /// Proven error of each homogeneous coordinate of every control point.
+    pub(super) radius: [f64; 3],
+    /// Box of the piece, rounded outward: `[axis][lo, hi]`.
+    pub(super) hull: [[f64; 2]; 2],
+    coarse: Horner<f64>,
+    fine: OnceLock<Horner<Dd>>,
+    exact: OnceLock<Option<Exact>>,
+}
+
+/// Coefficients `C(p, i) b_i`, and a bound on the error of each coordinate that
+/// [`eval`](Self::eval) returns.
+#[derive(Debug)]
+pub(super) struct Horner<T> {
+    coefficients: Vec<[T; 3]>,
+    /// Bound on the error of each coordinate, infinite where the arithmetic's range is left.
+    pub(super) error: [f64; 2],
+    /// What a relative error of 2 units in the parameter can move each coordinate by.
+    pub(super) shift: [f64; 2],
+}
+
+/// The piece in integers: `C(p, i) b_i` of each homogeneous coordinate.
+#[derive(Debug)]
+pub(super) struct Exact {
+    pub(super) u: Polynomial,
+    pub(super) v: Polynomial,
+    pub(super) w: Polynomial,
+    /// Whether u, v are identically constant.
+    pub(super) constant: [bool; 2],
+}
+
+/// Coordinates beyond this, or weights beyond this or its inverse, are left to integers.
+const LARGEST: f64 = 1e90;
+
+/// Products and sums that underflow in a Horner step lose at most [`TINY`](crate::numeric::TINY)
+/// each; 3 a step, 25 steps, divided by a weight sum of at least `1 / LARGEST`, the binomials' factor
+/// of at most 2^25 included: far below this.
+const UNDERFLOW: f64 = 1e-170;
+
+impl<T: Real> Horner<T> {
+    /// Error analysis. Let `b_i` be the exact control points, `U` the largest `|X_i / W_i|`, and
+    /// `x` the quotient t / (1 - t) as rounded (a slightly different parameter, see
+    /// [`Horner::shift`]). Each coefficient is off by its radius and one rounding, and takes part in at
+    /// most 2p more roundings, so with unit h and `g = (2p + 2) h / (1 - (2p + 2) h)`:
+    /// `|X^ - X| <= sum C x^i (g |X_i| + r_i)`, and likewise W. As all weights are positive, a quotient
+    /// of sums is at most the largest quotient of terms (mediant): `|X^ - X| / W <= g U + R` with
+    /// `R = max r_i / W_i`, `|W^ - W| / W <= g + S`, `S = max s_i / W_i`. Then
+    /// `|X^/W^ - X/W| <= (g U + R + U (g + S)) / (1 - g - S)`, and one more rounding of the quotient.
+    fn new(b: &[Ball3]) -> Self {
+        let p = b.len() - 1;
+        let unit = T::UNIT;
+        let mut coefficients = Vec::with_capacity(p + 1);
+        let mut largest = [0.0f64; 2];
+        let mut spread = [0.0f64; 3];
+        let mut in_range = true;
+        for (point, c) in b.iter().zip(binomials(p)) {
+            let c = c as f64;
+            let low = point[2].lower();
+            in_range &= low > 1.0 / LARGEST && point[2].upper() < LARGEST;
+            let mut row = [T::ZERO; 3];
+            for i in 0..3 {
+                let (mid, lost) = T::from_dd(point[i].mid);
+                row[i] = mid * T::from_f64(c);
+                let radius = (point[i].rad + lost) * INFLATE;
+                spread[i] = spread[i].max(radius / low * INFLATE);
+                if i < 2 {
+                    let m = point[i].magnitude();
+                    in_range &= m < LARGEST;
+                    largest[i] = largest[i].max(m / low * INFLATE);
+                }
+            }
+            coefficients.push(row);
+        }
+        let g = (2 * p + 2) as f64 * unit * INFLATE;
+        let s = g + spread[2];
+        let error = [0, 1].map(|i| {
+            let u = largest[i];
+            let e = (g * u + spread[i] + u * s) / (1.0 - s) + 2.0 * T::DIV_UNIT * u;
+            if in_range && s < 0.25 && u < LARGEST {
+                e * INFLATE + UNDERFLOW
+            } else {
+                f64::INFINITY
+            }
+        });
+        // x off by a factor 1 + d moves every term by at most (1 + d)^p - 1 <= 2 p d, relative
+        // to its weight: the quotient by 4 p d U. d <= 2 UNIT + DIV_UNIT.
+        let d = 2.0 * unit + T::DIV_UNIT;
+        let shift = [0, 1].map(|i| 4.0 * p as f64 * d * largest[i] * INFLATE);
+        Self {
+            coefficients,
+            error,
+            shift,
+        }
+    }
+
+    /// A point whose coordinates are within [`error`](Self::error) of a point of the curve at
+    /// a parameter within a relative 3 units of `t` (of `1 - t` above 1/2).
+    #[inline]
+    pub(super) fn eval(&self, t: T) -> [T; 2] {
+        let c = &self.coefficients;
+        let s = T::ONE - t;
+        let mut sum;
+        if t <= s {
+            let x = t / s;
+            let (last, rest) = (c[c.len() - 1], &c[..c.len() - 1]);
+            sum = last;
+            for a in rest.iter().rev() {
+                sum = [sum[0] * x + a[0], sum[1] * x + a[1], sum[2] * x + a[2]];
+            }
+        } else {
+            let x = s / t;
+            sum = c[0];
+            for a in &c[1..] {
+                sum = [sum[0] * x + a[0], sum[1] * x + a[1], sum[2] * x + a[2]];
+            }
+        }
+        [sum[0] / sum[2], sum[1] / sum[2]]
+    }
+}
+
+/// Makes up for the rounding of up to 16 operations on bounds.
+const INFLATE: f64 = 1.0 + 16.0 * f64::EPSILON;
+
+impl Piece {
+    pub(super) fn new(source: Source) -> Self {
+        let balls = source.balls();
+        let p = balls.len().saturating_sub(1);
+        let mut bezier = Vec::with_capacity(p + 1);
+        let mut radius = [0.0f64; 3];
+        let mut hull = [[f64::INFINITY, f64::NEG_INFINITY]; 2];
+        for b in &balls {
+            bezier.push(b.map(|x| x.mid.hi));
+            for i in 0..3 {
+                radius[i] = radius[i].max((b[i].rad + b[i].mid.lo.abs()) * INFLATE);
+            }
+            for (axis, side) in hull.iter_mut().enumerate() {
+                let [lo, hi] = coordinate(b, axis);
+                // NaN must widen, not vanish.
+                side[0] = if lo >= side[0] { side[0] } else { lo };
+                side[1] = if hi <= side[1] { side[1] } else { hi };
+            }
+        }
+        for side in &mut hull {
+            if side[0].is_nan() || side[1].is_nan() {
+                *side = [f64::NEG_INFINITY, f64::INFINITY];
+            }
+        }
+        Self {
+            coarse: Horner::new(&balls),
+            source,
+            bezier,
+            radius,
+            hull,
+            fine: OnceLock::new(),
+            exact: OnceLock::new(),
+        }
+    }
+
+    /// In f64.
+    #[inline]
+    pub(super) fn coarse(&self) -> &Horner<f64> {
+        &self.coarse
+    }
+
+    /// In double-double; made at the first call.
+    pub(super) fn fine(&self) -> &Horner<Dd> {
+        self.fine.get_or_init(|| Horner::new(&self.source.balls()))
+    }
+
+    /// In integers; made at the first call. `None` where the data are not rational.
+    pub(super) fn exact(&self) -> Option<&Exact> {
+        self.exact
+            .get_or_init(|| {
+                let b = self.source.exact()?;
+                let column = |i: usize| {
+                    Polynomial::from_bernstein(&b.iter().map(|p| p[i].clone()).collect::<Vec<_>>())
+                };
+                let constant =
+                    [0, 1].map(|i: usize| b.iter().all(|p| &p[i] * &b[0][2] == &b[0][i] * &p[2]));
+                Some(Exact {
+                    u: column(0),
+                    v: column(1),
+                    w: column(2),
+                    constant,
+                })
+            })
+            .as_ref()
+    }
+
+    /// An enclosure of the point at `t`, `[axis][lo, hi]`.
+    pub(super) fn enclosure(&self, t: f64) -> [[f64; 2]; 2] {
+        let balls;
+        let at_end = if t == 0.0 || t == 1.0 {
+            balls = self.source.balls();
+            if t == 0.0 {
+                balls.first()
+            } else {
+                balls.last()
+            }
+        } else {
+            None
+        };
+        if let Some(b) = at_end {
+            return [coordinate(b, 0), coordinate(b, 1)];
+        }
+        let fine = self.fine();
+        let point = fine.eval(Dd::from(t));
+        [0, 1].map(|i| {
+            let ball = Ball {
+                mid: point[i],
+                rad: (fine.error[i] + fine.shift[i]) * INFLATE,
+            };
+            let (lo, hi) = (ball.lower(), ball.upper());
+            [
+                if lo.is_nan() {
+                    self.hull[i][0]
+                } else {
+                    lo.max(self.hull[i][0])
+                },
+                if hi.is_nan() {
+                    self.hull[i][1]
+                } else {
+                    hi.min(self.hull[i][1])
+                },
+            ]
+        })
+    }
+
+    /// Box of one coordinate over `[a, b]`, from the control points of that part (blossoms).
+    pub(super) fn sub_hull(&self, axis: usize, a: f64, b: f64) -> [f64; 2] {
+        let points = self.source.balls();
+        let p = points.len() - 1;
+        let [mut lo, mut hi] = [f64::INFINITY, f64::NEG_INFINITY];
+        for k in 0..=p {
+            let mut d = points.clone();
+            for r in 1..=p {
+                let t = if r > p - k { b } else { a };
+                let (s, t) = (Ball::difference(1.0, t), Ball::exact(t));
+                for j in 0..=p - r {
+                    d[j] = [0, 1, 2].map(|i| s * d[j][i] + t * d[j + 1][i]);
+                }
+            }
+            let [l, h] = coordinate(&d[0], axis);
+            (lo, hi) = (lo.min(l), hi.max(h));
+        }
+        [lo.max(self.hull[axis][0]), hi.min(self.hull[axis][1])]
+    }
+
+    /// Whether `q` is in the closed box of the two end points: exactly, or where the
+    /// ends are known in enclosures only, in the box of those.
+    pub(super) fn in_box(&self, q: [f64; 2]) -> bool {
+        let Some(exact) = self.exact() else {
+            return true;
+        };
+        (0..2).all(|axis| {
+            exact.offset(axis, q[axis]).is_some_and(|g| {
+                let c = g.coefficients();
+                let (a, b) = (signum(&c[0]), signum(&c[c.len() - 1]));
+                a * b <= 0
+            })
+        })
+    }
+}
+
+/// Enclosure of one coordinate of a homogeneous point; a single number where the quotient is one.
+fn coordinate(b: &Ball3, axis: usize) -> [f64; 2] {
+    let (x, w) = (b[axis], b[2]);
+    if x.rad == 0.0 && w.rad == 0.0 && x.mid.lo == 0.0 && w.mid.lo == 0.0 && w.mid.hi > 0.0 {
+        if w.mid.hi == 1.0 {
+            return [x.mid.hi, x.mid.hi];
+        }
+        let q = x.mid.hi / w.mid.hi;
+        let back = Dd::product(q, w.mid.hi);
+        let plain = |x: f64| x == 0.0 || (x.abs() > 1e-200 && x.abs() < 1e200);
+        if back.hi == x.mid.hi && back.lo == 0.0 && plain(q) && plain(w.mid.hi) && plain(x.mid.hi) {
+            return [q, q];
+        }
+    }
+    let q = x / w;
+    let (lo, hi) = (q.lower(), q.upper());
+    if lo.is_nan() || hi.is_nan() || !w.is_above(0.0) {
+        return [f64::NEG_INFINITY, f64::INFINITY];
+    }
+    [lo, hi]
+}
+
+impl Exact {
+    /// `X - q W` for one axis.
+    pub(super) fn offset(&self, axis: usize, q: f64) -> Option<Polynomial> {
+        let q = Dyadic::from_f64(q)?;
+        let x = if axis == 0 { &self.u } else { &self.v };
+        let up = q.exponent().max(0) as usize;
+        let down = (-q.exponent()).max(0) as usize;
+        let m: IBig = q.mantissa().clone() << up;
+        Some(Polynomial::new(
+            x.coefficients()
+                .iter()
+                .zip(self.w.coefficients())
+                .map(|(x, w)| (x.clone() << down) - &m * w)
+                .collect(),
+        ))
+    }
+
+    /// The numerator of the derivative of one coordinate, up to a positive factor; of degree p - 1 for
+    /// constant weights, else 2p - 2.
+    pub(super) fn derivative(&self, axis: usize) -> Polynomial {
+        let x = if axis == 0 { &self.u } else { &self.v };
+        let n = x.degree();
+        let c = binomials(n);
+        let w = self.w.coefficients();
+        // w_i = C(n, i) times a constant.
+        if (0..=n).all(|i| w[i] == &w[0] * IBig::from(c[i])) {
+            let b: Vec<IBig> = (0..=n)
+                .map(|i| &x.coefficients()[i] / IBig::from(c[i]))
+                .collect();
+            let d: Vec<IBig> = b.windows(2).map(|p| &p[1] - &p[0]).collect();
+            return Polynomial::from_bernstein(&d);
+        }
+        x.quotient_derivative(&self.w)
+    }
+}

@@ -1,0 +1,354 @@
+//! The trimmed region of a face.
+
+use super::Side;
+use super::decide::{Crossing, Part};
+use super::piece::Piece;
+use super::source::{End, Source, segment, trim_runs};
+use super::split::{Trend, split};
+use crate::brep::Brep;
+use crate::numeric::Interval;
+use nalgebra::Point2;
+
+/// The answer of [`TrimRegion::side`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct RegionSide {
+    /// Where the point lies; `None` where that could not be settled (a coordinate that is NaN; a
+    /// point within about 1e-29 of where a native arc ends).
+    pub side: Option<Side>,
+    /// Whether the point is in the closed box of two loop end points that do not meet.
+    pub in_gap: bool,
+}
+
+/// Where a box lies relative to a region.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum BoxSide {
+    /// Every point of the closed box is in the region's interior.
+    Inside,
+    /// No point of the closed box is in the region.
+    Outside,
+    /// The boundary meets the box, or comes too close to tell.
+    Mixed,
+}
+
+/// What a piece of the boundary comes from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum PieceOrigin {
+    /// A trim curve.
+    Trim {
+        /// Index into the face's loops, as the BREP numbers loops.
+        trim_loop: usize,
+        /// Index of the trim in the BREP.
+        trim: usize,
+    },
+    /// The segment that joins two trims (or two segments of one poly-curve) that do not meet.
+    Join {
+        /// Index of the loop in the BREP.
+        trim_loop: usize,
+        /// The trim before the gap.
+        trim: usize,
+    },
+    /// The border of the surface's domain.
+    Domain,
+}
+
+/// A piece of the region's boundary: a rational Bezier curve in uv.
+#[derive(Clone, Debug)]
+pub struct BoundaryPiece {
+    /// Where it comes from.
+    pub origin: PieceOrigin,
+    /// Homogeneous control points `(wu, wv, w)`, `w > 0`; the parameter t runs over [0, 1].
+    pub control_points: Vec<[f64; 3]>,
+    /// Proven: the exact control points, up to one common factor, differ by at most this in each
+    /// homogeneous coordinate. Zero where they are exact.
+    pub radius: [f64; 3],
+    /// Parameters of the trim's uv curve at t = 0 and t = 1 (decreasing where the trim is reversed); rounded.
+    /// Linear in t for splines and lines; of joins and borders, 0 and 1.
+    pub params: [f64; 2],
+    /// Box of the piece, rounded outward: `[[u_lo, u_hi], [v_lo, v_hi]]`.
+    pub hull: [[f64; 2]; 2],
+    /// Whether the box is inside the surface's closed domain. Where not, parts of the piece
+    /// may be outside the domain, and so not on the region's boundary.
+    pub inside_domain: bool,
+}
+
+/// The trimmed region of one face. `Sync`; made once.
+#[derive(Debug)]
+pub struct TrimRegion {
+    domain: [Interval; 2],
+    untrimmed: bool,
+    pieces: Vec<Piece>,
+    boundary: Vec<BoundaryPiece>,
+    parts: Vec<Part>,
+}
+
+fn push_piece(region: &mut TrimRegion, origin: PieceOrigin, source: Source, params: [f64; 2]) {
+    let piece = Piece::new(source);
+    let within = |axis: usize| {
+        region.domain[axis].start <= piece.hull[axis][0]
+            && piece.hull[axis][1] <= region.domain[axis].end
+    };
+    region.boundary.push(BoundaryPiece {
+        origin,
+        control_points: piece.bezier.clone(),
+        radius: piece.radius,
+        params,
+        hull: piece.hull,
+        inside_domain: within(0) && within(1),
+    });
+    if origin != PieceOrigin::Domain {
+        let index = region.pieces.len() as u32;
+        let parts = split(&piece);
+        let ends: Vec<_> = parts.t.iter().map(|t| piece.enclosure(*t)).collect();
+        for (i, trends) in parts.trends.iter().enumerate() {
+            let (a, b) = (ends[i], ends[i + 1]);
+            let hull = [0, 1].map(|axis| {
+                if trends[axis] == Trend::Mixed {
+                    piece.sub_hull(axis, parts.t[i], parts.t[i + 1])
+                } else {
+                    [a[axis][0].min(b[axis][0]), a[axis][1].max(b[axis][1])]
+                }
+            });
+            region.parts.push(Part {
+                piece: index,
+                trends: *trends,
+                t: [parts.t[i], parts.t[i + 1]],
+                ends: [a, b],
+                hull,
+            });
+        }
+    }
+    region.pieces.push(piece);
+}
+
+impl TrimRegion {
+    /// The region of face `face`; nothing where there is no such face.
+    ///
+    /// Cost: about 10 us a Bezier piece.
+    pub fn new(brep: &Brep, face: usize) -> Self {
+        let parts = brep.parts();
+        let Some(f) = parts.faces.get(face) else {
+            let unit = Interval {
+                start: 0.0,
+                end: 1.0,
+            };
+            return Self::empty([unit, unit]);
+        };
+        let mut region = Self::empty(parts.surfaces[f.surface].domain());
+        let Some(loops) = &f.loops else {
+            region.untrimmed = true;
+            region.add_domain_border();
+            return region;
+        };
+        for &l in loops {
+            let mut first: Option<End> = None;
+            let mut last: Option<(End, usize)> = None;
+            for &t in &parts.loops[l].trims {
+                let trim = &parts.trims[t];
+                for run in trim_runs(trim, &parts.curves2[trim.curve]) {
+                    if let Some((end, before)) = &last {
+                        region.join(end, &run.start, l, *before);
+                    }
+                    first.get_or_insert(run.start);
+                    last = Some((run.end, t));
+                    for p in run.pieces {
+                        let origin = PieceOrigin::Trim {
+                            trim_loop: l,
+                            trim: t,
+                        };
+                        push_piece(&mut region, origin, p.source, p.params);
+                    }
+                }
+            }
+            if let (Some(first), Some((end, before))) = (first, last) {
+                region.join(&end, &first, l, before);
+            }
+        }
+        if region.boundary.iter().any(|p| !p.inside_domain) {
+            region.add_domain_border();
+        }
+        region
+    }
+
+    fn empty(domain: [Interval; 2]) -> Self {
+        Self {
+            domain,
+            untrimmed: false,
+            pieces: Vec::new(),
+            boundary: Vec::new(),
+            parts: Vec::new(),
+        }
+    }
+
+    fn join(&mut self, a: &End, b: &End, trim_loop: usize, trim: usize) {
+        if a.same(b) != Some(true) {
+            let origin = PieceOrigin::Join { trim_loop, trim };
+            push_piece(self, origin, segment(a, b), [0.0, 1.0]);
+        }
+    }
+
+    fn add_domain_border(&mut self) {
+        let [u, v] = self.domain;
+        let corners = [
+            [u.start, v.start],
+            [u.end, v.start],
+            [u.end, v.end],
+            [u.start, v.end],
+        ];
+        for i in 0..4 {
+            let ends = [corners[i], corners[(i + 1) % 4]];
+            push_piece(self, PieceOrigin::Domain, Source::Segment(ends), [0.0, 1.0]);
+        }
+    }
+
+    /// The surface's domain.
+    pub fn domain(&self) -> [Interval; 2] {
+        self.domain
+    }
+
+    /// Everything the region's boundary is made of: the pieces of all trims, the segments that join
+    /// them, and the four sides of the domain where the face has no loops or where a loop leaves the domain
+    /// (then only parts of these four are on the boundary).
+    pub fn pieces(&self) -> &[BoundaryPiece] {
+        &self.boundary
+    }
+
+    /// On which side of the boundary the point is. Exact; see [`RegionSide::side`] for the exception.
+    pub fn side(&self, uv: Point2<f64>) -> RegionSide {
+        let uv = [uv.x, uv.y];
+        let [u, v] = self.domain;
+        let answer = |side| RegionSide {
+            side: Some(side),
+            in_gap: false,
+        };
+        if uv.iter().any(|x| x.is_nan()) {
+            return RegionSide {
+                side: None,
+                in_gap: false,
+            };
+        }
+        let in_gap = self.in_gap(uv);
+        if !u.contains(uv[0]) || !v.contains(uv[1]) {
+            return RegionSide {
+                in_gap,
+                ..answer(Side::Outside)
+            };
+        }
+        let on_border = uv[0] == u.start || uv[0] == u.end || uv[1] == v.start || uv[1] == v.end;
+        let odd = if self.untrimmed {
+            Some(true)
+        } else {
+            match self.parity(uv) {
+                Crossing::On => {
+                    return RegionSide {
+                        in_gap,
+                        ..answer(Side::Boundary)
+                    };
+                }
+                Crossing::Odd => Some(true),
+                Crossing::Even => Some(false),
+                Crossing::Unknown => None,
+            }
+        };
+        let side = odd.map(|odd| match (odd, on_border) {
+            (true, true) => Side::Boundary,
+            (true, false) => Side::Inside,
+            (false, _) => Side::Outside,
+        });
+        RegionSide { side, in_gap }
+    }
+
+    fn parity(&self, q: [f64; 2]) -> Crossing {
+        let mut odd = false;
+        let mut unknown = false;
+        for part in &self.parts {
+            match part.crossing(&self.pieces[part.piece as usize], q, 0) {
+                Crossing::Even => {}
+                Crossing::Odd => odd = !odd,
+                Crossing::On => return Crossing::On,
+                Crossing::Unknown => unknown = true,
+            }
+        }
+        match (unknown, odd) {
+            (true, _) => Crossing::Unknown,
+            (false, true) => Crossing::Odd,
+            (false, false) => Crossing::Even,
+        }
+    }
+
+    fn in_gap(&self, q: [f64; 2]) -> bool {
+        self.parts.iter().any(|part| {
+            let piece = part.piece as usize;
+            (0..2).all(|i| q[i] >= part.hull[i][0] && q[i] <= part.hull[i][1])
+                && matches!(self.boundary[piece].origin, PieceOrigin::Join { .. })
+                && self.pieces[piece].in_box(q)
+        })
+    }
+
+    /// Where the closed box `[u[0], u[1]] x [v[0], v[1]]` lies. Conservative: `Inside` and `Outside` are
+    /// proven; `Mixed` where the boundary meets the box, or is as close as f64 can tell.
+    pub fn classify_box(&self, u: [f64; 2], v: [f64; 2]) -> BoxSide {
+        let [du, dv] = self.domain;
+        if !(u[0] <= u[1] && v[0] <= v[1]) {
+            return BoxSide::Mixed;
+        }
+        if u[1] < du.start || u[0] > du.end || v[1] < dv.start || v[0] > dv.end {
+            return BoxSide::Outside;
+        }
+        let reaches_border =
+            u[0] <= du.start || u[1] >= du.end || v[0] <= dv.start || v[1] >= dv.end;
+        let corner = [u[0].max(du.start), v[0].max(dv.start)];
+        let clear = self
+            .parts
+            .iter()
+            .all(|part| part.misses(&self.pieces[part.piece as usize], [u, v]));
+        if !clear {
+            return BoxSide::Mixed;
+        }
+        // No loop meets the box: the parity is the same all over it.
+        match (self.side(Point2::from(corner)).side, reaches_border) {
+            (Some(Side::Outside), _) => BoxSide::Outside,
+            (Some(Side::Inside), false) => BoxSide::Inside,
+            _ => BoxSide::Mixed,
+        }
+    }
+}
+
+impl Part {
+    /// Proven: the part does not meet the closed box.
+    fn misses(&self, piece: &Piece, b: [[f64; 2]; 2]) -> bool {
+        let h = &self.hull;
+        if (0..2).any(|i| b[i][1] < h[i][0] || b[i][0] > h[i][1]) {
+            return true;
+        }
+        // A part that rises (falls) in both lies between two corners of its box. It misses the query box iff
+        // both remaining corners of the common box are strictly on one side of it.
+        let down = match (self.trends[0], self.trends[1]) {
+            (Trend::Up, Trend::Up) | (Trend::Down, Trend::Down) => false,
+            (Trend::Up, Trend::Down) | (Trend::Down, Trend::Up) => true,
+            _ => return false,
+        };
+        // Rising: the corners are (u_hi, v_lo), right of the part, and (u_lo, v_hi), left of it.
+        let v_of = |right: bool| b[1][usize::from(right == down)];
+        let corners = [[b[0][1], v_of(true)], [b[0][0], v_of(false)]];
+        // The right corner is left of the part: so is the whole box. The left corner is right of it: likewise.
+        self.beyond(piece, corners[0]) == Some(true)
+            || self.beyond(piece, corners[1]) == Some(false)
+    }
+
+    /// Whether a monotone part, at height `q[1]`, is strictly at `u > q[0]` (`Some(false)`: strictly
+    /// below), where that is plain in f64. Heights beyond the part's ends give `None`... see `misses`.
+    fn beyond(&self, piece: &Piece, q: [f64; 2]) -> Option<bool> {
+        let [lo, hi] = [0, 1].map(|e| self.ends[e][1]);
+        let (bottom, top) = if lo[0] <= hi[0] { (lo, hi) } else { (hi, lo) };
+        if q[1] <= bottom[1] || q[1] >= top[0] {
+            return None;
+        }
+        if q[0] < self.hull[0][0] {
+            return Some(true);
+        }
+        if q[0] > self.hull[0][1] {
+            return Some(false);
+        }
+        self.crossing_coarse(piece, q, 0)
+    }
+}

@@ -1,0 +1,642 @@
+//! What a loop is made of, as stored: the exact data that every decision goes back to.
+
+use super::circle::ArcSpan;
+use crate::brep::TrimCurve;
+use crate::numeric::{Ball, Dd, Dyadic};
+use crate::nurbs::{Curve2, NurbsCurve2, PolyCurve};
+use dashu_int::ops::{BitTest, Gcd, UnsignedAbs};
+use dashu_int::{IBig, UBig};
+
+/// Homogeneous `(wu, wv, w)` up to a positive factor common to all control points.
+pub(super) type Exact3 = [IBig; 3];
+/// The same as balls.
+pub(super) type Ball3 = [Ball<Dd>; 3];
+
+/// The exact data of one piece, over its own parameter t in [0, 1].
+#[derive(Clone, Debug)]
+pub(super) enum Source {
+    /// One span of a spline, from parameter `from` to `to` (`from > to` where the trim is reversed).
+    Spline(Box<SplineSpan>),
+    /// A straight segment.
+    Segment([[f64; 2]; 2]),
+    /// Bezier control points, exactly.
+    Exact(Vec<Exact3>),
+    /// A piece of a native arc: at most a quarter, from angle to angle.
+    Arc(Box<ArcSpan>),
+    /// A straight segment whose ends are known in enclosures only.
+    Blurred([[Ball<Dd>; 2]; 2]),
+}
+
+/// Part of one span of a spline.
+#[derive(Clone, Debug)]
+pub(super) struct SplineSpan {
+    /// `2p` knots, `knots[p - 1] <= .. <= knots[p]` the span.
+    pub(super) knots: Vec<f64>,
+    /// `p + 1` homogeneous control points.
+    pub(super) points: Vec<[f64; 3]>,
+    /// Parameter at t = 0.
+    pub(super) from: Param,
+    /// Parameter at t = 1.
+    pub(super) to: Param,
+}
+
+/// A parameter: a f64, or a quotient of integers that is none.
+#[derive(Clone, Debug)]
+pub(super) struct Param {
+    /// The f64, or one near.
+    pub(super) near: f64,
+    /// Numerator and positive denominator where `near` is not exact.
+    ratio: Option<Box<(IBig, IBig)>>,
+}
+
+impl Param {
+    pub(super) fn f64(x: f64) -> Self {
+        Self {
+            near: x,
+            ratio: None,
+        }
+    }
+
+    /// `to[0] + (to[1] - to[0]) (t - from[0]) / (from[1] - from[0])`, exactly; the ends go to the ends.
+    pub(super) fn mapped(t: f64, from: [f64; 2], to: [f64; 2]) -> Self {
+        if t <= from[0] {
+            return Self::f64(to[0]);
+        }
+        if t >= from[1] {
+            return Self::f64(to[1]);
+        }
+        if from == to {
+            return Self::f64(t);
+        }
+        let s = (t - from[0]) / (from[1] - from[0]);
+        let near = (to[0] + s * (to[1] - to[0])).clamp(to[0], to[1]);
+        let Some(n) = integers(&[[t, from[0], from[1]], [to[0], to[1], 1.0]]) else {
+            return Self::f64(near);
+        };
+        let den = &n[0][2] - &n[0][1];
+        let num = &n[1][0] * &den + (&n[1][1] - &n[1][0]) * (&n[0][0] - &n[0][1]);
+        Self {
+            near,
+            ratio: Some(Box::new((num, den * &n[1][2]))),
+        }
+    }
+
+    /// The sign of `self - x`.
+    fn compare(&self, x: f64) -> std::cmp::Ordering {
+        match &self.ratio {
+            None => self
+                .near
+                .partial_cmp(&x)
+                .unwrap_or(std::cmp::Ordering::Equal),
+            Some(r) => match integers(&[[x, 1.0, 0.0]]) {
+                Some(n) => (&r.0 * &n[0][1]).cmp(&(&n[0][0] * &r.1)),
+                None => std::cmp::Ordering::Less,
+            },
+        }
+    }
+
+    /// `k - self`.
+    pub(super) fn below(&self, k: f64) -> Ball<Dd> {
+        match &self.ratio {
+            None => Ball::difference(k, self.near),
+            Some(r) => {
+                let b = to_balls(&[[r.0.clone(), r.1.clone(), IBig::ZERO]]);
+                Ball::exact(k) - b[0][0] / b[0][1]
+            }
+        }
+    }
+
+    /// Whether it is exactly `k`.
+    pub(super) fn is(&self, k: f64) -> bool {
+        self.ratio.is_none() && self.near == k
+    }
+
+    fn denominator(&self) -> IBig {
+        self.ratio.as_ref().map_or(IBig::ONE, |r| r.1.clone())
+    }
+}
+
+/// An end point of a run of a trim.
+#[derive(Clone, Debug)]
+pub(super) enum End {
+    /// Coordinates that are f64.
+    Point([f64; 2]),
+    /// Homogeneous, f64.
+    Weighted([f64; 3]),
+    /// Homogeneous, exact.
+    Rational(Exact3),
+    /// An enclosure only.
+    Blurred([Ball<Dd>; 2]),
+}
+
+impl End {
+    /// From a homogeneous control point.
+    fn weighted(p: [f64; 3]) -> Self {
+        if p[2] == 1.0 {
+            Self::Point([p[0], p[1]])
+        } else {
+            Self::Weighted(p)
+        }
+    }
+
+    /// Homogeneous integers; `None` where the end is blurred.
+    pub(super) fn exact(&self) -> Option<Exact3> {
+        match self {
+            Self::Point(p) => integers(&[[p[0], p[1], 1.0]])?.into_iter().next(),
+            Self::Weighted(p) => integers(&[*p])?.into_iter().next(),
+            Self::Rational(p) => Some(p.clone()),
+            Self::Blurred(_) => None,
+        }
+    }
+
+    /// Coordinates in balls.
+    pub(super) fn ball(&self) -> [Ball<Dd>; 2] {
+        match self {
+            Self::Point(p) => p.map(Ball::exact),
+            Self::Weighted(p) => quotient(&p.map(Ball::exact)),
+            Self::Rational(p) => quotient(&to_balls(std::slice::from_ref(p))[0]),
+            Self::Blurred(b) => *b,
+        }
+    }
+
+    /// Whether two ends are the same point; `None` where that cannot be known.
+    pub(super) fn same(&self, other: &Self) -> Option<bool> {
+        if let (Self::Point(a), Self::Point(b)) = (self, other) {
+            return Some(a == b);
+        }
+        let (a, b) = (self.ball(), other.ball());
+        let apart = |i: usize| a[i].lower() > b[i].upper() || b[i].lower() > a[i].upper();
+        if apart(0) || apart(1) {
+            return Some(false);
+        }
+        let (a, b) = (self.exact()?, other.exact()?);
+        Some((0..2).all(|i| &a[i] * &b[2] == &b[i] * &a[2]))
+    }
+}
+
+fn quotient(p: &Ball3) -> [Ball<Dd>; 2] {
+    [p[0] / p[2], p[1] / p[2]]
+}
+
+/// Integers proportional to finite numbers; `None` if one is not finite.
+fn integers(points: &[[f64; 3]]) -> Option<Vec<Exact3>> {
+    let dyadics: Option<Vec<Dyadic>> = points
+        .iter()
+        .flatten()
+        .map(|x| Dyadic::from_f64(*x))
+        .collect();
+    let mut integers = dyadics_to_integers(&dyadics?).into_iter();
+    Some(
+        points
+            .iter()
+            .map(|_| [0, 1, 2].map(|_| integers.next().unwrap_or(IBig::ZERO)))
+            .collect(),
+    )
+}
+
+/// Integers proportional to dyadics, by a common power of two.
+pub(super) fn dyadics_to_integers(dyadics: &[Dyadic]) -> Vec<IBig> {
+    let lowest = dyadics
+        .iter()
+        .filter_map(|d| Some(d.exponent() + d.mantissa().trailing_zeros()? as i64))
+        .min()
+        .unwrap_or(0);
+    dyadics
+        .iter()
+        .map(|d| {
+            let shift = d.exponent() - lowest;
+            if shift >= 0 {
+                d.mantissa().clone() << shift as usize
+            } else {
+                d.mantissa().clone() >> (-shift) as usize
+            }
+        })
+        .collect()
+}
+
+/// One number at a power of two, as a ball: 106 bits are kept, so the radius is at most 2^-105
+/// relative; below the range of f64 the absolute radius covers it.
+fn to_ball(x: &IBig, exponent: i64) -> Ball<Dd> {
+    const TOP: usize = 53;
+    let bits = x.bit_len();
+    if bits == 0 {
+        return Ball::ZERO;
+    }
+    let head = |x: &IBig| {
+        let cut = x.bit_len().saturating_sub(TOP);
+        let sign_free = x.clone() >> cut;
+        let head = i64::try_from(sign_free).map_or(f64::NAN, |m| m as f64);
+        (head, cut)
+    };
+    // Truncated towards minus infinity by the shift: the rest is what is missing, exactly.
+    let (hi, cut) = head(x);
+    let rest = x - (IBig::from(hi as i64) << cut);
+    let (lo, low_cut) = if rest == IBig::ZERO {
+        (0.0, 0)
+    } else {
+        head(&rest)
+    };
+    let inexact = low_cut > 0;
+    let scaled = |m: f64, e: i64| scale(m, e);
+    let d = Dd::new(
+        scaled(hi, cut as i64 + exponent),
+        scaled(lo, low_cut as i64 + exponent),
+    );
+    let small = bits as i64 + exponent < -800;
+    // The rest is below 2^53 ulps of the cut: at most 2^-105 of x, doubled for rounding.
+    let rad = if inexact {
+        d.hi.abs() * 4.0 * f64::EPSILON * f64::EPSILON
+    } else {
+        0.0
+    } + if small { crate::numeric::TINY } else { 0.0 };
+    Ball::from_dd(d, rad)
+}
+
+/// `m 2^e` in steps that neither overflow nor underflow early.
+fn scale(m: f64, mut e: i64) -> f64 {
+    let mut m = m;
+    while e != 0 && m != 0.0 && m.is_finite() {
+        let step = e.clamp(-900, 900);
+        m *= f64::from_bits(((1023 + step) as u64) << 52);
+        e -= step;
+    }
+    m
+}
+
+/// Balls proportional to integers, the largest near 1.
+pub(super) fn to_balls(points: &[Exact3]) -> Vec<Ball3> {
+    let bits = points
+        .iter()
+        .flatten()
+        .map(BitTest::bit_len)
+        .max()
+        .unwrap_or(0);
+    points
+        .iter()
+        .map(|p| [0, 1, 2].map(|i| to_ball(&p[i], -(bits as i64))))
+        .collect()
+}
+
+impl SplineSpan {
+    fn degree(&self) -> usize {
+        self.points.len() - 1
+    }
+
+    /// Bezier control points by blossoms: `b_k = f(from^(p-k), to^k)` (Ramshaw; *The NURBS Book*
+    /// has it as knot insertion). Level r of de Boor's algorithm replaces
+    /// `d_j` by `((hi - x) d_(j-1) + (x - lo) d_j) / (hi - lo)` with `lo` and `hi` the knots p + 1 - r apart around it;
+    /// every factor is >= 0, so weights stay positive.
+    pub(super) fn balls(&self) -> Vec<Ball3> {
+        let p = self.degree();
+        let mut out = Vec::with_capacity(p + 1);
+        for k in 0..=p {
+            let mut d: Vec<Ball3> = self.points.iter().map(|c| c.map(Ball::exact)).collect();
+            for r in 1..=p {
+                // The last k arguments are `to`, taken last: earlier levels see the same values.
+                let x = if r > p - k { &self.to } else { &self.from };
+                for j in (r..=p).rev() {
+                    let (lo, hi) = (self.knots[j - 1], self.knots[j + p - r]);
+                    if x.is(lo) {
+                        d[j] = d[j - 1];
+                        continue;
+                    }
+                    if x.is(hi) {
+                        continue;
+                    }
+                    let width = Ball::<Dd>::difference(hi, lo);
+                    let a = x.below(hi) / width;
+                    let b = -x.below(lo) / width;
+                    d[j] = [0, 1, 2].map(|i| a * d[j - 1][i] + b * d[j][i]);
+                }
+            }
+            out.push(d[p]);
+        }
+        out
+    }
+
+    /// The same in integers, up to a common positive factor: at each level all points are multiplied
+    /// by the least common multiple of the knot differences, which do not depend on x.
+    pub(super) fn exact(&self) -> Option<Vec<Exact3>> {
+        let p = self.degree();
+        // Everything is multiplied by `unit`, and by the denominators of the two ends.
+        let mut line: Vec<[f64; 3]> = self.knots.iter().map(|k| [*k, 0.0, 0.0]).collect();
+        let near = |x: &Param| if x.ratio.is_none() { x.near } else { 0.0 };
+        line.push([near(&self.from), near(&self.to), 1.0]);
+        let mut line = integers(&line)?;
+        let (dens, unit) = (
+            [self.from.denominator(), self.to.denominator()],
+            line[2 * p][2].clone(),
+        );
+        let common = &dens[0] * &dens[1];
+        for x in line.iter_mut().flatten() {
+            *x *= &common;
+        }
+        let (knots, ends) = line.split_at(2 * p);
+        let value = |x: &Param, plain: &IBig, other: &IBig| match &x.ratio {
+            Some(r) => &r.0 * &unit * other,
+            None => plain.clone(),
+        };
+        let from = &value(&self.from, &ends[0][0], &dens[1]);
+        let to = &value(&self.to, &ends[0][1], &dens[0]);
+        let points = integers(&self.points)?;
+        // multipliers[r - 1][j - r] = lcm / (hi - lo).
+        let mut multipliers = Vec::with_capacity(p);
+        for r in 1..=p {
+            let widths: Vec<UBig> = (r..=p)
+                .map(|j| (&knots[j + p - r][0] - &knots[j - 1][0]).unsigned_abs())
+                .collect();
+            let mut lcm = UBig::ONE;
+            for w in &widths {
+                if *w == UBig::ZERO {
+                    return None;
+                }
+                lcm = &lcm / (&lcm).gcd(w) * w;
+            }
+            multipliers.push(
+                widths
+                    .iter()
+                    .map(|w| IBig::from(&lcm / w))
+                    .collect::<Vec<_>>(),
+            );
+        }
+        let mut out = Vec::with_capacity(p + 1);
+        for k in 0..=p {
+            let mut d = points.clone();
+            for r in 1..=p {
+                let x = if r > p - k { to } else { from };
+                for j in (r..=p).rev() {
+                    let m = &multipliers[r - 1][j - r];
+                    let a = (&knots[j + p - r][0] - x) * m;
+                    let b = (x - &knots[j - 1][0]) * m;
+                    d[j] = [0, 1, 2].map(|i| &a * &d[j - 1][i] + &b * &d[j][i]);
+                }
+            }
+            out.push(d.swap_remove(p));
+        }
+        Some(reduced(out))
+    }
+}
+
+/// Divided by the greatest common divisor of all coordinates.
+fn reduced(mut points: Vec<Exact3>) -> Vec<Exact3> {
+    let mut g = UBig::ZERO;
+    for x in points.iter().flatten() {
+        if *x != IBig::ZERO {
+            let m = x.clone().unsigned_abs();
+            g = if g == UBig::ZERO { m } else { g.gcd(m) };
+            if g == UBig::ONE {
+                return points;
+            }
+        }
+    }
+    if g != UBig::ZERO {
+        let g = IBig::from(g);
+        for x in points.iter_mut().flatten() {
+            *x /= &g;
+        }
+    }
+    points
+}
+
+impl Source {
+    /// Bezier control points in integers; `None` where there are none (arcs).
+    pub(super) fn exact(&self) -> Option<Vec<Exact3>> {
+        match self {
+            Self::Spline(s) => s.exact(),
+            Self::Segment([a, b]) => integers(&[[a[0], a[1], 1.0], [b[0], b[1], 1.0]]),
+            Self::Exact(points) => Some(points.clone()),
+            Self::Arc(_) | Self::Blurred(_) => None,
+        }
+    }
+
+    /// Bezier control points in balls, up to a common positive factor.
+    pub(super) fn balls(&self) -> Vec<Ball3> {
+        let affine = |p: [Ball<Dd>; 2]| [p[0], p[1], Ball::ONE];
+        match self {
+            Self::Spline(s) => s.balls(),
+            Self::Segment(ends) => ends.iter().map(|p| affine(p.map(Ball::exact))).collect(),
+            Self::Exact(points) => to_balls(points),
+            Self::Blurred(ends) => ends.iter().map(|p| affine(*p)).collect(),
+            Self::Arc(arc) => arc.balls(),
+        }
+    }
+}
+
+/// One piece with the parameters of the original curve it covers.
+#[derive(Clone, Debug)]
+pub(super) struct SourcePiece {
+    pub(super) source: Source,
+    /// Parameters of the original curve at t = 0 and t = 1.
+    pub(super) params: [f64; 2],
+}
+
+/// Pieces that meet exactly, in the direction of the trim, and their outer ends.
+#[derive(Debug)]
+pub(super) struct Run {
+    pub(super) pieces: Vec<SourcePiece>,
+    pub(super) start: End,
+    pub(super) end: End,
+}
+
+/// The runs of a trim, in its direction: one, or one a segment for poly-curves, whose segments
+/// need not meet.
+pub(super) fn trim_runs(trim: &TrimCurve, curve: &Curve2) -> Vec<Run> {
+    let span = [trim.span.start, trim.span.end];
+    let mut runs = match curve {
+        Curve2::Poly(poly) => poly_runs(poly, span),
+        other => simple_runs(other, &Param::f64(span[0]), &Param::f64(span[1])),
+    };
+    if trim.reversed {
+        runs.reverse();
+        for run in &mut runs {
+            reverse(run);
+        }
+    }
+    runs
+}
+
+pub(super) fn reverse(run: &mut Run) {
+    std::mem::swap(&mut run.start, &mut run.end);
+    run.pieces.reverse();
+    for piece in &mut run.pieces {
+        piece.params.reverse();
+        match &mut piece.source {
+            Source::Spline(s) => std::mem::swap(&mut s.from, &mut s.to),
+            Source::Segment(ends) => ends.reverse(),
+            Source::Exact(points) => points.reverse(),
+            Source::Blurred(ends) => ends.reverse(),
+            Source::Arc(arc) => arc.reverse(),
+        }
+    }
+}
+
+fn poly_runs(poly: &PolyCurve<2, 3>, span: [f64; 2]) -> Vec<Run> {
+    let mut runs = Vec::new();
+    for (segment, w) in poly.segments().iter().zip(poly.params().windows(2)) {
+        if w[0] >= span[1] || w[1] <= span[0] {
+            continue;
+        }
+        let own = segment.domain();
+        let (outer, own) = ([w[0], w[1]], [own.start, own.end]);
+        let from = Param::mapped(span[0], outer, own);
+        let to = Param::mapped(span[1], outer, own);
+        let mut part = simple_runs(segment, &from, &to);
+        for t in part
+            .iter_mut()
+            .flat_map(|r| &mut r.pieces)
+            .flat_map(|p| &mut p.params)
+        {
+            let s = (*t - own[0]) / (own[1] - own[0]);
+            *t = (w[0] + s * (w[1] - w[0])).clamp(w[0], w[1]);
+        }
+        runs.extend(part);
+    }
+    runs
+}
+
+/// The runs of a curve that is no poly-curve.
+fn simple_runs(curve: &Curve2, from: &Param, to: &Param) -> Vec<Run> {
+    match curve {
+        Curve2::Line(line) => vec![polyline_run(
+            &[line.from.coords.into(), line.to.coords.into()],
+            &[line.domain.start, line.domain.end],
+            from,
+            to,
+        )],
+        Curve2::Polyline(line) => {
+            let points: Vec<[f64; 2]> = line.points().iter().map(|p| p.coords.into()).collect();
+            vec![polyline_run(&points, line.params(), from, to)]
+        }
+        Curve2::Nurbs(nurbs) => nurbs_run(nurbs, from, to).into_iter().collect(),
+        Curve2::Arc(arc) => super::circle::arc_run(arc, from, to).into_iter().collect(),
+        // Poly-curves hold none.
+        Curve2::Poly(_) => Vec::new(),
+    }
+}
+
+/// The point of segment `a b` over `[w0, w1]` at `x`.
+fn point_on(points: [[f64; 2]; 2], w: [f64; 2], x: &Param) -> End {
+    if x.is(w[0]) {
+        return End::Point(points[0]);
+    }
+    if x.is(w[1]) {
+        return End::Point(points[1]);
+    }
+    // A line is a spline of degree 1.
+    let span = SplineSpan {
+        knots: w.to_vec(),
+        points: points.iter().map(|p| [p[0], p[1], 1.0]).collect(),
+        from: x.clone(),
+        to: Param::f64(w[1]),
+    };
+    match span.exact() {
+        Some(mut exact) => End::Rational(exact.swap_remove(0)),
+        None => End::Point(points[0]),
+    }
+}
+
+fn polyline_run(points: &[[f64; 2]], params: &[f64], from: &Param, to: &Param) -> Run {
+    use std::cmp::Ordering::{Greater, Less};
+    let mut pieces = Vec::new();
+    let mut outer: [Option<End>; 2] = [None, None];
+    for (p, w) in points.windows(2).zip(params.windows(2)) {
+        // Half-open on both sides: a segment that only touches the used span is left out.
+        if from.compare(w[1]) != Less || to.compare(w[0]) != Greater {
+            continue;
+        }
+        let (p, w) = ([p[0], p[1]], [w[0], w[1]]);
+        let a = if from.compare(w[0]) == Greater {
+            from.clone()
+        } else {
+            Param::f64(w[0])
+        };
+        let b = if to.compare(w[1]) == Less {
+            to.clone()
+        } else {
+            Param::f64(w[1])
+        };
+        let ends = [point_on(p, w, &a), point_on(p, w, &b)];
+        pieces.push(SourcePiece {
+            source: segment(&ends[0], &ends[1]),
+            params: [a.near, b.near],
+        });
+        let [start, end] = ends;
+        outer[0].get_or_insert(start);
+        outer[1] = Some(end);
+    }
+    let [start, end] = outer;
+    Run {
+        pieces,
+        start: start.unwrap_or(End::Point(points[0])),
+        end: end.unwrap_or(End::Point(points[0])),
+    }
+}
+
+/// The straight segment between two ends.
+pub(super) fn segment(a: &End, b: &End) -> Source {
+    if let (End::Point(a), End::Point(b)) = (a, b) {
+        return Source::Segment([*a, *b]);
+    }
+    match (a.exact(), b.exact()) {
+        (Some(a), Some(b)) => Source::Exact(vec![a, b]),
+        _ => Source::Blurred([a.ball(), b.ball()]),
+    }
+}
+
+/// The spans of a NURBS curve between two parameters; `None` if there are none.
+fn nurbs_run(curve: &NurbsCurve2, from: &Param, to: &Param) -> Option<Run> {
+    use std::cmp::Ordering::{Greater, Less};
+    let p = curve.degree();
+    let mut pieces = Vec::new();
+    for (i, lo, hi) in curve.knots().spans() {
+        if from.compare(hi) != Less || to.compare(lo) != Greater {
+            continue;
+        }
+        let a = if from.compare(lo) == Greater {
+            from.clone()
+        } else {
+            Param::f64(lo)
+        };
+        let b = if to.compare(hi) == Less {
+            to.clone()
+        } else {
+            Param::f64(hi)
+        };
+        let knots = curve.knots().knots().get(i + 1 - p..=i + p)?.to_vec();
+        let points = curve.control_points().get(i - p..=i)?;
+        pieces.push(SourcePiece {
+            params: [a.near, b.near],
+            source: Source::Spline(Box::new(SplineSpan {
+                knots,
+                points: points.iter().map(|c| [c[0], c[1], c[2]]).collect(),
+                from: a,
+                to: b,
+            })),
+        });
+    }
+    let end_of = |piece: &SourcePiece, last: bool| match &piece.source {
+        Source::Spline(s) => s.end(last),
+        _ => None,
+    };
+    let start = end_of(pieces.first()?, false)?;
+    let end = end_of(pieces.last()?, true)?;
+    Some(Run { pieces, start, end })
+}
+
+impl SplineSpan {
+    /// The end point at t = 0 or at t = 1, exactly.
+    fn end(&self, last: bool) -> Option<End> {
+        let p = self.degree();
+        let x = if last { &self.to } else { &self.from };
+        // Clamped: the last p knots at or before the span's start (or after its end) coincide.
+        if self.knots[..p].iter().all(|k| x.is(*k)) {
+            return Some(End::weighted(self.points[0]));
+        }
+        if self.knots[p..].iter().all(|k| x.is(*k)) {
+            return Some(End::weighted(self.points[p]));
+        }
+        let mut exact = self.exact()?;
+        let k = if last { exact.len() - 1 } else { 0 };
+        Some(End::Rational(exact.swap_remove(k)))
+    }
+}

@@ -1,0 +1,4 @@
+//! Tests of the trimmed region.
+
+mod shapes;
+mod sides;

@@ -1,0 +1,204 @@
+//! Sides of points against shapes whose sides are known.
+
+use super::shapes::*;
+use crate::trim::{BoxSide, Side, TrimRegion};
+
+const WIDE: [f64; 4] = [-10.0, 10.0, -10.0, 10.0];
+
+fn side(region: &TrimRegion, q: [f64; 2]) -> Side {
+    region.side(q.into()).side.unwrap()
+}
+
+#[test]
+fn square_and_its_border() {
+    let square = polygon(&[[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]]);
+    let region = TrimRegion::new(&face(WIDE, Some(vec![square])), 0);
+    for i in -1..=5 {
+        for j in -1..=5 {
+            let (x, y) = (f64::from(i) / 4.0, f64::from(j) / 4.0);
+            let expected = if !(0.0..=1.0).contains(&x) || !(0.0..=1.0).contains(&y) {
+                Side::Outside
+            } else if x == 0.0 || y == 0.0 || x == 1.0 || y == 1.0 {
+                Side::Boundary
+            } else {
+                Side::Inside
+            };
+            assert_eq!(side(&region, [x, y]), expected, "{x} {y}");
+        }
+    }
+    assert_eq!(region.classify_box([0.2, 0.8], [0.2, 0.8]), BoxSide::Inside);
+    assert_eq!(region.classify_box([0.2, 1.0], [0.2, 0.8]), BoxSide::Mixed);
+    assert_eq!(
+        region.classify_box([1.5, 2.0], [0.2, 0.8]),
+        BoxSide::Outside
+    );
+    assert_eq!(region.pieces().len(), 4);
+}
+
+#[test]
+fn circle_with_rational_points() {
+    // (3/5, 4/5) scaled by 5: exactly on the circle of radius 5.
+    let region = TrimRegion::new(&face(WIDE, Some(vec![circle([0.0, 0.0], 5.0)])), 0);
+    for (a, b) in [(3.0, 4.0), (4.0, 3.0), (5.0, 0.0), (0.0, 5.0)] {
+        for (x, y) in [(a, b), (-a, b), (a, -b), (-a, -b)] {
+            assert_eq!(side(&region, [x, y]), Side::Boundary, "{x} {y}");
+            if x != 0.0 {
+                let out = if x > 0.0 {
+                    f64::next_up(x)
+                } else {
+                    f64::next_down(x)
+                };
+                let inn = if x > 0.0 {
+                    f64::next_down(x)
+                } else {
+                    f64::next_up(x)
+                };
+                assert_eq!(side(&region, [out, y]), Side::Outside, "{x} {y}");
+                assert_eq!(side(&region, [inn, y]), Side::Inside, "{x} {y}");
+            }
+            if y != 0.0 {
+                let out = if y > 0.0 {
+                    f64::next_up(y)
+                } else {
+                    f64::next_down(y)
+                };
+                assert_eq!(side(&region, [x, out]), Side::Outside, "{x} {y}");
+            }
+        }
+    }
+    let mut seed = 1u64;
+    for _ in 0..20_000 {
+        let q = [0, 1].map(|_| {
+            seed = seed
+                .wrapping_mul(6364136223846793005)
+                .wrapping_add(1442695040888963407);
+            ((seed >> 11) as f64 / (1u64 << 53) as f64) * 12.0 - 6.0
+        });
+        let r = q[0] * q[0] + q[1] * q[1];
+        if (r - 25.0).abs() > 1e-10 {
+            let expected = if r < 25.0 {
+                Side::Inside
+            } else {
+                Side::Outside
+            };
+            assert_eq!(side(&region, q), expected, "{q:?}");
+        }
+    }
+}
+
+#[test]
+fn untrimmed_empty_and_missing() {
+    let all = TrimRegion::new(&face(WIDE, None), 0);
+    assert_eq!(side(&all, [0.0, 0.0]), Side::Inside);
+    assert_eq!(side(&all, [10.0, 0.0]), Side::Boundary);
+    assert_eq!(side(&all, [10.5, 0.0]), Side::Outside);
+    assert_eq!(all.pieces().len(), 4);
+    assert_eq!(all.classify_box([-9.0, 9.0], [-9.0, 9.0]), BoxSide::Inside);
+    assert_eq!(all.classify_box([-10.0, 9.0], [-9.0, 9.0]), BoxSide::Mixed);
+    let none = TrimRegion::new(&face(WIDE, Some(vec![])), 0);
+    assert_eq!(side(&none, [0.0, 0.0]), Side::Outside);
+    assert_eq!(
+        none.classify_box([-10.0, 9.0], [-9.0, 9.0]),
+        BoxSide::Outside
+    );
+    assert_eq!(
+        side(&TrimRegion::new(&face(WIDE, None), 7), [0.5, 0.5]),
+        Side::Outside
+    );
+    assert_eq!(all.side([f64::NAN, 0.0].into()).side, None);
+}
+
+#[test]
+fn native_arcs() {
+    use crate::numeric::Interval;
+    use crate::nurbs::{Arc, Curve};
+    use nalgebra::{Point2, Vector2};
+    let arc = |center: [f64; 2], radius: f64, x: [f64; 2], flip: bool, angle: [f64; 2]| {
+        let y = if flip { [x[1], -x[0]] } else { [-x[1], x[0]] };
+        let domain = Interval::new(angle[0], angle[1]).unwrap();
+        Curve::Arc(
+            Arc::new(Arc {
+                center: Point2::from(center),
+                x: Vector2::from(x),
+                y: Vector2::from(y),
+                z: Vector2::zeros(),
+                radius,
+                angle: domain,
+                domain,
+            })
+            .unwrap(),
+        )
+    };
+    let turn = std::f64::consts::TAU;
+    for (x, flip, from) in [
+        ([1.0, 0.0], false, 0.0),
+        ([1.0, 0.0], true, 0.0),
+        ([0.0, 2.0], false, 0.5),
+        ([-1.0, 0.0], true, -1.0),
+        ([0.6, 0.8], false, 0.25),
+        ([-0.3, -0.7], true, 3.0),
+    ] {
+        let full = arc([0.0, 0.0], 5.0, x, flip, [from, from + turn]);
+        let region = TrimRegion::new(&face(WIDE, Some(vec![vec![full.into()]])), 0);
+        for (a, b) in [(3.0, 4.0), (4.0, 3.0)] {
+            for (x, y) in [(a, b), (-a, b), (a, -b), (-a, -b)] {
+                assert_eq!(side(&region, [x, y]), Side::Boundary, "{x} {y}");
+                let (out, inn) = if x > 0.0 {
+                    (f64::next_up(x), f64::next_down(x))
+                } else {
+                    (f64::next_down(x), f64::next_up(x))
+                };
+                assert_eq!(side(&region, [out, y]), Side::Outside, "{x} {y}");
+                assert_eq!(side(&region, [inn, y]), Side::Inside, "{x} {y}");
+            }
+        }
+        for i in 0..400 {
+            for j in 0..400 {
+                let q = [f64::from(i) * 0.0301 - 6.0, f64::from(j) * 0.0299 - 6.0];
+                let inside = q[0] * q[0] + q[1] * q[1] < 25.0;
+                let expected = if inside { Side::Inside } else { Side::Outside };
+                assert_eq!(side(&region, q), expected, "{q:?}");
+            }
+        }
+        // An image that needs no more than its pieces: every control point of every piece is
+        // outside or on the circle, every end on it.
+        for p in region.pieces() {
+            let ends = [
+                p.control_points[0],
+                p.control_points[p.control_points.len() - 1],
+            ];
+            for e in ends {
+                assert!((e[0].hypot(e[1]) / e[2] - 5.0).abs() < 1e-14);
+            }
+        }
+    }
+    // Half a disc: an arc and its chord.
+    for flip in [false, true] {
+        let half = arc([1.0, 0.5], 2.0, [1.0, 0.0], flip, [0.0, turn / 2.0]);
+        let region = TrimRegion::new(
+            &face(
+                WIDE,
+                Some(vec![vec![
+                    half.into(),
+                    line([-1.0, 0.5], [3.0, 0.5]).into(),
+                ]]),
+            ),
+            0,
+        );
+        for i in 0..200 {
+            for j in 0..200 {
+                let q = [f64::from(i) * 0.0301 - 2.0, f64::from(j) * 0.0299 - 3.0];
+                let above = if flip { q[1] < 0.5 } else { q[1] > 0.5 };
+                let inside = (q[0] - 1.0).powi(2) + (q[1] - 0.5).powi(2) < 4.0 && above;
+                let expected = if inside { Side::Inside } else { Side::Outside };
+                assert_eq!(side(&region, q), expected, "{q:?} {flip}");
+            }
+        }
+        assert_eq!(side(&region, [3.0, 0.5]), Side::Boundary);
+        assert_eq!(side(&region, [0.0, 0.5]), Side::Boundary);
+        assert_eq!(
+            side(&region, [1.0, if flip { -1.5 } else { 2.5 }]),
+            Side::Boundary
+        );
+    }
+}
