@@ -7,11 +7,11 @@
 
 mod common;
 
-use common::{abs, holds, q};
+use common::{abs, curve, holds, q, surface};
 use dashu_ratio::RBig as Q;
 use feeler::numeric::{Ball, Dd};
 use feeler::nurbs::eval::partials;
-use feeler::nurbs::{Curve, Curve3, Limit, NurbsCurve, NurbsCurve3, NurbsSurface, Surface};
+use feeler::nurbs::{Curve, Curve3, Limit, NurbsCurve, NurbsCurve3, Surface};
 use nalgebra::{SVector, Vector3, Vector4};
 use proptest::prelude::*;
 
@@ -25,7 +25,7 @@ fn gamma(n: usize) -> f64 {
 fn check_curve(c: &NurbsCurve3, t: f64, order: usize) {
     let curve: Curve3 = Curve::Nurbs(c.clone());
     for (limit, below) in [(Limit::FromAbove, false), (Limit::FromBelow, true)] {
-        let truth = common::curve(c, &q(t), order, below);
+        let truth = common::exact_curve(c, &q(t), order, below);
         let fine = curve.derivatives_in::<Ball<Dd>>(t, order, limit);
         let coarse = curve.derivatives_in::<Ball<f64>>(t, order, limit);
         for k in 0..=order {
@@ -46,7 +46,7 @@ fn check_curve(c: &NurbsCurve3, t: f64, order: usize) {
         }
     }
     // The a-priori bound of `point`, and the rounded bound.
-    let truth = &common::curve(c, &q(t), 0, false)[0];
+    let truth = &common::exact_curve(c, &q(t), 0, false)[0];
     let plain = curve.point(t);
     let (point, bound) = curve.point_with_bound(t);
     for i in 0..3 {
@@ -87,79 +87,6 @@ fn parameters(c: &NurbsCurve3) -> Vec<f64> {
     out
 }
 
-/// A random knot vector of this degree with repeated knots, clamped or not.
-fn knots(degree: usize) -> impl Strategy<Value = Vec<f64>> {
-    (
-        prop::collection::vec((0.01f64..2.0, 1..=degree), 0..4),
-        any::<bool>(),
-        prop::collection::vec(0.0f64..1.0, 2 * degree),
-        -10.0f64..10.0,
-    )
-        .prop_map(move |(inner, clamped, outer, start)| {
-            let mut below: Vec<f64> = Vec::new();
-            let mut t = start;
-            for x in &outer[..degree] {
-                below.push(t);
-                t -= if clamped { 0.0 } else { *x };
-            }
-            below.reverse();
-            let mut k = below;
-            // The outermost knot never matters.
-            k.insert(0, k[0] - 1.0);
-            let mut t = start;
-            for (step, multiplicity) in inner {
-                t += step;
-                k.extend(std::iter::repeat_n(t, multiplicity));
-            }
-            t += 1.0;
-            k.push(t);
-            for x in &outer[degree..] {
-                t += if clamped { 0.0 } else { *x };
-                k.push(t);
-            }
-            k
-        })
-}
-
-fn net(n: usize) -> impl Strategy<Value = Vec<Vector4<f64>>> {
-    // Weights over 10^(+-e).
-    (0.0f64..12.0).prop_flat_map(move |e| {
-        prop::collection::vec(
-            (
-                prop::array::uniform3(-10.0f64..10.0),
-                prop_oneof![Just(1.0), (-e..=e).prop_map(|x| 10f64.powf(x))],
-            ),
-            n,
-        )
-        .prop_map(|points| {
-            points
-                .into_iter()
-                .map(|([x, y, z], w)| Vector4::new(w * x, w * y, w * z, w))
-                .collect()
-        })
-    })
-}
-
-fn curve() -> impl Strategy<Value = NurbsCurve3> {
-    (1usize..=7).prop_flat_map(|p| {
-        knots(p).prop_flat_map(move |k| {
-            net(k.len() - p - 1)
-                .prop_map(move |points| NurbsCurve::new(p, points, k.clone()).unwrap())
-        })
-    })
-}
-
-fn surface() -> impl Strategy<Value = NurbsSurface> {
-    (1usize..=4, 1usize..=4).prop_flat_map(|(p, q)| {
-        (knots(p), knots(q)).prop_flat_map(move |(ku, kv)| {
-            let counts = [ku.len() - p - 1, kv.len() - q - 1];
-            net(counts[0] * counts[1]).prop_map(move |points| {
-                NurbsSurface::new([p, q], counts, points, [ku.clone(), kv.clone()]).unwrap()
-            })
-        })
-    })
-}
-
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(48))]
 
@@ -177,7 +104,7 @@ proptest! {
         let [du, dv] = s.domain();
         let native = Surface::Nurbs(s.clone());
         for (u, v) in [(du.lerp(x), dv.lerp(y)), (du.end, dv.lerp(y)), (du.start, dv.end)] {
-            let truth = common::surface(&s, &q(u), &q(v), 3);
+            let truth = common::exact_surface(&s, &q(u), &q(v), 3);
             let fine = partials::<Ball<Dd>>(&native, [u, v], 3, [Limit::FromAbove; 2]);
             let coarse = partials::<Ball<f64>>(&native, [u, v], 3, [Limit::FromAbove; 2]);
             for i in 0..=3 {
@@ -366,7 +293,7 @@ fn scales() {
             .collect();
         let c = bezier(points);
         for t in [0.0, 0.1, 1.0 / 3.0, 0.5, 0.999_999_9, 1.0] {
-            let truth = &common::curve(&c, &q(t), 0, false)[0];
+            let truth = &common::exact_curve(&c, &q(t), 0, false)[0];
             let curve: Curve3 = Curve::Nurbs(c.clone());
             let (point, bound) = curve.point_with_bound(t);
             assert!(bound.is_finite());
@@ -423,7 +350,7 @@ fn the_reference_itself() {
         Vector4::new(1., 1., 0., 1.),
     ]);
     let third = Q::ONE / Q::from(3);
-    let d = common::curve(&c, &third, 3, false);
+    let d = common::exact_curve(&c, &third, 3, false);
     assert_eq!(d[0], [third.clone(), &third * &third, Q::ZERO]);
     assert_eq!(d[1], [Q::ONE, Q::from(2) * third, Q::ZERO]);
     assert_eq!(d[2], [Q::ZERO, Q::from(2), Q::ZERO]);

@@ -1,7 +1,7 @@
 //! Curves in their native form.
 
 use super::{GeometryError, NurbsCurve};
-use crate::numeric::Interval;
+use crate::numeric::{Interval, MAX_ANGLE};
 use nalgebra::{Point, SVector};
 
 /// A curve in `D` dimensions; `H = D + 1` is the size of its homogeneous points.
@@ -87,6 +87,27 @@ fn finite<const D: usize>(
     }
 }
 
+/// An interval of finite ends in order.
+pub(super) fn check_interval(what: &'static str, i: Interval) -> Result<(), GeometryError> {
+    match Interval::new(i.start, i.end) {
+        Some(_) => Ok(()),
+        None => Err(GeometryError::EmptyInterval { what }),
+    }
+}
+
+/// Angles whose sine and cosine are known, in order.
+pub(super) fn check_angle(what: &'static str, angle: Interval) -> Result<(), GeometryError> {
+    check_interval("an angle interval", angle)?;
+    if angle.start < -MAX_ANGLE || angle.end > MAX_ANGLE {
+        return Err(GeometryError::Angle {
+            what,
+            start: angle.start,
+            end: angle.end,
+        });
+    }
+    Ok(())
+}
+
 fn increasing(params: &[f64]) -> Result<(), GeometryError> {
     if params.iter().any(|t| !t.is_finite()) {
         return Err(GeometryError::NotFinite {
@@ -109,6 +130,7 @@ impl<const D: usize> Line<D> {
         domain: Interval,
     ) -> Result<Self, GeometryError> {
         finite("a line's end point", [from.coords, to.coords])?;
+        check_interval("a line's domain", domain)?;
         Ok(Self { from, to, domain })
     }
 }
@@ -127,6 +149,8 @@ impl<const D: usize> Arc<D> {
                 what: "an arc's radius",
             });
         }
+        check_angle("an arc", arc.angle)?;
+        check_interval("an arc's domain", arc.domain)?;
         if arc.x.norm() == 0.0 || (D == 3 && arc.z.norm() == 0.0) {
             return Err(GeometryError::Degenerate {
                 what: "an arc's frame",

@@ -55,6 +55,27 @@ pub enum GeometryError {
         /// The weight.
         weight: f64,
     },
+    /// A parameter that does not lie inside the domain.
+    #[error("parameter {parameter} is not inside the domain ({start}, {end})")]
+    OutsideDomain {
+        /// The parameter.
+        parameter: f64,
+        /// Start of the domain.
+        start: f64,
+        /// End of the domain.
+        end: f64,
+    },
+    /// An angle beyond [`MAX_ANGLE`](crate::numeric::MAX_ANGLE), or more turns than a NURBS form is
+    /// made for.
+    #[error("{what} runs from {start} to {end} radians, too far")]
+    Angle {
+        /// Of what.
+        what: &'static str,
+        /// Start in radians.
+        start: f64,
+        /// End in radians.
+        end: f64,
+    },
     /// Too few control points or pieces.
     #[error("{found} {what} where at least {needed} are needed")]
     TooFew {

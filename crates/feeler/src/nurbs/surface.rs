@@ -1,5 +1,6 @@
 //! Surfaces in their native form.
 
+use super::curve::{check_angle, check_interval};
 use super::{Curve3, GeometryError, NurbsSurface};
 use crate::numeric::Interval;
 use nalgebra::{Point3, Vector3};
@@ -75,6 +76,10 @@ impl Plane {
                 what: "a plane's frame",
             });
         }
+        for i in 0..2 {
+            check_interval("a plane's domain", plane.domain[i])?;
+            check_interval("a plane's range", plane.extents[i])?;
+        }
         if plane.x.cross(&plane.y).norm() == 0.0 {
             return Err(GeometryError::Degenerate {
                 what: "a plane's frame",
@@ -93,6 +98,8 @@ impl Revolution {
                 what: "a revolution's axis",
             });
         }
+        check_angle("a revolution", revolution.angle)?;
+        check_interval("a revolution's angular domain", revolution.angle_domain)?;
         if revolution.axis.norm() == 0.0 {
             return Err(GeometryError::Degenerate {
                 what: "a revolution's axis",

@@ -5,7 +5,9 @@
 
 use dashu_ratio::RBig as Q;
 use feeler::numeric::{Ball, Dd};
-use feeler::nurbs::{KnotVector, NurbsCurve, NurbsSurface};
+use feeler::nurbs::{KnotVector, NurbsCurve, NurbsCurve3, NurbsSurface};
+use nalgebra::Vector4;
+use proptest::prelude::*;
 
 /// The exact value of a finite f64.
 pub(crate) fn q(x: f64) -> Q {
@@ -83,7 +85,7 @@ pub(crate) fn span(knots: &KnotVector, u: &Q, below: bool) -> usize {
 }
 
 /// Exact derivatives of a curve, orders 0 to `order`, at the exact parameter `u`.
-pub(crate) fn curve<const H: usize>(
+pub(crate) fn exact_curve<const H: usize>(
     c: &NurbsCurve<H>,
     u: &Q,
     order: usize,
@@ -121,7 +123,7 @@ pub(crate) fn curve<const H: usize>(
 }
 
 /// Exact partial derivatives `[i][j]`, `i + j <= order`.
-pub(crate) fn surface(s: &NurbsSurface, u: &Q, v: &Q, order: usize) -> Vec<Vec<[Q; 3]>> {
+pub(crate) fn exact_surface(s: &NurbsSurface, u: &Q, v: &Q, order: usize) -> Vec<Vec<[Q; 3]>> {
     let (su, sv) = (span(s.knots_u(), u, false), span(s.knots_v(), v, false));
     let bu: Vec<_> = (0..=order).map(|k| basis(s.knots_u(), su, u, k)).collect();
     let bv: Vec<_> = (0..=order).map(|k| basis(s.knots_v(), sv, v, k)).collect();
@@ -160,4 +162,80 @@ pub(crate) fn surface(s: &NurbsSurface, u: &Q, v: &Q, order: usize) -> Vec<Vec<[
         }
     }
     out
+}
+
+/// A random knot vector of this degree with repeated knots, clamped or not.
+pub(crate) fn knots(degree: usize) -> impl Strategy<Value = Vec<f64>> {
+    (
+        prop::collection::vec((0.01f64..2.0, 1..=degree), 0..4),
+        any::<bool>(),
+        prop::collection::vec(0.0f64..1.0, 2 * degree),
+        -10.0f64..10.0,
+    )
+        .prop_map(move |(inner, clamped, outer, start)| {
+            let mut below: Vec<f64> = Vec::new();
+            let mut t = start;
+            for x in &outer[..degree] {
+                below.push(t);
+                t -= if clamped { 0.0 } else { *x };
+            }
+            below.reverse();
+            let mut k = below;
+            // The outermost knot never matters.
+            k.insert(0, k[0] - 1.0);
+            let mut t = start;
+            for (step, multiplicity) in inner {
+                t += step;
+                k.extend(std::iter::repeat_n(t, multiplicity));
+            }
+            t += 1.0;
+            k.push(t);
+            for x in &outer[degree..] {
+                t += if clamped { 0.0 } else { *x };
+                k.push(t);
+            }
+            k
+        })
+}
+
+/// Random control points with weights over up to 24 orders of magnitude.
+pub(crate) fn net(n: usize) -> impl Strategy<Value = Vec<Vector4<f64>>> {
+    // Weights over 10^(+-e).
+    (0.0f64..12.0).prop_flat_map(move |e| {
+        prop::collection::vec(
+            (
+                prop::array::uniform3(-10.0f64..10.0),
+                prop_oneof![Just(1.0), (-e..=e).prop_map(|x| 10f64.powf(x))],
+            ),
+            n,
+        )
+        .prop_map(|points| {
+            points
+                .into_iter()
+                .map(|([x, y, z], w)| Vector4::new(w * x, w * y, w * z, w))
+                .collect()
+        })
+    })
+}
+
+/// A random curve in space, degree up to 7.
+pub(crate) fn curve() -> impl Strategy<Value = NurbsCurve3> {
+    (1usize..=7).prop_flat_map(|p| {
+        knots(p).prop_flat_map(move |k| {
+            net(k.len() - p - 1)
+                .prop_map(move |points| NurbsCurve::new(p, points, k.clone()).unwrap())
+        })
+    })
+}
+
+/// A random surface.
+pub(crate) fn surface() -> impl Strategy<Value = NurbsSurface> {
+    (1usize..=4, 1usize..=4).prop_flat_map(|(p, q)| {
+        (knots(p), knots(q)).prop_flat_map(move |(ku, kv)| {
+            let counts = [ku.len() - p - 1, kv.len() - q - 1];
+            net(counts[0] * counts[1]).prop_map(move |points| {
+                NurbsSurface::new([p, q], counts, points, [ku.clone(), kv.clone()]).unwrap()
+            })
+        })
+    })
 }

@@ -202,7 +202,7 @@ pub(super) fn unit<const D: usize>(v: &SVector<f64, D>) -> [Ball<Dd>; D] {
 }
 
 /// The arc's exact axes `x'` and `y'` (see [`Arc`]).
-fn frame<const D: usize>(arc: &Arc<D>) -> ([Ball<Dd>; D], [Ball<Dd>; D]) {
+pub(in crate::nurbs) fn frame<const D: usize>(arc: &Arc<D>) -> ([Ball<Dd>; D], [Ball<Dd>; D]) {
     let x = balanced(&arc.x);
     if D == 2 {
         let x = normalised(x);

@@ -40,3 +40,6 @@ mod surface;
 pub use parameter::Limit;
 pub use scalar::Scalar;
 pub use surface::{Partials, SurfacePoint, partials};
+
+pub(super) use curve::frame;
+pub(super) use surface::Rotation;

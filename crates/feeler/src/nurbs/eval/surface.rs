@@ -6,7 +6,7 @@ use super::parameter::{Limit, Parameter};
 use super::spline::{Span, binomial};
 use crate::numeric::{Ball, Dd};
 use crate::nurbs::{NurbsSurface, Plane, Revolution, Sum, Surface};
-use nalgebra::{Point3, Vector3};
+use nalgebra::{Point3, Vector3, Vector4};
 
 /// The partial derivatives of a surface up to some total order.
 #[derive(Clone, Debug, PartialEq)]
@@ -181,6 +181,19 @@ fn plane<S: Scalar>(s: &Plane, at: &[Parameter; 2], order: usize) -> Partials<[S
     out
 }
 
+/// The part of `d` along the unit vector `n`, the rest e, and n x e.
+fn split<S: Scalar>(d: &[S; 3], n: &[S; 3]) -> ([S; 3], [S; 3], [S; 3]) {
+    let h = d[0] * n[0] + d[1] * n[1] + d[2] * n[2];
+    let axial = n.map(|x| h * x);
+    let e: [S; 3] = std::array::from_fn(|c| d[c] - axial[c]);
+    let f = [
+        n[1] * e[2] - n[2] * e[1],
+        n[2] * e[0] - n[0] * e[2],
+        n[0] * e[1] - n[1] * e[0],
+    ];
+    (axial, e, f)
+}
+
 fn revolution<S: Scalar>(
     s: &Revolution,
     uv: [f64; 2],
@@ -206,20 +219,14 @@ fn revolution<S: Scalar>(
                 p[c]
             }
         });
-        let h = d[0] * n[0] + d[1] * n[1] + d[2] * n[2];
-        let e: [S; 3] = std::array::from_fn(|c| d[c] - h * n[c]);
-        let f = [
-            n[1] * e[2] - n[2] * e[1],
-            n[2] * e[0] - n[0] * e[2],
-            n[0] * e[1] - n[1] * e[0],
-        ];
+        let (axial, e, f) = split(&d, &n);
         let (mut along_e, mut along_f, mut power) = (cos, sin, S::ONE);
         for i in 0..=order - j {
             let value: [S; 3] = std::array::from_fn(|c| {
                 let turned = along_e * e[c] + along_f * f[c];
                 match (i, j) {
-                    (0, 0) => S::exact(s.origin[c]) + (h * n[c] + turned),
-                    (0, _) => h * n[c] + turned,
+                    (0, 0) => S::exact(s.origin[c]) + (axial[c] + turned),
+                    (0, _) => axial[c] + turned,
                     _ => power * turned,
                 }
             });
@@ -316,4 +323,40 @@ fn nurbs<S: Scalar>(s: &NurbsSurface, at: &[Parameter; 2], order: usize) -> Part
         out.set(k, l, value.map(|x| x / w.get(0, 0)));
     }
     out
+}
+
+/// A homogeneous point `(w x, w y, w z, w)` taken apart for turning about a revolution's axis:
+/// all parts times w.
+pub(in crate::nurbs) struct Rotation {
+    /// The point of the axis, times w, and the part along the axis.
+    fixed: [[Ball<Dd>; 3]; 2],
+    /// The part that turns, and that turned by 90 degrees.
+    turning: [[Ball<Dd>; 3]; 2],
+}
+
+impl Rotation {
+    pub(in crate::nurbs) fn new(s: &Revolution, p: &Vector4<f64>) -> Self {
+        let n = unit(&s.axis);
+        let origin = std::array::from_fn(|c| Ball::exact(p[3]) * Ball::exact(s.origin[c]));
+        let d: [Ball<Dd>; 3] = std::array::from_fn(|c| Ball::exact(p[c]) - origin[c]);
+        let (along, e, f) = split(&d, &n);
+        Self {
+            fixed: [origin, along],
+            turning: [e, f],
+        }
+    }
+
+    /// The point turned, its fixed part times `share`: 1 on the surface, the cosine of half a piece's
+    /// angle for a middle control point.
+    pub(in crate::nurbs) fn turned(
+        &self,
+        sin: Ball<Dd>,
+        cos: Ball<Dd>,
+        share: Ball<Dd>,
+    ) -> [Ball<Dd>; 3] {
+        std::array::from_fn(|c| {
+            share * (self.fixed[0][c] + self.fixed[1][c])
+                + (cos * self.turning[0][c] + sin * self.turning[1][c])
+        })
+    }
 }

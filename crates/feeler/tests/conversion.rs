@@ -1,0 +1,537 @@
+//! Native forms against their definitions, and changes of representation that must not change
+//! the geometry: knot insertion, splitting, Bezier pieces, conversion to NURBS.
+#![allow(clippy::needless_range_loop, reason = "indices name coordinates")]
+
+mod common;
+
+use common::{abs, curve, q, surface};
+use dashu_ratio::RBig as Q;
+use feeler::numeric::{Ball, Dd, Interval};
+use feeler::nurbs::eval::partials;
+use feeler::nurbs::{
+    Arc, BezierPiece, Curve, Curve2, Curve3, GeometryError, Limit, Line, NurbsCurve, NurbsCurve3,
+    NurbsSurface, Plane, PolyCurve, Polyline, Revolution, Sum, Surface,
+};
+use nalgebra::{Point2, Point3, Vector2, Vector3, Vector4};
+use proptest::prelude::*;
+use std::f64::consts::{FRAC_PI_2, PI, TAU};
+
+fn interval(a: f64, b: f64) -> Interval {
+    Interval::new(a, b).unwrap()
+}
+
+/// Whether two exact curves agree at an exact parameter within `n` roundings of the largest coordinate.
+fn agree(a: &NurbsCurve3, b: &NurbsCurve3, t: f64, n: usize) {
+    let size = a
+        .control_points()
+        .iter()
+        .flat_map(|p| (0..3).map(|i| abs(&(q(p[i]) / q(p[3])))))
+        .max()
+        .unwrap();
+    let limit = size * q(n as f64 * f64::EPSILON / 2.0);
+    let (x, y) = (
+        &common::exact_curve(a, &q(t), 0, false)[0],
+        &common::exact_curve(b, &q(t), 0, false)[0],
+    );
+    for i in 0..3 {
+        assert!(abs(&(&x[i] - &y[i])) <= limit, "{t}: {x:?} {y:?}");
+    }
+}
+
+fn piece(p: &BezierPiece<4>) -> NurbsCurve3 {
+    let degree = p.control_points.len() - 1;
+    let knots = [
+        vec![p.domain.start; degree + 1],
+        vec![p.domain.end; degree + 1],
+    ]
+    .concat();
+    NurbsCurve::new(degree, p.control_points.clone(), knots).unwrap()
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(48))]
+
+    #[test]
+    fn curves_keep_their_shape(c in curve(), s in 0.001f64..0.999, x in 0.0f64..1.0) {
+        let (d, p) = (c.domain(), c.degree());
+        let (cut, t) = (d.lerp(s), d.lerp(x));
+        // Each insertion is one step of gamma_6, of coordinates and of weights.
+        let more = c.with_knot(cut, 2).unwrap();
+        agree(&c, &more, t, 2 * 6 * 2 + 2);
+        let clamped = c.to_clamped().unwrap();
+        agree(&c, &clamped, t, 2 * 6 * 2 * p + 2);
+        prop_assert_eq!(clamped.to_clamped().unwrap(), clamped.clone());
+        let (below, above) = c.split(cut).unwrap();
+        prop_assert_eq!(below.control_points().last(), above.control_points().first());
+        agree(&c, if t < cut { &below } else { &above }, t, 2 * 6 * 3 * p + 2);
+        let pieces = c.bezier_pieces();
+        for w in pieces.windows(2) {
+            prop_assert_eq!(w[0].control_points.last(), w[1].control_points.first());
+            prop_assert_eq!(w[0].domain.end, w[1].domain.start);
+        }
+        let found = pieces.iter().find(|b| b.domain.contains(t)).unwrap();
+        agree(&c, &piece(found), t, 2 * 6 * p + 2);
+    }
+
+    #[test]
+    fn surfaces_keep_their_shape(s in surface(), x in 0.0f64..1.0, y in 0.0f64..1.0) {
+        let [du, dv] = s.domain();
+        let (u, v) = (du.lerp(x), dv.lerp(y));
+        let size = s.control_net().iter()
+            .flat_map(|p| (0..3).map(|i| abs(&(q(p[i]) / q(p[3]))))).max().unwrap();
+        let degrees = s.knots_u().degree() + s.knots_v().degree();
+        let limit = size * q((2 * 6 * 2 * degrees + 2) as f64 * f64::EPSILON / 2.0);
+        let truth = &common::exact_surface(&s, &q(u), &q(v), 0)[0][0];
+        let patch = s.bezier_pieces().into_iter()
+            .find(|b| b.domain[0].contains(u) && b.domain[1].contains(v)).unwrap();
+        let knots = |i: usize| {
+            let n = patch.degrees[i] + 1;
+            [vec![patch.domain[i].start; n], vec![patch.domain[i].end; n]].concat()
+        };
+        let patch = NurbsSurface::new(
+            patch.degrees, patch.degrees.map(|d| d + 1), patch.control_net.clone(),
+            [knots(0), knots(1)]).unwrap();
+        for other in [s.to_clamped().unwrap(), patch] {
+            let found = &common::exact_surface(&other, &q(u), &q(v), 0)[0][0];
+            for c in 0..3 {
+                prop_assert!(abs(&(&truth[c] - &found[c])) <= limit);
+            }
+        }
+    }
+}
+
+/// Stress case E12: a periodic curve is an unclamped one with its control points wrapped; it meets
+/// itself at the wrap with all derivatives that its knots allow.
+#[test]
+fn periodic_curves_close() {
+    let ring = [[1., 0.], [0., 1.], [-1., 0.], [0., -1.]];
+    let points = (0..7)
+        .map(|i| Vector3::new(ring[i % 4][0], ring[i % 4][1], 1.0))
+        .collect();
+    let knots = (0..11).map(f64::from).collect();
+    let c = NurbsCurve::new(3, points, knots).unwrap();
+    let curve: Curve2 = Curve::Nurbs(c.clone());
+    let (a, b) = (
+        curve.derivatives(3.0, 2),
+        curve.derivatives_in::<f64>(7.0, 2, Limit::FromBelow),
+    );
+    for k in 0..=2 {
+        assert_eq!(a[k], Vector2::from(b[k]));
+    }
+    let clamped: Curve2 = Curve::Nurbs(c.to_clamped().unwrap());
+    assert_eq!(clamped.point(3.0), clamped.point(7.0));
+    assert!((clamped.point(4.7) - curve.point(4.7)).norm() < 1e-15);
+}
+
+/// Native forms by hand.
+#[test]
+fn native_points() {
+    // Stored axes that are neither unit nor orthogonal: x' = (1, 0, 0), y' = (0, 1, 0).
+    let arc = Arc::new(Arc {
+        center: Point3::new(1., 2., 3.),
+        x: Vector3::new(5., 0., 1.),
+        y: Vector3::new(9., 9., 9.),
+        z: Vector3::new(0., 0., 4.),
+        radius: 2.0,
+        angle: interval(0.0, FRAC_PI_2),
+        domain: interval(10.0, 20.0),
+    })
+    .unwrap();
+    let c: Curve3 = Curve::Arc(arc);
+    let (start, end) = (c.derivatives(10.0, 2), c.point(20.0));
+    assert_eq!(start[0], Vector3::new(3., 2., 3.));
+    let rate = FRAC_PI_2 / 10.0;
+    assert!((start[1] - Vector3::new(0., 2.0 * rate, 0.)).norm() < 1e-15);
+    assert!((start[2] - Vector3::new(-2.0 * rate * rate, 0., 0.)).norm() < 1e-15);
+    assert!((end - Point3::new(1., 4., 3.)).norm() < 1e-15);
+
+    // In uv, y on the clockwise side.
+    let c: Curve2 = Curve::Arc(
+        Arc::new(Arc {
+            center: Point2::origin(),
+            x: Vector2::new(0., 3.),
+            y: Vector2::new(1., 0.),
+            z: Vector2::zeros(),
+            radius: 1.0,
+            angle: interval(0.0, PI),
+            domain: interval(0.0, 1.0),
+        })
+        .unwrap(),
+    );
+    assert!((c.point(0.5) - Point2::new(1., 0.)).norm() < 1e-15);
+    assert!((c.point(1.0) - Point2::new(0., -1.)).norm() < 1e-15);
+
+    // A plane with a range that is not its domain.
+    let s = Surface::Plane(
+        Plane::new(Plane {
+            origin: Point3::new(1., 1., 1.),
+            x: Vector3::new(2., 0., 0.),
+            y: Vector3::new(0., 0., 3.),
+            domain: [interval(0., 1.), interval(5., 7.)],
+            extents: [interval(-1., 1.), interval(0., 1.)],
+        })
+        .unwrap(),
+    );
+    let d = s.derivatives(0.75, 6.0, 2);
+    assert_eq!(d.get(0, 0), Vector3::new(2., 1., 2.5));
+    assert_eq!(d.get(1, 0), Vector3::new(4., 0., 0.));
+    assert_eq!(d.get(0, 1), Vector3::new(0., 0., 1.5));
+    assert_eq!(d.get(1, 1) + d.get(2, 0) + d.get(0, 2), Vector3::zeros());
+
+    // Revolutions, either way round: (2, 0, 0)-(2, 0, 5) turned by 90 degrees about z.
+    for transposed in [false, true] {
+        let s = revolution(
+            transposed,
+            interval(0.0, PI),
+            line([2., 0., 0.], [2., 0., 5.]),
+        );
+        let at = |a: f64, t: f64, i: usize, j: usize| {
+            if transposed {
+                s.derivatives(t, a, 2).get(j, i)
+            } else {
+                s.derivatives(a, t, 2).get(i, j)
+            }
+        };
+        let close =
+            |a: Vector3<f64>, b: [f64; 3]| assert!((a - Vector3::from(b)).norm() < 1e-14, "{a}");
+        // The angular domain is [0, 2] for angles [0, pi].
+        close(at(1.0, 0.5, 0, 0), [0., 2., 2.5]);
+        close(at(1.0, 0.5, 1, 0), [-PI, 0., 0.]);
+        close(at(1.0, 0.5, 0, 1), [0., 0., 5.]);
+        close(at(1.0, 0.5, 1, 1), [0., 0., 0.]);
+        close(at(1.0, 0.5, 2, 0), [0., -PI * FRAC_PI_2, 0.]);
+    }
+
+    // A poly-curve maps each segment's own domain linearly.
+    let poly = PolyCurve::new(
+        vec![
+            line([0., 0., 0.], [1., 0., 0.]),
+            line([1., 0., 0.], [1., 4., 0.]),
+        ],
+        vec![0.0, 2.0, 3.0],
+    )
+    .unwrap();
+    let c: Curve3 = Curve::Poly(poly);
+    assert_eq!(c.point(1.0), Point3::new(0.5, 0., 0.));
+    assert_eq!(c.point(2.5), Point3::new(1., 2., 0.));
+    assert_eq!(c.derivatives(2.0, 1)[1], Vector3::new(0., 4., 0.));
+    assert_eq!(
+        c.derivatives_in::<f64>(2.0, 1, Limit::FromBelow)[1],
+        [0.5, 0., 0.]
+    );
+    let s = Surface::Sum(Sum {
+        base: Vector3::new(0., 0., 1.),
+        first: c,
+        second: line([0., 0., 0.], [0., 0., 2.]),
+    });
+    let d = s.derivatives(2.5, 0.25, 2);
+    assert_eq!(d.get(0, 0), Vector3::new(1., 2., 1.5));
+    assert_eq!(d.get(1, 0), Vector3::new(0., 4., 0.));
+    assert_eq!(d.get(0, 1), Vector3::new(0., 0., 2.));
+}
+
+fn line(a: [f64; 3], b: [f64; 3]) -> Curve3 {
+    Curve::Line(Line::new(Point3::from(a), Point3::from(b), interval(0.0, 1.0)).unwrap())
+}
+
+fn revolution(transposed: bool, angle: Interval, profile: Curve3) -> Surface {
+    Surface::Revolution(
+        Revolution::new(Revolution {
+            origin: Point3::new(0., 0., -7.),
+            axis: Vector3::new(0., 0., 0.1),
+            angle,
+            angle_domain: interval(0.0, 2.0),
+            profile,
+            transposed,
+        })
+        .unwrap(),
+    )
+}
+
+fn tilted_arc(angle: Interval, domain: Interval) -> Curve3 {
+    Curve::Arc(
+        Arc::new(Arc {
+            center: Point3::new(0.1, -3.0, 1e3),
+            x: Vector3::new(1., 2., 3.),
+            y: Vector3::zeros(),
+            z: Vector3::new(-3., 1., 0.7),
+            radius: 2.75,
+            angle,
+            domain,
+        })
+        .unwrap(),
+    )
+}
+
+fn rational() -> Curve3 {
+    let p = |x: f64, y: f64, z: f64, w: f64| Vector4::new(w * x, w * y, w * z, w);
+    Curve::Nurbs(
+        NurbsCurve::new(
+            3,
+            vec![
+                p(1., 0., 0., 1.),
+                p(2., 1., 1., 0.3),
+                p(3., 0., 2., 7.),
+                p(2., 2., 3., 1.),
+                p(1., 1., 4., 2.),
+            ],
+            vec![0., 0., 0., 0., 0.4, 1., 1., 1., 1.],
+        )
+        .unwrap(),
+    )
+}
+
+fn curves() -> Vec<Curve3> {
+    let bent = Curve::Polyline(
+        Polyline::new(
+            vec![
+                Point3::new(1., 1., 4.),
+                Point3::new(0., 5., 0.1),
+                Point3::new(1., 1., 1.),
+            ],
+            vec![0.0, 0.1, 3.0],
+        )
+        .unwrap(),
+    );
+    let arc = tilted_arc(interval(-1.0, 4.0), interval(2.0, 3.0));
+    let link = Curve::Line(
+        Line::new(Point3::new(1., 1., 1.), arc.point(2.0), interval(-5.0, 1.0)).unwrap(),
+    );
+    let poly = PolyCurve::new(
+        vec![rational(), bent.clone(), link, arc],
+        vec![-1.0, 0.3, 0.9, 2.0, 10.0],
+    )
+    .unwrap();
+    vec![
+        line([0.1, 0.2, 0.3], [7., -1e3, 2.]),
+        bent,
+        tilted_arc(interval(0.0, TAU), interval(0.0, TAU)),
+        tilted_arc(interval(-3.0, 0.5), interval(1.0, 2.0)),
+        rational(),
+        Curve::Poly(poly),
+    ]
+}
+
+/// Derivatives of every form against difference quotients of points in double-double.
+#[test]
+fn derivatives_are_the_slopes() {
+    let h = 2f64.powi(-20);
+    for c in curves() {
+        let d = c.domain();
+        for s in [0.111, 0.5, 0.77] {
+            let t = (d.lerp(s) / h).round() * h;
+            let at = |t| c.derivatives_in::<Ball<Dd>>(t, 2, Limit::FromAbove);
+            let (below, here, above) = (at(t - h), at(t), at(t + h));
+            for k in 0..2 {
+                for i in 0..3 {
+                    let slope = (above[k][i] - below[k][i]) / Ball::exact(2.0 * h);
+                    let error = (slope - here[k + 1][i]).magnitude();
+                    // h^2 / 6 times the third derivative of what is differentiated.
+                    let third = c.derivatives(t, 5)[k + 3].norm().max(1.0);
+                    assert!(
+                        error <= h * h * third,
+                        "{} {t} {k}: {error:e}",
+                        c.type_name()
+                    );
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn mixed_partials_are_the_slopes() {
+    let h = 2f64.powi(-20);
+    for s in surfaces() {
+        let [du, dv] = s.domain();
+        let (u, v) = (
+            (du.lerp(0.3) / h).round() * h,
+            (dv.lerp(0.6) / h).round() * h,
+        );
+        let at = |u, v| partials::<Ball<Dd>>(&s, [u, v], 4, [Limit::FromAbove; 2]);
+        let here = at(u, v);
+        let (west, east, south, north) = (at(u - h, v), at(u + h, v), at(u, v - h), at(u, v + h));
+        let size = (0..=4)
+            .flat_map(|i| (0..=4 - i).map(move |j| (i, j)))
+            .flat_map(|(i, j)| here.get(i, j).map(|x| x.magnitude()))
+            .fold(1.0, f64::max);
+        for i in 0..=1 {
+            for j in 0..=1 {
+                for c in 0..3 {
+                    let two = Ball::exact(2.0 * h);
+                    let along_u = (east.get(i, j)[c] - west.get(i, j)[c]) / two;
+                    let along_v = (north.get(i, j)[c] - south.get(i, j)[c]) / two;
+                    let (eu, ev) = (
+                        (along_u - here.get(i + 1, j)[c]).magnitude(),
+                        (along_v - here.get(i, j + 1)[c]).magnitude(),
+                    );
+                    // Third derivatives above order 4 are not looked at: allow 100 times.
+                    assert!(
+                        eu.max(ev) <= 100.0 * h * h * size,
+                        "{} {i} {j}: {eu:e} {ev:e}",
+                        s.type_name()
+                    );
+                }
+            }
+        }
+    }
+}
+
+fn surfaces() -> Vec<Surface> {
+    let plane = Surface::Plane(
+        Plane::new(Plane {
+            origin: Point3::new(0.1, 0.2, 0.3),
+            x: Vector3::new(0.6, 0.8, 0.),
+            y: Vector3::new(-0.8, 0.6, 1e-3),
+            domain: [interval(0., 1.), interval(-1., 3.)],
+            extents: [interval(-1.7, 1.), interval(-1., 3.)],
+        })
+        .unwrap(),
+    );
+    let mut all = vec![plane];
+    for profile in curves() {
+        for transposed in [false, true] {
+            all.push(revolution(transposed, interval(0.3, 6.0), profile.clone()));
+        }
+        all.push(Surface::Sum(Sum {
+            base: Vector3::new(1., 2., 3.),
+            first: profile,
+            second: rational(),
+        }));
+    }
+    all.push(all[13].to_nurbs().map(|c| Surface::Nurbs(c.nurbs)).unwrap());
+    all
+}
+
+/// The points of both forms at mapped parameters are within the bound, and what the rounding of the
+/// mapped parameter adds.
+#[test]
+fn curves_as_nurbs() {
+    for c in curves() {
+        let converted = c.to_nurbs().unwrap();
+        let other: Curve3 = Curve::Nurbs(converted.nurbs.clone());
+        let d = c.domain();
+        assert_eq!(d, other.domain());
+        // 2 gamma_68 of a size of 1003, for the poly-curve; the others are far better.
+        assert!(converted.bound < 2e-11, "{}", converted.bound);
+        for i in 0..=100 {
+            let t = d.lerp(f64::from(i) / 100.0);
+            let s = converted.map.to_nurbs(t);
+            let (a, b) = (c.point(t), other.point(s));
+            let slope = other.derivatives(s, 1)[1].norm();
+            let limit = converted.bound
+                + (1e-15 * a.coords.norm())
+                + 16.0 * f64::EPSILON * d.length() * slope;
+            assert!(
+                (a - b).norm() <= limit,
+                "{} {t}: {:e} > {limit:e}",
+                c.type_name(),
+                (a - b).norm()
+            );
+            assert!((converted.map.to_native(s) - t).abs() <= 32.0 * f64::EPSILON * d.length());
+        }
+    }
+}
+
+/// An arc as NURBS is a circle, exactly evaluated, up to its bound.
+#[test]
+fn arcs_as_nurbs_are_round() {
+    let angle = interval(-3.0, 3.1);
+    let converted = tilted_arc(angle, interval(0.0, 1.0)).to_nurbs().unwrap();
+    assert!(converted.bound < 1e-12);
+    let center = [q(0.1), q(-3.0), q(1e3)];
+    for i in 0..=50 {
+        let t = q(f64::from(i)) / q(50.0);
+        let p = &common::exact_curve(&converted.nurbs, &t, 0, false)[0];
+        let square = (0..3).fold(Q::ZERO, |s, c| {
+            let d = &p[c] - &center[c];
+            s + &d * &d
+        });
+        // |x^2 - r^2| <= (2 r + e) e.
+        let off = abs(&(square - q(2.75) * q(2.75)));
+        assert!(off <= (q(5.5) + q(converted.bound)) * q(converted.bound));
+    }
+}
+
+#[test]
+fn surfaces_as_nurbs() {
+    for s in surfaces() {
+        let converted = s.to_nurbs().unwrap();
+        let other = Surface::Nurbs(converted.nurbs.clone());
+        let [du, dv] = s.domain();
+        assert_eq!([du, dv], other.domain());
+        for i in 0..=16 {
+            for j in 0..=16 {
+                let (u, v) = (du.lerp(f64::from(i) / 16.0), dv.lerp(f64::from(j) / 16.0));
+                let (x, y) = (converted.maps[0].to_nurbs(u), converted.maps[1].to_nurbs(v));
+                let (a, d) = (s.point(u, v), other.derivatives(x, y, 1));
+                let slope = d.get(1, 0).norm() * du.length() + d.get(0, 1).norm() * dv.length();
+                let gap = (a.coords - d.get(0, 0)).norm();
+                let limit = converted.bound + 1e-14 * a.coords.norm() + 16.0 * f64::EPSILON * slope;
+                assert!(
+                    gap <= limit,
+                    "{} {u} {v}: {gap:e} > {limit:e}",
+                    s.type_name()
+                );
+            }
+        }
+    }
+}
+
+/// A gap between segments is closed, and its size is in the bound.
+#[test]
+fn gaps_count_in_the_bound() {
+    let poly = PolyCurve::new(
+        vec![
+            line([0., 0., 0.], [1., 0., 0.]),
+            line([1., 0.25, 0.], [2., 0., 0.]),
+        ],
+        vec![0.0, 1.0, 2.0],
+    )
+    .unwrap();
+    let c: Curve3 = Curve::Poly(poly);
+    let converted = c.to_nurbs().unwrap();
+    assert!((0.25..0.250_001).contains(&converted.bound));
+    let other: Curve3 = Curve::Nurbs(converted.nurbs);
+    assert_eq!(other.point(1.0), Point3::new(1., 0.25, 0.));
+}
+
+#[test]
+fn what_cannot_be_is_refused() {
+    let arc = |start: f64, end: f64| {
+        Arc::new(Arc {
+            center: Point3::origin(),
+            x: Vector3::x(),
+            y: Vector3::y(),
+            z: Vector3::z(),
+            radius: 1.0,
+            angle: Interval { start, end },
+            domain: interval(0.0, 1.0),
+        })
+    };
+    assert!(matches!(arc(0.0, 1e300), Err(GeometryError::Angle { .. })));
+    assert!(matches!(
+        arc(1.0, 1.0),
+        Err(GeometryError::EmptyInterval { .. })
+    ));
+    assert!(matches!(
+        arc(0.0, f64::NAN),
+        Err(GeometryError::EmptyInterval { .. })
+    ));
+    // A million turns have a point but no NURBS form.
+    let c: Curve3 = Curve::Arc(arc(0.0, 6e6).unwrap());
+    assert!(c.point(0.5).coords.norm() < 1.000_001);
+    assert!(matches!(c.to_nurbs(), Err(GeometryError::Angle { .. })));
+    let Curve::Nurbs(c) = rational() else {
+        unreachable!()
+    };
+    assert!(matches!(
+        c.split(0.0),
+        Err(GeometryError::OutsideDomain { .. })
+    ));
+    assert!(matches!(
+        c.with_knot(f64::NAN, 1),
+        Err(GeometryError::OutsideDomain { .. })
+    ));
+    assert!(c.restricted(0.5, 0.5).is_err());
+}
