@@ -1,94 +1,66 @@
 //! The width of the cracks between faces.
 
-use super::{PreparedBrep, curve_jet};
-use crate::numeric::Ball;
-use nalgebra::{Point3, Vector3};
+use crate::brep::{Brep, TrimCurve};
+use nalgebra::Point3;
 
-/// How many points of each image of an edge are looked at.
-const SAMPLES: usize = 16;
-/// The nearest point of the other image is found by this many rounds of narrowing.
-const ROUNDS: usize = 24;
+/// How many points of one image of an edge are looked at.
+const PROBES: usize = 9;
+/// How many points of the other image are candidates for the nearest.
+const SAMPLES: usize = 32;
+/// The nearest of them is improved by this many rounds of narrowing.
+const ROUNDS: usize = 26;
 
-/// The largest distance found between the two images of an edge over all edges that two trims use, in
-/// model units: sampled, so an estimate from below, which those who use it multiply.
-pub(crate) fn crack_width(brep: &PreparedBrep) -> f64 {
-    let parts = brep.brep().parts();
-    let images: Vec<Vec<Image>> = (0..parts.edges.len()).map(|_| Vec::new()).collect();
-    let mut images = images;
-    for face in 0..parts.faces.len() {
-        let Ok(geometry) = brep.double(face) else {
-            continue;
-        };
-        for (index, piece) in geometry.pieces.iter().enumerate() {
-            let Some(trim) = piece.trim else { continue };
-            if let Some(edge) = parts.trims[trim].edge
-                && let Some(of_edge) = images.get_mut(edge)
-            {
-                of_edge.push(Image { face, trim, index });
-            }
-        }
-    }
+/// The largest distance found between the two images of an edge, over all edges that two trims use,
+/// in model units. Sampled, an estimate from below; those who use it multiply.
+pub(crate) fn crack_width(brep: &Brep) -> f64 {
     let mut widest: f64 = 0.0;
-    for of_edge in &images {
-        for a in of_edge {
-            for k in 0..=SAMPLES {
-                let Some(p) = a.point(brep, k as f64 / SAMPLES as f64) else {
-                    continue;
-                };
-                let others = of_edge.iter().filter(|b| b.trim != a.trim);
-                let nearest = others
-                    .map(|b| b.distance(brep, &p))
-                    .fold(f64::INFINITY, f64::min);
-                if nearest.is_finite() {
-                    widest = widest.max(nearest);
-                }
+    for edge in &brep.parts().edges {
+        for (i, &a) in edge.trims.iter().enumerate() {
+            for &b in &edge.trims[i + 1..] {
+                widest = widest.max(distance(brep, a, b));
             }
         }
     }
     widest
 }
 
-/// A piece of one image of an edge.
-struct Image {
-    face: usize,
-    trim: usize,
-    index: usize,
+/// The point of a trim's image in space at fraction `s` of its span.
+fn image(brep: &Brep, trim: &TrimCurve, s: f64) -> Point3<f64> {
+    let uv = brep.parts().curves2[trim.curve].point(trim.span.lerp(s));
+    let face = brep.parts().loops[trim.trim_loop].face;
+    brep.surface(face).point(uv.x, uv.y)
 }
 
-impl Image {
-    fn point(&self, brep: &PreparedBrep, t: f64) -> Option<Point3<f64>> {
-        let geometry = brep.double(self.face).ok()?;
-        let net = geometry.pieces[self.index].space.as_ref()?;
-        let (p, _) = curve_jet(&net.points, Ball::exact(t));
-        Some(Point3::from(Vector3::from_fn(|c, _| {
-            p[c].mid / p[3].mid + net.origin[c]
-        })))
-    }
-
-    /// The distance of a point from the piece: the best sample, then narrowing about it.
-    fn distance(&self, brep: &PreparedBrep, p: &Point3<f64>) -> f64 {
-        let at = |t: f64| {
-            self.point(brep, t)
-                .map_or(f64::INFINITY, |x| (x - p).norm())
-        };
+fn distance(brep: &Brep, a: usize, b: usize) -> f64 {
+    let (a, b) = (&brep.parts().trims[a], &brep.parts().trims[b]);
+    let fraction = |k: usize, of: usize| k as f64 / of as f64;
+    let candidates: Vec<_> = (0..=SAMPLES)
+        .map(|k| image(brep, b, fraction(k, SAMPLES)))
+        .collect();
+    let mut widest: f64 = 0.0;
+    for k in 0..PROBES {
+        let p = image(brep, a, fraction(k, PROBES - 1));
         let mut best = (f64::INFINITY, 0.0);
-        for k in 0..=SAMPLES {
-            let t = k as f64 / SAMPLES as f64;
-            let d = at(t);
+        for (i, c) in candidates.iter().enumerate() {
+            let d = (c - p).norm();
             if d < best.0 {
-                best = (d, t);
+                best = (d, fraction(i, SAMPLES));
             }
         }
         let mut step = 0.5 / SAMPLES as f64;
         for _ in 0..ROUNDS {
-            for t in [best.1 - step, best.1 + step] {
-                let d = at(t.clamp(0.0, 1.0));
+            for s in [best.1 - step, best.1 + step] {
+                let s = s.clamp(0.0, 1.0);
+                let d = (image(brep, b, s) - p).norm();
                 if d < best.0 {
-                    best = (d, t.clamp(0.0, 1.0));
+                    best = (d, s);
                 }
             }
             step *= 0.5;
         }
-        best.0
+        if best.0.is_finite() {
+            widest = widest.max(best.0);
+        }
     }
+    widest
 }

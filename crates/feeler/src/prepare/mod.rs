@@ -133,7 +133,7 @@ impl PreparedBrep {
     /// The width of the widest crack between two faces at an edge, in model units; sampled, an
     /// estimate from below. Made at the first call.
     pub fn crack(&self) -> f64 {
-        *self.crack.get_or_init(|| crack::crack_width(self))
+        *self.crack.get_or_init(|| crack::crack_width(&self.brep))
     }
 
     /// A box around the face's surface; `None` where none is known.

@@ -16,33 +16,34 @@ pub use answer::{
 pub use contact::contact;
 pub use line::{inside, line};
 
+use crate::nurbs::SurfacePoint;
 use crate::prepare::PreparedBrep;
-use nalgebra::{Point2, Point3, Vector3};
+use nalgebra::Point2;
 
 /// Memory that queries reuse; owned by the caller, one a thread.
 #[derive(Debug, Default)]
 pub struct Workspace {}
 
-/// The side of a point of a face's parameter space; `None` if there is no such face.
-pub fn side(_brep: &PreparedBrep, _face: usize, _uv: Point2<f64>) -> Option<SideAnswer> {
-    None
+/// The side of a point of a face's parameter space; `None` if there is no such face. Exact: see
+/// [`trim`](crate::trim).
+pub fn side(brep: &PreparedBrep, face: usize, uv: Point2<f64>) -> Option<SideAnswer> {
+    if face >= brep.brep().faces().len() {
+        return None;
+    }
+    let found = brep.region(face).side(uv);
+    Some(SideAnswer {
+        side: found.side,
+        in_gap: found.in_gap,
+        undecided: found.side.is_none().then_some(Undecided::Degenerate),
+    })
 }
 
-/// A surface point and its first derivatives, with a bound.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Evaluation {
-    /// The point.
-    pub point: Point3<f64>,
-    /// Derivative along u.
-    pub du: Vector3<f64>,
-    /// Derivative along v.
-    pub dv: Vector3<f64>,
-    /// Proven bound on the error of each coordinate of the point.
-    pub bound: f64,
-}
-
-/// The point of a face at `uv` (clamped to the surface's domain) and its first derivatives;
-/// `None` if there is no such face.
-pub fn evaluate(_brep: &PreparedBrep, _face: usize, _uv: Point2<f64>) -> Option<Evaluation> {
-    None
+/// The point of a face at `uv` (clamped to the surface's domain) and its first derivatives, with
+/// bounds; `None` if there is no such face.
+pub fn evaluate(brep: &PreparedBrep, face: usize, uv: Point2<f64>) -> Option<SurfacePoint> {
+    if face >= brep.brep().faces().len() {
+        return None;
+    }
+    let surface = brep.brep().surface(face);
+    Some(surface.first_derivatives_with_bound(uv.x, uv.y))
 }
