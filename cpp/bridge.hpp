@@ -10,6 +10,7 @@
 
 namespace feeler_oracle {
 
+struct RawDistance;
 struct RawEvaluation;
 struct RawSide;
 
@@ -41,6 +42,8 @@ std::unique_ptr<Builder> new_builder();
 
 RawEvaluation evaluate_face(const Core& core, std::size_t face, double u, double v);
 RawSide side_of(const Core& core, std::size_t face, double u, double v);
+RawDistance distance_to(const Core& core, double x, double y, double z, std::int64_t nodes);
+RawDistance support_of(const Core& core, double x, double y, double z, double h, std::int64_t nodes);
 // For tests: sets the rounding mode of the calling thread to upward (true) or nearest.
 void set_rounding_upward(bool upward);
 

@@ -1,5 +1,7 @@
 #include "core.hpp"
 
+#include "distance_pieces.hpp"
+
 #include <cmath>
 #include <stdexcept>
 #include <string>
@@ -114,6 +116,15 @@ const PreparedFace& Core::face(std::size_t index) const {
             PreparedFace{&face, Region(face), bezier_patches(face.surface)});
     }
     return *slot;
+}
+
+const Pieces& Core::pieces() const {
+    if (!pieces_) {
+        std::vector<const PreparedFace*> faces;
+        for (std::size_t i = 0; i < model_.faces.size(); ++i) faces.push_back(&face(i));
+        pieces_ = std::make_shared<const Pieces>(prepare_pieces(faces));
+    }
+    return *pieces_;
 }
 
 }  // namespace feeler_oracle

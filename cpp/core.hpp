@@ -9,6 +9,8 @@
 
 namespace feeler_oracle {
 
+struct Pieces;
+
 struct PreparedFace {
     const Face* face;
     Region region;
@@ -23,10 +25,13 @@ class Core {
     const Model& model() const { return model_; }
     // Made on first use. Throws std::out_of_range.
     const PreparedFace& face(std::size_t index) const;
+    // What distances need; made on first use, of all faces.
+    const Pieces& pieces() const;
 
  private:
     Model model_;
     mutable std::vector<std::unique_ptr<PreparedFace>> faces_;
+    mutable std::shared_ptr<const Pieces> pieces_;
 };
 
 // Throws std::invalid_argument naming face and defect: what is not finite, weights that are not

@@ -87,9 +87,10 @@ class Search {
 
     // ---- region
 
-    static Interval64 part(const Interval64& from, const Interval64& to, int level, std::uint64_t index,
-                           const Interval64& local) {
-        const Interval64 t = Interval64(std::ldexp(1.0, -level)) * (Interval64(double(index)) + local);
+    static Interval64 part(const Interval64& from, const Interval64& to, int level,
+                           std::uint64_t index, const Interval64& local) {
+        const Interval64 t =
+            Interval64(std::ldexp(1.0, -level)) * (Interval64(double(index)) + local);
         const Interval64 x = from + t * (to - from);
         // Exact ends stay exact: the region treats the border of the domain specially.
         const bool first = index == 0 && local.lo == 0;
@@ -98,7 +99,8 @@ class Search {
     }
 
     // The region's verdict on a part (local coordinates in the box's unit square) of a box.
-    BoxSide region_side(const Piece& s, const DyadicBox& b, const Interval64& x, const Interval64& y) const {
+    BoxSide region_side(const Piece& s, const DyadicBox& b, const Interval64& x,
+                        const Interval64& y) const {
         if (!s.regional) return BoxSide::Inside;
         Interval64 u(s.uv64[0].lo, s.uv64[1].hi), v(s.uv64[2].lo, s.uv64[3].hi);
         if (s.kind == PieceKind::Patch) {
@@ -106,7 +108,8 @@ class Search {
             v = part(s.uv64[2], s.uv64[3], b.lv, b.iv, y);
         } else if (s.kind == PieceKind::Joint) {
             const bool along_u = !(s.uv[0] == s.uv[1]);
-            (along_u ? u : v) = part(s.uv64[along_u ? 0 : 2], s.uv64[along_u ? 1 : 3], b.lu, b.iu, x);
+            (along_u ? u : v) =
+                part(s.uv64[along_u ? 0 : 2], s.uv64[along_u ? 1 : 3], b.lu, b.iu, x);
         }
         return box_side(*model_.regions[s.face], u.lo, u.hi, v.lo, v.hi);
     }
@@ -127,26 +130,55 @@ class Search {
         return r;
     }
 
+    // The exact parameters of a local point of a box.
+    static std::array<Q, 2> parameters(const Piece& s, const DyadicBox& b, const Real& x,
+                                       const Real& y) {
+        const auto at = [](const Q& from, const Q& to, int level, std::uint64_t index,
+                           const Real& local) {
+            Real t, scale;
+            mpfr_set_ui_2exp(t.get(), index, 0, MPFR_RNDN);
+            mpfr_set_ui_2exp(scale.get(), 1, -level, MPFR_RNDN);
+            return Q(from + (exact(t) + exact(local)) * exact(scale) * (to - from));
+        };
+        std::array<Q, 2> r{s.uv[0], s.uv[2]};
+        if (s.kind == PieceKind::Patch) {
+            r[0] = at(s.uv[0], s.uv[1], b.lu, b.iu, x);
+            r[1] = at(s.uv[2], s.uv[3], b.lv, b.iv, y);
+        } else if (s.kind == PieceKind::Joint) {
+            const int k = s.uv[0] == s.uv[1] ? 1 : 0;
+            r[k] = at(s.uv[2 * k], s.uv[2 * k + 1], b.lu, b.iu, x);
+        }
+        return r;
+    }
+
     // Whether the face holds the point of the box, exactly.
     bool holds(const Piece& s, const DyadicBox& b, const Real& x, const Real& y) const {
         if (!s.regional) return true;
-        const auto at = [](const Q& from, const Q& to, int level, std::uint64_t index, const Real& local) {
-            Real t;
-            mpfr_set_ui_2exp(t.get(), index, 0, MPFR_RNDN);
-            Q q = exact(t) + exact(local);
-            Real scale;
-            mpfr_set_ui_2exp(scale.get(), 1, -level, MPFR_RNDN);
-            return Q(from + q * exact(scale) * (to - from));
+        const auto at = parameters(s, b, x, y);
+        return side(*model_.regions[s.face], at[0], at[1]) != Side::Outside;
+    }
+
+    // The region's verdict on all points of the box that are within a radius of the local point
+    // (x, y), like box_side, but not limited to the resolution of doubles: where no arc meets the
+    // neighbourhood, the side of its centre is that of all of it.
+    BoxSide neighbourhood_side(const Piece& s, const DyadicBox& b, const Real& x, const Real& y,
+                               const Real& radius, bool& centre_held) const {
+        centre_held = holds(s, b, x, y);
+        const auto around = [&radius](const Real& z, bool free) {
+            if (!free) return Interval(z);
+            const Real lo = sub_down(z, radius), hi = add_up(z, radius);
+            const Real zero(0.0), one(1.0);
+            return Interval(lo < zero ? zero : lo, one < hi ? one : hi);
         };
-        Q u = s.uv[0], v = s.uv[2];
-        if (s.kind == PieceKind::Patch) {
-            u = at(s.uv[0], s.uv[1], b.lu, b.iu, x);
-            v = at(s.uv[2], s.uv[3], b.lv, b.iv, y);
-        } else if (s.kind == PieceKind::Joint) {
-            const bool along_u = !(s.uv[0] == s.uv[1]);
-            (along_u ? u : v) = at(s.uv[along_u ? 0 : 2], s.uv[along_u ? 1 : 3], b.lu, b.iu, x);
-        }
-        return side(*model_.regions[s.face], u, v) != Side::Outside;
+        const bool patch = s.kind == PieceKind::Patch;
+        const Interval ix = around(x, s.kind != PieceKind::Point), iy = around(y, patch);
+        const auto low = parameters(s, b, ix.lo, iy.lo), high = parameters(s, b, ix.hi, iy.hi);
+        const auto span = [](const Q& lo, const Q& hi) {
+            return hull(Interval(lo.mpq()), Interval(hi.mpq()));
+        };
+        if (!clear_of_arcs(model_.arcs[s.face], span(low[0], high[0]), span(low[1], high[1])))
+            return BoxSide::Mixed;
+        return centre_held ? BoxSide::Inside : BoxSide::Outside;
     }
 
     // ---- phase 1: doubles
@@ -188,9 +220,10 @@ class Search {
 
     // Coefficients of a difference scheme of A - T B: T is the same number in all of them, so the
     // differences are formed first. `weight`: sum of magnitudes of the scheme's factors.
-    static Interval64 difference64(double da, double db, double ra, double rb, double weight, double ma,
-                                   double mb, const Interval64& t) {
-        // Each difference is a sum of at most 4 terms: 3 roundings of at most weight max 2^-53 each.
+    static Interval64 difference64(double da, double db, double ra, double rb, double weight,
+                                   double ma, double mb, const Interval64& t) {
+        // Each difference is a sum of at most 4 terms: 3 roundings of at most weight max 2^-53
+        // each.
         const double ea = next_up(weight * next_up(ra + ma * 0x1p-51));
         const double eb = next_up(weight * next_up(rb + mb * 0x1p-51));
         return Interval64(next_down(da - ea), next_up(da + ea)) -
@@ -204,14 +237,16 @@ class Search {
     }
 
     // Whether a first difference of A - T B along the direction has a strict sign throughout.
-    static bool monotone64(const Net64& n, Degrees d, bool along_u, const Interval64& t, double ma, double mb) {
+    static bool monotone64(const Net64& n, Degrees d, bool along_u, const Interval64& t, double ma,
+                           double mb) {
         if ((along_u ? d.p : d.q) == 0) return false;
         const size_t step = along_u ? d.q + 1 : 1;
         bool up = true, down = true;
         for (int i = 0; i <= d.p - (along_u ? 1 : 0); ++i)
             for (int j = 0; j <= d.q - (along_u ? 0 : 1); ++j) {
                 const size_t k = d.index(i, j);
-                const Interval64 x = difference64(n.a[k + step] - n.a[k], n.b[k + step] - n.b[k], n.ra, n.rb, 2, ma, mb, t);
+                const Interval64 x = difference64(n.a[k + step] - n.a[k], n.b[k + step] - n.b[k],
+                                                  n.ra, n.rb, 2, ma, mb, t);
                 up &= x.lo > 0;
                 down &= x.hi < 0;
                 if (!up && !down) return false;
@@ -219,11 +254,14 @@ class Search {
         return true;
     }
 
-    static Curvature curvature64(const Net64& n, Degrees d, const Interval64& t, double ma, double mb) {
+    static Curvature curvature64(const Net64& n, Degrees d, const Interval64& t, double ma,
+                                 double mb) {
         Curvature r{kInfinity, kInfinity, 0};
         const auto second = [&](size_t k, size_t step) {
             return difference64(n.a[k + 2 * step] - 2 * n.a[k + step] + n.a[k],
-                                n.b[k + 2 * step] - 2 * n.b[k + step] + n.b[k], n.ra, n.rb, 4, ma, mb, t).lo;
+                                n.b[k + 2 * step] - 2 * n.b[k + step] + n.b[k], n.ra, n.rb, 4, ma,
+                                mb, t)
+                .lo;
         };
         const size_t w = d.q + 1;
         for (int i = 0; i + 2 <= d.p; ++i)
@@ -234,7 +272,8 @@ class Search {
             for (int j = 0; j < d.q; ++j) {
                 const size_t k = d.index(i, j);
                 const Interval64 x = difference64(n.a[k + w + 1] - n.a[k + w] - n.a[k + 1] + n.a[k],
-                                                  n.b[k + w + 1] - n.b[k + w] - n.b[k + 1] + n.b[k], n.ra, n.rb, 4, ma, mb, t);
+                                                  n.b[k + w + 1] - n.b[k + w] - n.b[k + 1] + n.b[k],
+                                                  n.ra, n.rb, 4, ma, mb, t);
                 r.uv = std::max(r.uv, std::max(-x.lo, x.hi));
             }
         return finish(r, d);
@@ -248,8 +287,8 @@ class Search {
         return r;
     }
 
-    // The direction in which A - t B bends most (with some weight on its slope, for boxes that shrink
-    // only to get clear of the region's boundary).
+    // The direction in which A - t B bends most (with some weight on its slope, for boxes that
+    // shrink only to get clear of the region's boundary).
     static bool split_along_u(const std::vector<double>& h, Degrees d, const DyadicBox& at) {
         if (d.q == 0) return true;
         if (d.p == 0) return false;
@@ -262,8 +301,11 @@ class Search {
                 const size_t k = d.index(i, j);
                 if (i < d.p) u = std::max(u, kSlopeWeight * d.p * std::fabs(h[k + w] - h[k]));
                 if (j < d.q) v = std::max(v, kSlopeWeight * d.q * std::fabs(h[k + 1] - h[k]));
-                if (i + 2 <= d.p) u = std::max(u, d.p * (d.p - 1) * std::fabs(h[k + 2 * w] - 2 * h[k + w] + h[k]));
-                if (j + 2 <= d.q) v = std::max(v, d.q * (d.q - 1) * std::fabs(h[k + 2] - 2 * h[k + 1] + h[k]));
+                if (i + 2 <= d.p)
+                    u = std::max(u,
+                                 d.p * (d.p - 1) * std::fabs(h[k + 2 * w] - 2 * h[k + w] + h[k]));
+                if (j + 2 <= d.q)
+                    v = std::max(v, d.q * (d.q - 1) * std::fabs(h[k + 2] - 2 * h[k + 1] + h[k]));
             }
         if (at.lu >= kDeepest || at.lu > at.lv + kMostUneven) return false;
         if (at.lv >= kDeepest || at.lv > at.lu + kMostUneven) return true;
@@ -285,7 +327,8 @@ class Search {
         };
         for (size_t i = 0; i < model_.pieces.size(); ++i) {
             const Piece& s = model_.pieces[i];
-            queue.push_back(std::make_unique<Box64>(Box64{int(i), {}, {}, hull_bound(o_, s.box), !s.regional}));
+            queue.push_back(
+                std::make_unique<Box64>(Box64{int(i), {}, {}, hull_bound(o_, s.box), !s.regional}));
         }
         std::make_heap(queue.begin(), queue.end(), later);
         while (!queue.empty()) {
@@ -306,7 +349,8 @@ class Search {
             const double ma = magnitude(b->net.a), mb = magnitude(b->net.b);
             const Interval64 t(b->lo, best64_);
             const bool bounded = std::isfinite(b->lo) && best64_ < kInfinity;
-            if (bounded && (monotone64(b->net, d, true, t, ma, mb) || monotone64(b->net, d, false, t, ma, mb)))
+            if (bounded &&
+                (monotone64(b->net, d, true, t, ma, mb) || monotone64(b->net, d, false, t, ma, mb)))
                 continue;
             if (!b->inside) {
                 const BoxSide where = region_side(s, b->at, {0, 1}, {0, 1});
@@ -317,11 +361,17 @@ class Search {
                 }
             }
             // No more to gain in doubles: the gap is of the size of the radii.
-            const double least_b = std::max(0.0, *std::min_element(b->net.b.begin(), b->net.b.end()) - b->net.rb);
+            const double least_b =
+                std::max(0.0, *std::min_element(b->net.b.begin(), b->net.b.end()) - b->net.rb);
             constexpr double kNoise = 16;
-            const bool noise = bounded && best64_ - b->lo <=
-                kNoise * (b->net.ra + std::max(std::fabs(b->lo), std::fabs(best64_)) * b->net.rb) / least_b;
-            if (noise || deepest(b->at, d) || (d.p == 0 && d.q == 0) || answer_.nodes64 >= budget_.nodes64 ||
+            const bool noise =
+                bounded &&
+                best64_ - b->lo <=
+                    kNoise *
+                        (b->net.ra + std::max(std::fabs(b->lo), std::fabs(best64_)) * b->net.rb) /
+                        least_b;
+            if (noise || deepest(b->at, d) || (d.p == 0 && d.q == 0) ||
+                answer_.nodes64 >= budget_.nodes64 ||
                 (bounded && curvature64(b->net, d, t, ma, mb).convex(d))) {
                 if (s.attained && b->inside) sharpen64(*b, d);
                 finals64_.push_back(std::move(b));
@@ -331,8 +381,10 @@ class Search {
             if (bounded)
                 for (size_t i = 0; i < h.size(); ++i) h[i] -= best64_ * b->net.b[i];
             const bool along_u = split_along_u(h, d, b->at);
-            Item left = std::make_unique<Box64>(Box64{b->piece, b->at.half(along_u, false), {}, 0, b->inside});
-            Item right = std::make_unique<Box64>(Box64{b->piece, b->at.half(along_u, true), {}, 0, b->inside});
+            Item left = std::make_unique<Box64>(
+                Box64{b->piece, b->at.half(along_u, false), {}, 0, b->inside});
+            Item right = std::make_unique<Box64>(
+                Box64{b->piece, b->at.half(along_u, true), {}, 0, b->inside});
             split64(b->net, d, along_u, left->net, right->net);
             for (Item* half : {&left, &right}) {
                 (*half)->lo = std::max(b->lo, bound64((*half)->net));
@@ -354,14 +406,16 @@ class Search {
         const double errors = 4 * (d.p + d.q + 1) * 0x1p-53;
         const double a = value64(b.net.a, d, at.x, at.y), w = value64(b.net.b, d, at.x, at.y);
         lower_best64(value_up64(a, next_up(b.net.ra + 2 * errors * magnitude(b.net.a)), w,
-                                next_up(b.net.rb + 2 * errors * magnitude(b.net.b))), b.piece);
+                                next_up(b.net.rb + 2 * errors * magnitude(b.net.b))),
+                     b.piece);
     }
 
     static double value64(std::vector<double> b, Degrees d, double x, double y) {
         const int w = d.q + 1;
         for (int k = d.p; k >= 1; --k)
             for (int i = 0; i < k; ++i)
-                for (int j = 0; j < w; ++j) b[i * w + j] = (1 - x) * b[i * w + j] + x * b[(i + 1) * w + j];
+                for (int j = 0; j < w; ++j)
+                    b[i * w + j] = (1 - x) * b[i * w + j] + x * b[(i + 1) * w + j];
         for (int k = d.q; k >= 1; --k)
             for (int j = 0; j < k; ++j) b[j] = (1 - y) * b[j] + y * b[j + 1];
         return b[0];
@@ -475,7 +529,8 @@ class Search {
         for (const Interval& x : b.net.b)
             if (x.lo < least_b) least_b = x.lo;
         {
-            // The loss mu |y - x|^2 / 2 <= mu is worth the trouble only if it beats the bound so far.
+            // The loss mu |y - x|^2 / 2 <= mu is worth the trouble only if it beats the bound so
+            // far.
             const Real gap = mul_up(sub_up(best_, b.lo), least_b);
             if (!(Real(mu) < gap)) return Verdict::Open;
         }
@@ -518,7 +573,9 @@ class Search {
                 if (free_v) dy = -gv / foot.vv;
             }
             const double size = std::max(std::fabs(dx), std::fabs(dy));
-            if (!std::isfinite(dx) || !std::isfinite(dy) || !(size > kEnough) || !(size < 1) || size > 0.5 * last) break;
+            if (!std::isfinite(dx) || !std::isfinite(dy) || !(size > kEnough) || !(size < 1) ||
+                size > 0.5 * last)
+                break;
             last = size;
             const auto move = [](Real& z, double dz) {
                 mpfr_add_d(z.get(), z.get(), dz, MPFR_RNDN);
@@ -528,7 +585,8 @@ class Search {
             move(x, dx);
             move(y, dy);
         }
-        // Item 3, with curvature over T: t may exceed best_ by far only if the box is above it anyway.
+        // Item 3, with curvature over T: t may exceed best_ by far only if the box is above it
+        // anyway.
         const Interval it(t);
         const Interval gu = a.u - it * w.u, gv = a.v - it * w.v;
         const auto reach = [](const Real& z) {  // the farthest |y - x| in [0, 1]
@@ -572,14 +630,15 @@ class Search {
             const Real slack = lo < t ? sub_up(t, lo) : Real(0.0);
             Real push = add_up(size(gu), mul_up(slack, size(w.u)));
             if (d.q > 0) push = add_up(push, add_up(size(gv), mul_up(slack, size(w.v))));
-            const double radius = m.sign() > 0 ? div_up(push, m).up() : 1;
-            const auto around = [radius](const Real& z) {
-                return Interval64(std::max(0.0, next_down(z.down() - radius)), std::min(1.0, next_up(z.up() + radius)));
-            };
-            const BoxSide where = region_side(s, b.at, around(x), around(y));
+            const Real radius = m.sign() > 0 ? div_up(push, m) : Real(1.0);
+            bool held = false;
+            const BoxSide where = neighbourhood_side(s, b.at, x, y, radius, held);
             if (where == BoxSide::Outside) return Verdict::Gone;
-            if (where == BoxSide::Inside || holds(s, b.at, x, y)) lower_best(t, s);
-            else if (near_enough(b.lo, t)) return Verdict::Final;
+            if (held) lower_best(t, s);
+            // The region's boundary passes within the radius: not worth resolving further.
+            constexpr double kUnresolved = 0x1p-160;
+            if (where == BoxSide::Mixed && !held && radius < Real(kUnresolved))
+                return Verdict::Final;
         }
         return settled(b.lo) ? Verdict::Settled : Verdict::Open;
     }
@@ -593,8 +652,44 @@ class Search {
         if (value.sign() > 0) mpfr_sqrt(d.get(), value.get(), MPFR_RNDD);
         return mul_down(d < width ? width : d, width);
     }
-    bool near_enough(const Real& lo, const Real& hi) const { return !(add_up(lo, tolerance(hi)) < hi); }
+    bool near_enough(const Real& lo, const Real& hi) const {
+        return !(add_up(lo, tolerance(hi)) < hi);
+    }
     bool settled(const Real& lo) const { return near_enough(lo, best_); }
+
+    // Whether each box can be cut into parts that hold no minimiser or are convex.
+    bool isolated(std::vector<std::unique_ptr<BoxMp>> boxes) const {
+        if (!mpfr_number_p(best_.get())) return false;
+        constexpr int kParts = 200;
+        for (int count = 0; !boxes.empty(); ++count) {
+            const auto b = std::move(boxes.back());
+            boxes.pop_back();
+            const Degrees d = objective_degrees(o_, piece(b->piece));
+            if (best_ < b->lo || (d.p == 0 && d.q == 0)) continue;
+            const Interval range(b->lo, best_);
+            if (monotone(b->net, d, true, range) || monotone(b->net, d, false, range)) continue;
+            if (curvature(b->net, d, range).convex(d)) continue;
+            if (count > kParts || deepest(b->at, d)) return false;
+            for (auto& half : halves(*b, d)) boxes.push_back(std::move(half));
+        }
+        return true;
+    }
+
+    std::array<std::unique_ptr<BoxMp>, 2> halves(const BoxMp& b, Degrees d) const {
+        long exponent = 0;
+        const Real& t = mpfr_number_p(best_.get()) ? best_ : b.lo;
+        const bool along_u = split_along_u(scaled_difference(b.net, t, exponent), d, b.at);
+        std::array<std::unique_ptr<BoxMp>, 2> r;
+        for (int k = 0; k < 2; ++k)
+            r[k] = std::make_unique<BoxMp>(
+                BoxMp{b.piece, b.at.half(along_u, k == 1), {}, b.lo, b.inside});
+        split(b.net, d, along_u, r[0]->net, r[1]->net);
+        for (auto& half : r) {
+            const Real lo = bound(half->net);
+            if (half->lo < lo) half->lo = lo;
+        }
+        return r;
+    }
 
     void second_phase() {
         using Item = std::unique_ptr<BoxMp>;
@@ -606,7 +701,8 @@ class Search {
         const auto keep = [&floor](const Real& lo) {
             if (lo < floor) floor = lo;
         };
-        std::sort(finals64_.begin(), finals64_.end(), [](const auto& a, const auto& b) { return a->lo < b->lo; });
+        std::sort(finals64_.begin(), finals64_.end(),
+                  [](const auto& a, const auto& b) { return a->lo < b->lo; });
         size_t next = 0;
         const auto push = [&](Item b) {
             if (best_ < b->lo) return;
@@ -620,7 +716,8 @@ class Search {
                 const Box64& f = *finals64_[next++];
                 if (best_ < Real(f.lo)) continue;
                 const Piece& s = piece(f.piece);
-                Item b = std::make_unique<BoxMp>(BoxMp{f.piece, f.at, objective_net(o_, s, f.at), Real(f.lo), f.inside});
+                Item b = std::make_unique<BoxMp>(
+                    BoxMp{f.piece, f.at, objective_net(o_, s, f.at), Real(f.lo), f.inside});
                 const Real lo = bound(b->net);
                 if (b->lo < lo) b->lo = lo;
                 ++answer_.nodes;
@@ -635,9 +732,11 @@ class Search {
             const Piece& s = piece(b->piece);
             const Degrees d = objective_degrees(o_, s);
             if (settled(b->lo)) {
-                // Points and boxes in front of the queue are all above this bound.
+                // All other boxes lie above this bound; whether the minimiser is isolated is asked
+                // of those that may hold one.
                 keep(b->lo);
-                open |= d.p > 0;
+                queue.push_back(std::move(b));
+                open = !isolated(std::move(queue));
                 break;
             }
             if (d.p == 0 && d.q == 0) {
@@ -658,7 +757,8 @@ class Search {
             }
             const Interval range(b->lo, best_);
             const bool bounded = mpfr_number_p(best_.get());
-            if (bounded && (monotone(b->net, d, true, range) || monotone(b->net, d, false, range))) continue;
+            if (bounded && (monotone(b->net, d, true, range) || monotone(b->net, d, false, range)))
+                continue;
             if (!b->inside) {
                 const BoxSide where = region_side(s, b->at, {0, 1}, {0, 1});
                 if (where == BoxSide::Outside) continue;
@@ -674,25 +774,21 @@ class Search {
                 open |= verdict == Verdict::Open;
                 continue;
             }
-            long exponent = 0;
-            const bool along_u = split_along_u(scaled_difference(b->net, bounded ? best_ : b->lo, exponent), d, b->at);
-            Item left = std::make_unique<BoxMp>(BoxMp{b->piece, b->at.half(along_u, false), {}, b->lo, b->inside});
-            Item right = std::make_unique<BoxMp>(BoxMp{b->piece, b->at.half(along_u, true), {}, b->lo, b->inside});
-            split(b->net, d, along_u, left->net, right->net);
-            for (Item* half : {&left, &right}) {
-                const Real lo = bound((*half)->net);
-                if ((*half)->lo < lo) (*half)->lo = lo;
+            for (auto& half : halves(*b, d)) {
                 ++answer_.nodes;
-                corners(**half, d);
-                push(std::move(*half));
+                corners(*half, d);
+                push(std::move(half));
             }
         }
         answer_.hi = best_;
         answer_.lo = floor < best_ ? floor : best_;
         answer_.status = DistanceStatus::Regular;
-        if (!near_enough(answer_.lo, best_)) answer_.status = DistanceStatus::Budget;
-        else if (open) answer_.status = DistanceStatus::IntervalOnly;
-        else if (best_kind_ != PieceKind::Patch) answer_.status = DistanceStatus::EdgeOrCorner;
+        if (!near_enough(answer_.lo, best_))
+            answer_.status = DistanceStatus::Budget;
+        else if (open)
+            answer_.status = DistanceStatus::IntervalOnly;
+        else if (best_kind_ != PieceKind::Patch)
+            answer_.status = DistanceStatus::EdgeOrCorner;
     }
 
     const Pieces& model_;
@@ -707,7 +803,8 @@ class Search {
 
 }  // namespace
 
-DistanceAnswer distance(const Pieces& model, const std::array<double, 3>& c, const DistanceBudget& budget) {
+DistanceAnswer distance(const Pieces& model, const std::array<double, 3>& c,
+                        const DistanceBudget& budget) {
     DistanceAnswer r = Search(model, {false, c, 0}, budget).run();
     if (r.lo.sign() < 0) r.lo = Real(0.0);
     mpfr_sqrt(r.lo.get(), r.lo.get(), MPFR_RNDD);
@@ -715,7 +812,8 @@ DistanceAnswer distance(const Pieces& model, const std::array<double, 3>& c, con
     return r;
 }
 
-DistanceAnswer support(const Pieces& model, const std::array<double, 3>& n, double h, const DistanceBudget& budget) {
+DistanceAnswer support(const Pieces& model, const std::array<double, 3>& n, double h,
+                       const DistanceBudget& budget) {
     return Search(model, {true, n, h}, budget).run();
 }
 

@@ -1,27 +1,31 @@
-// The certified minimum, over the union of trimmed faces, of the distance to a point, or of n.x - h.
+// The certified minimum, over the union of trimmed faces, of the distance to a point, or of n.x -
+// h.
 //
 // Method: best-first branch and bound over Pieces (distance_pieces.hpp says why they suffice), in
-// doubles first, in kBits-bit intervals then. With A / B the objective on a piece in Bernstein form,
-// B > 0 (A = |X - c W|^2, B = W^2, or A = n.X - h W, B = W):
+// doubles first, in kBits-bit intervals then. With A / B the objective on a piece in Bernstein
+// form, B > 0 (A = |X - c W|^2, B = W^2, or A = n.X - h W, B = W):
 //
 // 1. f >= min A_ij / B_ij on a box, as A - t B has coefficients >= 0 for that t.
 // 2. Let T = [lower bound of the box, best upper bound so far]. A minimiser in the box has its
 //    value tau in T, and derivative zero where the kinds (b2), (b1), (a) say so; and
-//    B grad f = grad A - f grad B = grad(A - tau B) there. So if a first difference of A - T B (T an
-//    interval) has a strict sign throughout, the box goes.
-// 3. With t any number, x any point of the box (unit square), h = A - t B, g = grad h(x), and -mu <= 0 below
+//    B grad f = grad A - f grad B = grad(A - tau B) there. So if a first difference of A - T B (T
+//    an interval) has a strict sign throughout, the box goes.
+// 3. With t any number, x any point of the box (unit square), h = A - t B, g = grad h(x), and -mu
+// <= 0 below
 //    the least eigenvalue of h's second derivatives (bounded by second differences of the nets),
 //    h >= h(x) + g.(y - x) - mu |y - x|^2 / 2 on the box; hence f >= t + min(0, that) / min B.
 //    With x from Newton's iteration and t = f(x) this closes regular minima to the last bits;
 //    existence or uniqueness of a critical point is not needed for it.
-// 4. If A - T B is strictly convex on the box for all tau in T, with constant m > 0, and z is a minimiser in
-//    the box that item 2 speaks of, then h_tau (tau = f(z)) has its least value 0 at z: z is the only
-//    one, tau <= f(x) <= t, and m |x - z| <= |grad h_tau(x)| <= |g| + (t - tau) |grad B(x)|, where t - tau is
-//    bounded by item 3. The box around x of that radius is put to the region: if it lies outside, the box goes
-//    whole; if inside, t is an upper bound; if neither is proven, the lower bound stays and x itself is
-//    classified exactly.
+// 4. If A - T B is strictly convex on the box for all tau in T, with constant m > 0, and z is a
+// minimiser in
+//    the box that item 2 speaks of, then h_tau (tau = f(z)) has its least value 0 at z: z is the
+//    only one, tau <= f(x) <= t, and m |x - z| <= |grad h_tau(x)| <= |g| + (t - tau) |grad B(x)|,
+//    where t - tau is bounded by item 3. The box around x of that radius is put to the region: if
+//    it lies outside, the box goes whole; if inside, t is an upper bound; if neither is proven, the
+//    lower bound stays and x itself is classified exactly.
 //
-// Points with f below the truth that lie outside the region are thus removed only by exact decisions.
+// Points with f below the truth that lie outside the region are thus removed only by exact
+// decisions.
 #pragma once
 
 #include <array>
@@ -40,9 +44,9 @@ enum class DistanceStatus {
 struct DistanceAnswer {
     Real lo, hi;
     DistanceStatus status = DistanceStatus::Budget;
-    int face = -1;          // a face on which hi is attained, -1 if unknown
-    long nodes64 = 0;       // boxes bounded in doubles
-    long nodes = 0;         // boxes bounded in MPFR
+    int face = -1;     // a face on which hi is attained, -1 if unknown
+    long nodes64 = 0;  // boxes bounded in doubles
+    long nodes = 0;    // boxes bounded in MPFR
 };
 
 struct DistanceBudget {
@@ -52,7 +56,8 @@ struct DistanceBudget {
 
 // Of the distance from c to the union of the faces. Without any face: both ends infinite.
 // Preconditions: c finite, weights positive.
-DistanceAnswer distance(const Pieces& model, const std::array<double, 3>& c, const DistanceBudget& budget = {});
+DistanceAnswer distance(const Pieces& model, const std::array<double, 3>& c,
+                        const DistanceBudget& budget = {});
 
 // Of min n.x - h over the union of the faces.
 DistanceAnswer support(const Pieces& model, const std::array<double, 3>& n, double h,

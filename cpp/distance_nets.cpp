@@ -40,18 +40,20 @@ std::vector<T> sum_of_squares(std::vector<std::vector<T>> nets, int p, int q) {
     }
     for (int i = 0; i <= 2 * p; ++i)
         for (int j = 0; j < width; ++j)
-            r[i * width + j] = divide_positive(r[i * width + j], choose<T>(2 * p, i) * choose<T>(2 * q, j));
+            r[i * width + j] =
+                divide_positive(r[i * width + j], choose<T>(2 * p, i) * choose<T>(2 * q, j));
     return r;
 }
 
 template <class T>
-void objective(const Objective& o, const std::array<std::vector<T>, 4>& net, int p, int q, std::vector<T>& a,
-               std::vector<T>& b) {
+void objective(const Objective& o, const std::array<std::vector<T>, 4>& net, int p, int q,
+               std::vector<T>& a, std::vector<T>& b) {
     const size_t n = net[3].size();
     if (o.linear) {
         a.resize(n);
         for (size_t i = 0; i < n; ++i)
-            a[i] = T(o.c[0]) * net[0][i] + T(o.c[1]) * net[1][i] + T(o.c[2]) * net[2][i] - T(o.h) * net[3][i];
+            a[i] = T(o.c[0]) * net[0][i] + T(o.c[1]) * net[1][i] + T(o.c[2]) * net[2][i] -
+                   T(o.h) * net[3][i];
         b = net[3];
         return;
     }
@@ -72,8 +74,8 @@ void centre(const std::vector<Interval64>& x, std::vector<double>& middle, doubl
     }
 }
 
-void split_coefficients(const std::vector<double>& c, Degrees d, bool along_u, std::vector<double>& left,
-                        std::vector<double>& right) {
+void split_coefficients(const std::vector<double>& c, Degrees d, bool along_u,
+                        std::vector<double>& left, std::vector<double>& right) {
     const int n = along_u ? d.p : d.q, lines = along_u ? d.q : d.p;
     const int step = along_u ? d.q + 1 : 1, line_step = along_u ? 1 : d.q + 1;
     right = c;
@@ -88,8 +90,8 @@ void split_coefficients(const std::vector<double>& c, Degrees d, bool along_u, s
     }
 }
 
-void split_coefficients(const std::vector<Interval>& c, Degrees d, bool along_u, std::vector<Interval>& left,
-                        std::vector<Interval>& right) {
+void split_coefficients(const std::vector<Interval>& c, Degrees d, bool along_u,
+                        std::vector<Interval>& left, std::vector<Interval>& right) {
     const int n = along_u ? d.p : d.q, lines = along_u ? d.q : d.p;
     const int step = along_u ? d.q + 1 : 1, line_step = along_u ? 1 : d.q + 1;
     right = c;
@@ -107,7 +109,8 @@ void split_coefficients(const std::vector<Interval>& c, Degrees d, bool along_u,
 // a + x (b - a) for x in [0, 1].
 Interval lerp(const Interval& a, const Interval& b, const Interval& x) { return a + x * (b - a); }
 
-void restrict_along(std::vector<Interval>& c, int p, int q, bool along_u, int level, std::uint64_t index) {
+void restrict_along(std::vector<Interval>& c, int p, int q, bool along_u, int level,
+                    std::uint64_t index) {
     if (level == 0) return;
     const int n = along_u ? p : q, lines = along_u ? q : p;
     const int step = along_u ? q + 1 : 1, line_step = along_u ? 1 : q + 1;
@@ -126,7 +129,8 @@ void restrict_along(std::vector<Interval>& c, int p, int q, bool along_u, int le
         }
         if (index != 0)
             for (int k = 1; k <= n; ++k)
-                for (int i = 0; i <= n - k; ++i) l[i * step] = lerp(l[i * step], l[(i + 1) * step], ratio);
+                for (int i = 0; i <= n - k; ++i)
+                    l[i * step] = lerp(l[i * step], l[(i + 1) * step], ratio);
     }
 }
 
@@ -150,7 +154,8 @@ void split64(const Net64& n, Degrees d, bool along_u, Net64& left, Net64& right)
     const auto grown = [degree](const std::vector<double>& c, double radius) {
         double m = 0;
         for (double x : c) m = std::max(m, std::fabs(x));
-        return next_up(radius + degree * (m * 0x1p-52 + 2 * std::numeric_limits<double>::denorm_min()));
+        return next_up(radius +
+                       degree * (m * 0x1p-52 + 2 * std::numeric_limits<double>::denorm_min()));
     };
     left.ra = right.ra = grown(n.a, n.ra);
     left.rb = right.rb = grown(n.b, n.rb);

@@ -63,8 +63,8 @@ struct Jet {
 };
 Jet evaluate_net(const std::vector<Interval>& c, Degrees d, const Real& x, const Real& y);
 
-// A minimiser over the unit square of the Bernstein polynomial h, by projected Newton; no guarantee.
-// Returns the second derivatives there as well.
+// A minimiser over the unit square of the Bernstein polynomial h, by projected Newton; no
+// guarantee. Returns the second derivatives there as well.
 struct Newton64 {
     double x, y, uu, uv, vv;
 };

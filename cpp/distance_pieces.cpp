@@ -3,6 +3,8 @@
 #include <gmpxx.h>
 
 #include <map>
+#include <stdexcept>
+#include <string>
 
 namespace feeler_oracle {
 namespace {
@@ -64,7 +66,8 @@ Poly row_at(const Poly& c, int p, int q, const Interval& s) {
 Poly column_at(const Poly& c, int p, int q, const Interval& t) {
     Poly r;
     for (int i = 0; i <= p; ++i)
-        r.push_back(row_at(Poly(c.begin() + i * (q + 1), c.begin() + (i + 1) * (q + 1)), q, 0, t)[0]);
+        r.push_back(
+            row_at(Poly(c.begin() + i * (q + 1), c.begin() + (i + 1) * (q + 1)), q, 0, t)[0]);
     return r;
 }
 
@@ -116,19 +119,23 @@ Net compose(const RationalBezierPatch& s, const Net& net, const RationalBezierCu
         const Poly w = to_intervals(c.W), a = to_intervals(su), b = to_intervals(sv);
         r.p = c.degree();
         for (int k = 0; k < 4; ++k) {
-            const Interval x = net.c[k][0], du = net.c[k][2] - net.c[k][0], dv = net.c[k][1] - net.c[k][0];
-            for (size_t i = 0; i < w.size(); ++i) r.c[k].push_back(x * w[i] + du * a[i] + dv * b[i]);
+            const Interval x = net.c[k][0], du = net.c[k][2] - net.c[k][0],
+                           dv = net.c[k][1] - net.c[k][0];
+            for (size_t i = 0; i < w.size(); ++i)
+                r.c[k].push_back(x * w[i] + du * a[i] + dv * b[i]);
         }
         return r;
     }
     if (iso_u || iso_v) {
         const Q at = iso_u ? su[0] / c.W[0] : sv[0] / c.W[0];
         const int degree = iso_u ? s.q : s.p;
-        const auto b = powers(scaled(to_intervals(iso_u ? sv : su)), scaled(to_intervals(iso_u ? cv : cu)), degree);
+        const auto b = powers(scaled(to_intervals(iso_u ? sv : su)),
+                              scaled(to_intervals(iso_u ? cv : cu)), degree);
         r.p = degree * c.degree();
         for (int k = 0; k < 4; ++k) {
             const Interval t(at.mpq());
-            const Poly line = iso_u ? row_at(net.c[k], s.p, s.q, t) : column_at(net.c[k], s.p, s.q, t);
+            const Poly line =
+                iso_u ? row_at(net.c[k], s.p, s.q, t) : column_at(net.c[k], s.p, s.q, t);
             Poly sum(r.p + 1);
             for (int i = 0; i <= degree; ++i)
                 for (int m = 0; m <= r.p; ++m) sum[m] = sum[m] + line[i] * b[i][m];
@@ -154,8 +161,10 @@ Net compose(const RationalBezierPatch& s, const Net& net, const RationalBezierCu
     return r;
 }
 
-Piece make_piece(PieceKind kind, int face, Net net, bool regional, bool attained, std::array<Q, 4> uv) {
-    Piece r{kind, face, net.p, net.q, std::move(net.c), {}, {}, regional, attained, std::move(uv), {}};
+Piece make_piece(PieceKind kind, int face, Net net, bool regional, bool attained,
+                 std::array<Q, 4> uv) {
+    Piece r{kind,     face,     net.p,         net.q, std::move(net.c), {}, {},
+            regional, attained, std::move(uv), {}};
     for (int k = 0; k < 4; ++k)
         for (const Interval& x : r.net[k]) r.net64[k].push_back(x.outer());
     for (int k = 0; k < 3; ++k) {
@@ -236,7 +245,8 @@ void sign_cuts(const std::vector<Q>& g, std::vector<Cut>& cuts) {
             right.b[n - k] = item.b[n - k] << (n - k);
             for (int i = 0; i < n - k; ++i) item.b[i] += item.b[i + 1];
         }
-        if (left.b[n] == 0) cuts.push_back({at(right.index, right.depth), at(right.index, right.depth)});
+        if (left.b[n] == 0)
+            cuts.push_back({at(right.index, right.depth), at(right.index, right.depth)});
         stack.push_back(std::move(right));
         stack.push_back(std::move(left));
     }
@@ -272,14 +282,16 @@ struct FaceBuilder {
     int index;
     const Region& region;
     std::vector<Piece>& out;
-    std::vector<RationalBezierPatch> patches;
+    const std::vector<RationalBezierPatch>& patches;
     std::vector<Net> nets;
     std::vector<Q> lines[2];  // distinct ends of patches, sorted
 
-    void add_point(const Net& net, size_t at, bool regional, bool attained, const std::array<Q, 4>& uv) {
+    void add_point(const Net& net, size_t at, bool regional, bool attained,
+                   const std::array<Q, 4>& uv) {
         Net point{0, 0, {}};
         for (int k = 0; k < 4; ++k) point.c[k] = {net.c[k][at]};
-        out.push_back(make_piece(PieceKind::Point, index, std::move(point), regional, attained, uv));
+        out.push_back(
+            make_piece(PieceKind::Point, index, std::move(point), regional, attained, uv));
     }
 
     // The part [a, b] of an arc, which lies in one closed patch or outside the domain.
@@ -300,7 +312,8 @@ struct FaceBuilder {
         }
     }
 
-    // The image of a tiny part of an arc that crosses knot lines: enclosed under each patch it touches.
+    // The image of a tiny part of an arc that crosses knot lines: enclosed under each patch it
+    // touches.
     void add_crossing(const RationalBezierCurve& arc, const Q& a, const Q& b) {
         const auto w = restrict_to(arc.W, a, b);
         Q box[4];
@@ -314,9 +327,13 @@ struct FaceBuilder {
         for (size_t i = 0; i < patches.size(); ++i) {
             const auto& s = patches[i];
             if (box[1] < s.u0 || box[0] > s.u1 || box[3] < s.v0 || box[2] > s.v1) continue;
-            const auto part = [](const Q& x, const Q& x0, const Q& x1) { return Q((x - x0) / (x1 - x0)); };
-            const Interval u = hull(Interval(part(box[0], s.u0, s.u1).mpq()), Interval(part(box[1], s.u0, s.u1).mpq()));
-            const Interval v = hull(Interval(part(box[2], s.v0, s.v1).mpq()), Interval(part(box[3], s.v0, s.v1).mpq()));
+            const auto part = [](const Q& x, const Q& x0, const Q& x1) {
+                return Q((x - x0) / (x1 - x0));
+            };
+            const Interval u = hull(Interval(part(box[0], s.u0, s.u1).mpq()),
+                                    Interval(part(box[1], s.u0, s.u1).mpq()));
+            const Interval v = hull(Interval(part(box[2], s.v0, s.v1).mpq()),
+                                    Interval(part(box[3], s.v0, s.v1).mpq()));
             Net point{0, 0, {}};
             for (int k = 0; k < 4; ++k)
                 point.c[k] = {row_at(row_at(nets[i].c[k], s.p, s.q, u), s.q, 0, v)[0]};
@@ -388,7 +405,6 @@ struct FaceBuilder {
 
     void run() {
         if (face.loops && face.loops->empty()) return;
-        patches = bezier_patches(face.surface);
         for (const auto& s : patches) {
             nets.push_back(patch_net(s));
             lines[0].push_back(s.u0);
@@ -404,9 +420,11 @@ struct FaceBuilder {
         for (size_t i = 0; i < patches.size(); ++i) {
             const auto& s = patches[i];
             const std::array<Q, 4> uv{s.u0, s.u1, s.v0, s.v1};
-            out.push_back(make_piece(PieceKind::Patch, index, nets[i], !region.whole_domain(), true, uv));
+            out.push_back(
+                make_piece(PieceKind::Patch, index, nets[i], !region.whole_domain(), true, uv));
             for (int k = 0; k < 2; ++k) {
-                const bool first = uv[2 * k] == lines[k].front(), last = uv[2 * k + 1] == lines[k].back();
+                const bool first = uv[2 * k] == lines[k].front(),
+                           last = uv[2 * k + 1] == lines[k].back();
                 if (first ? borders : is_joint(k, uv[2 * k])) add_joint(i, k, false);
                 if (last && borders) add_joint(i, k, true);
             }
@@ -429,11 +447,68 @@ const Interval& binomial(int n, int k) {
     return row[k];
 }
 
-Pieces prepare_pieces(const std::vector<Face>& faces) {
+bool clear_of_arcs(const std::vector<ArcNet>& arcs, const Interval& u, const Interval& v) {
+    // Beyond this depth the hulls are no smaller than the noise of the enclosures.
+    constexpr int kDepth = 280;
+    // A curve that passes at a distance of the order of the box's size is told from it by a few
+    // pieces a level.
+    constexpr int kPieces = 4000;
+    int count = 0;
+    std::vector<std::pair<ArcNet, int>> stack;
+    for (const ArcNet& arc : arcs) {
+        stack.clear();
+        stack.emplace_back(arc, 0);
+        while (!stack.empty()) {
+            auto [a, depth] = std::move(stack.back());
+            stack.pop_back();
+            const size_t n = a.c[2].size();
+            bool apart = false;
+            for (int k = 0; k < 2 && !apart; ++k) {
+                bool above = true, below = true;
+                for (size_t i = 0; i < n; ++i) {
+                    const Interval x = a.c[k][i] - (k == 0 ? u : v) * a.c[2][i];
+                    above &= x.lo.sign() > 0;
+                    below &= x.hi.sign() < 0;
+                }
+                apart = above || below;
+            }
+            if (apart) continue;
+            if (depth == kDepth || ++count > kPieces) return false;
+            ArcNet left = a;
+            for (int k = 0; k < 3; ++k)
+                for (size_t m = 0; m < n; ++m) {
+                    left.c[k][m] = a.c[k][0];
+                    for (size_t i = 0; i + 1 < n - m; ++i)
+                        a.c[k][i] = average(a.c[k][i], a.c[k][i + 1]);
+                }
+            stack.emplace_back(std::move(left), depth + 1);
+            stack.emplace_back(std::move(a), depth + 1);
+        }
+    }
+    return true;
+}
+
+Pieces prepare_pieces(const std::vector<const PreparedFace*>& faces) {
     Pieces r;
     for (size_t i = 0; i < faces.size(); ++i) {
-        r.regions.push_back(std::make_unique<Region>(faces[i]));
-        FaceBuilder{faces[i], int(i), *r.regions.back(), r.pieces, {}, {}, {}}.run();
+        const PreparedFace& f = *faces[i];
+        r.regions.push_back(&f.region);
+        r.arcs.emplace_back();
+        for (const auto& arc : f.region.arcs())
+            r.arcs.back().push_back(
+                {{to_intervals(arc.X), to_intervals(arc.Y), to_intervals(arc.W)}});
+        const size_t first = r.pieces.size();
+        FaceBuilder{*f.face, int(i), f.region, r.pieces, f.patches, {}, {}}.run();
+        for (size_t k = first; k < r.pieces.size(); ++k) {
+            for (double x : r.pieces[k].box)
+                if (!(std::fabs(x) <= kLargest))
+                    throw std::invalid_argument("face " + std::to_string(i) +
+                                                ": a coordinate out of range");
+            for (const Interval64& w : r.pieces[k].net64[3])
+                if (!(w.lo >= 1 / kLargest && w.hi <= kLargest))
+                    throw std::invalid_argument("face " + std::to_string(i) +
+                                                ": a weight out of range");
+        }
     }
     double lo[3], hi[3];
     for (size_t i = 0; i < r.pieces.size(); ++i)

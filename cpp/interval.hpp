@@ -6,7 +6,8 @@
 //   S. M. Rump, P. Zimmermann, S. Boldo, G. Melquiond, "Computing predecessor and successor in
 //   rounding to nearest", BIT 49 (2009): for finite c, fl(c - fl(phi |c| + eta)) <= pred(c) with
 //   phi = 2^-53 (1 + 2^-52), eta = 2^-1074. The entry points restore round to nearest before use.
-// - Interval (MPFR) rounds each end in its own direction by MPFR's integer arithmetic. Its limbs lie
+// - Interval (MPFR) rounds each end in its own direction by MPFR's integer arithmetic. Its limbs
+// lie
 //   inside the object (mpfr_custom_init_set): a net of them is one allocation, and an operation
 //   takes about a third of MPFI's time. MPFR's exponent range is not left by the sizes the bridge
 //   admits, so no underflow is met; directed rounding would keep it sound anyway.

@@ -31,6 +31,8 @@ fn main() {
         .debug(false)
         // Interval arithmetic changes the rounding mode.
         .flag_if_supported("-frounding-math")
+        // The error bounds in doubles count every rounding.
+        .flag_if_supported("-ffp-contract=off")
         // The algebraic kernel over Gmpz needs MPFI.
         .define("CGAL_USE_MPFI", "1")
         // Only CGAL's LGPL parts may get in: its GPL headers fail to compile with this.

@@ -30,6 +30,17 @@ pub(crate) mod ffi {
         in_gap: bool,
     }
 
+    /// The enclosure `[lo, hi]`, infinite (no face) or not; the status and face as in
+    /// `distance.hpp`.
+    struct RawDistance {
+        enclosure: RawEnclosure,
+        finite: bool,
+        status: u8,
+        face: i64,
+        nodes64: u64,
+        nodes: u64,
+    }
+
     unsafe extern "C++" {
         include!("bridge.hpp");
 
@@ -69,6 +80,15 @@ pub(crate) mod ffi {
 
         fn evaluate_face(core: &Core, face: usize, u: f64, v: f64) -> Result<RawEvaluation>;
         fn side_of(core: &Core, face: usize, u: f64, v: f64) -> Result<RawSide>;
+        fn distance_to(core: &Core, x: f64, y: f64, z: f64, nodes: i64) -> Result<RawDistance>;
+        fn support_of(
+            core: &Core,
+            x: f64,
+            y: f64,
+            z: f64,
+            h: f64,
+            nodes: i64,
+        ) -> Result<RawDistance>;
         fn set_rounding_upward(upward: bool);
     }
 }

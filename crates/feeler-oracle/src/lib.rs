@@ -16,6 +16,8 @@ mod bridge;
 #[cfg(feature = "cgal")]
 mod convert;
 #[cfg(feature = "cgal")]
+mod distance;
+#[cfg(feature = "cgal")]
 mod oracle;
 #[cfg(not(feature = "cgal"))]
 mod stub;
@@ -25,4 +27,6 @@ mod truth;
 pub use oracle::{Oracle, set_rounding_upward};
 #[cfg(not(feature = "cgal"))]
 pub use stub::Oracle;
-pub use truth::{Evaluation, OracleError, SideTruth, TruthEnclosure};
+pub use truth::{
+    DistanceStatus, DistanceTruth, Evaluation, OracleError, SideTruth, TruthEnclosure,
+};

@@ -61,6 +61,10 @@ impl Oracle {
         self.faces
     }
 
+    pub(crate) fn core(&self) -> &ffi::Core {
+        &self.core
+    }
+
     pub(crate) fn check_face(&self, face: usize) -> Result<(), OracleError> {
         if face < self.faces {
             Ok(())

@@ -1,6 +1,6 @@
 //! The oracle of a build without the feature `cgal`: it cannot be made.
 
-use crate::truth::{Evaluation, OracleError, SideTruth};
+use crate::truth::{DistanceTruth, Evaluation, OracleError, SideTruth};
 use feeler::brep::Brep;
 use std::convert::Infallible;
 
@@ -24,6 +24,25 @@ impl Oracle {
 
     /// The point of a face's surface at `uv` and its first derivatives.
     pub fn evaluate(&self, _face: usize, _uv: [f64; 2]) -> Result<Evaluation, OracleError> {
+        match self.never {}
+    }
+
+    /// The distance from a point to the union of the trimmed faces.
+    pub fn distance(
+        &self,
+        _point: [f64; 3],
+        _nodes: Option<u32>,
+    ) -> Result<Option<DistanceTruth>, OracleError> {
+        match self.never {}
+    }
+
+    /// The separation of a half-space from the union of the trimmed faces.
+    pub fn half_space(
+        &self,
+        _normal: [f64; 3],
+        _offset: f64,
+        _nodes: Option<u32>,
+    ) -> Result<Option<DistanceTruth>, OracleError> {
         match self.never {}
     }
 

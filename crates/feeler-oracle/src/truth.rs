@@ -46,6 +46,33 @@ pub struct SideTruth {
     pub in_gap: bool,
 }
 
+/// What is known about where a minimum is attained.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum DistanceStatus {
+    /// At isolated, convex minima inside faces.
+    Regular,
+    /// Likewise, but on a trim curve, or on a knot line where the surface may be only C0.
+    EdgeOrCorner,
+    /// Nothing; the enclosure is as narrow as asked (the centre of a socket).
+    IntervalOnly,
+    /// The node budget was spent; the enclosure holds, but is wider than asked.
+    Budget,
+}
+
+/// A certified minimum over the union of the trimmed faces.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct DistanceTruth {
+    /// Proven to hold the minimum. No wider than about 2^-118 of the model's size, unless the
+    /// status is [`DistanceStatus::Budget`].
+    pub enclosure: TruthEnclosure,
+    /// Where it is attained.
+    pub status: DistanceStatus,
+    /// A face on which the upper end is attained, if known.
+    pub face: Option<usize>,
+    /// Boxes bounded in doubles, and in 320-bit intervals.
+    pub nodes: [u64; 2],
+}
+
 /// Why the oracle gives no answer.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum OracleError {
