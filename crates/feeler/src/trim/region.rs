@@ -313,6 +313,11 @@ impl TrimRegion {
     }
 }
 
+/// How far, in units of a part's height, a box that ends at the part's end is enlarged to be
+/// compared with the part: far enough that a flat start (a circle at its lowest point) has left
+/// the end, near enough that the box is hardly larger.
+const END_INSET: f64 = 1.0 / (1u64 << 20) as f64;
+
 impl Part {
     /// Proven: the part does not meet the closed box.
     fn misses(&self, piece: &Piece, b: [[f64; 2]; 2]) -> bool {
@@ -328,7 +333,13 @@ impl Part {
             _ => return false,
         };
         // Rising: the corners are (u_hi, v_lo), right of the part, and (u_lo, v_hi), left of it.
-        let v_of = |right: bool| b[1][usize::from(right == down)];
+        // A corner at or past an end of the part is moved a little way into its heights. That only makes the
+        // box larger, so a proof for the larger box holds.
+        let [lo, hi] = [0, 1].map(|e| self.ends[e][1]);
+        let (bottom, top) = if lo[0] <= hi[0] { (lo, hi) } else { (hi, lo) };
+        let inset = END_INSET * (top[0] - bottom[1]);
+        let heights = [b[1][0].min(top[0] - inset), b[1][1].max(bottom[1] + inset)];
+        let v_of = |right: bool| heights[usize::from(right == down)];
         let corners = [[b[0][1], v_of(true)], [b[0][0], v_of(false)]];
         // The right corner is left of the part: so is the whole box. The left corner is right of it: likewise.
         self.beyond(piece, corners[0]) == Some(true)
