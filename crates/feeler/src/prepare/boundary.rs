@@ -12,7 +12,7 @@ use nalgebra::Point2;
 
 /// A piece of the boundary over one patch.
 ///
-/// The composed curve may reach past the patch's border by [`BORDER_SLACK`]: there it is a point of the
+/// The composed curve may reach past the patch's border: there it is a point of the
 /// patch's polynomial extension, not of the surface. A minimum over it is thus a minimum over a
 /// superset: good for lower bounds; upper bounds must check that the point is on the patch.
 #[derive(Clone, Debug)]
@@ -29,13 +29,16 @@ pub struct Piece<T> {
 
 /// How far a piece may reach past its patch, in units of the patch's width.
 const BORDER_SLACK: f64 = 1.0 / (1u64 << 44) as f64;
-/// How often a curve may be halved to find where it crosses from patch to patch.
-const MAX_DEPTH: u32 = 48;
-/// How many pieces one curve may be cut into before the rest is kept uncut.
-const MAX_PIECES: usize = 20_000;
+/// How often a curve may be halved to find where it crosses from patch to patch: what is left belongs to
+/// both, and the search cuts it finer where that matters.
+const MAX_DEPTH: u32 = 10;
+/// How many parts of a curve may cross at one depth; a curve with more runs along a border, and is left to
+/// the patches on both sides.
+const MAX_CROSSING: usize = 64;
 
 /// A uv Bezier curve, in the order of its loop.
-struct UvCurve<T> {
+#[derive(Clone, Debug)]
+pub(crate) struct UvCurve<T> {
     trim: Option<usize>,
     points: Vec<Homogeneous<T, 3>>,
 }
@@ -124,7 +127,7 @@ fn meet(brep: &Brep, a: &TrimCurve, b: &TrimCurve) -> bool {
 }
 
 /// All curves that bound the region of face `face`, in uv.
-fn uv_curves<T: Real>(brep: &Brep, face: usize) -> Result<Vec<UvCurve<T>>, Unsupported> {
+pub(crate) fn uv_curves<T: Real>(brep: &Brep, face: usize) -> Result<Vec<UvCurve<T>>, Unsupported> {
     let parts = brep.parts();
     let mut out = Vec::new();
     for &l in parts.faces[face].loops.iter().flatten() {
@@ -154,7 +157,7 @@ fn uv_curves<T: Real>(brep: &Brep, face: usize) -> Result<Vec<UvCurve<T>>, Unsup
 }
 
 /// The control points of a Bezier curve over `[a, b]`.
-fn restrict<T: Real, const H: usize>(
+pub(crate) fn restrict<T: Real, const H: usize>(
     points: &[Homogeneous<T, H>],
     a: f64,
     b: f64,
@@ -210,10 +213,10 @@ fn spans(maps: &[ParamMap], range: [f64; 2]) -> (std::ops::Range<usize>, bool) {
 /// Which part of which boundary curve lies over which patch.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Cut {
-    curve: usize,
+    pub(crate) curve: usize,
     from: f64,
     to: f64,
-    patch: usize,
+    pub(crate) patch: usize,
 }
 
 /// Cuts the boundary of face `face` at the patches, which stand in a grid.
@@ -233,22 +236,29 @@ pub(crate) fn cut_boundary(
     let maps_v: Vec<_> = patches[..count_v].iter().map(|p| p.maps[1]).collect();
     let mut out = Vec::new();
     for (index, curve) in uv_curves::<f64>(brep, face)?.iter().enumerate() {
-        let before = out.len();
-        let mut stack = vec![(0.0, 1.0, 0)];
-        while let Some((from, to, depth)) = stack.pop() {
-            let part = restrict(&curve.points, from, to);
-            let (us, in_u) = spans(&maps_u, hull(&part, 0));
-            let (vs, in_v) = spans(&maps_v, hull(&part, 1));
-            if us.is_empty() || vs.is_empty() {
-                continue; // Outside the domain: not in the region.
+        let mut settled: Vec<(f64, f64, Cells)> = Vec::new();
+        let mut open = vec![(0.0, 1.0)];
+        for depth in 0..=MAX_DEPTH {
+            let mut crossing = Vec::new();
+            for &(from, to) in &open {
+                let part = restrict(&curve.points, from, to);
+                let (us, in_u) = spans(&maps_u, hull(&part, 0));
+                let (vs, in_v) = spans(&maps_v, hull(&part, 1));
+                if us.is_empty() || vs.is_empty() {
+                    continue; // Outside the domain: not in the region.
+                }
+                if (in_u && in_v) || depth == MAX_DEPTH || open.len() > MAX_CROSSING {
+                    settled.push((from, to, (us, vs)));
+                } else {
+                    let middle = 0.5 * (from + to);
+                    crossing.extend([(from, middle), (middle, to)]);
+                }
             }
-            let settled = in_u && in_v;
-            if !settled && depth < MAX_DEPTH && out.len() - before < MAX_PIECES {
-                let middle = 0.5 * (from + to);
-                stack.push((middle, to, depth + 1));
-                stack.push((from, middle, depth + 1));
-                continue;
-            }
+            open = crossing;
+        }
+        settled.sort_by(|a, b| a.0.total_cmp(&b.0));
+        merge(&mut settled);
+        for (from, to, (us, vs)) in settled {
             for iu in us {
                 for iv in vs.clone() {
                     out.push(Cut {
@@ -264,30 +274,23 @@ pub(crate) fn cut_boundary(
     Ok(out)
 }
 
-/// The pieces of the boundary that `cuts` describes.
-pub(crate) fn boundary_pieces<T: Real>(
-    brep: &Brep,
-    face: usize,
-    patches: &[Patch<T>],
-    cuts: &[Cut],
-) -> Result<Vec<Piece<T>>, Unsupported> {
-    let curves = uv_curves::<T>(brep, face)?;
-    Ok(cuts
-        .iter()
-        .map(|cut| {
-            let curve = &curves[cut.curve];
-            let part = restrict(&curve.points, cut.from, cut.to);
-            lift(curve, &part, cut.patch, &patches[cut.patch])
-        })
-        .collect())
+/// The rows and columns of patches that a part of a curve lies over.
+type Cells = (std::ops::Range<usize>, std::ops::Range<usize>);
+
+/// Joins neighbouring parts over the same patches.
+fn merge(parts: &mut Vec<(f64, f64, Cells)>) {
+    parts.dedup_by(|next, kept| {
+        let same = kept.1 == next.0 && kept.2 == next.2;
+        if same {
+            kept.1 = next.1;
+        }
+        same
+    });
 }
 
-fn lift<T: Real>(
-    curve: &UvCurve<T>,
-    part: &[Homogeneous<T, 3>],
-    patch: usize,
-    surface: &Patch<T>,
-) -> Piece<T> {
+/// The piece of the boundary that a cut describes.
+pub(crate) fn lift<T: Real>(curve: &UvCurve<T>, cut: &Cut, surface: &Patch<T>) -> Piece<T> {
+    let part = restrict(&curve.points, cut.from, cut.to);
     let local: Vec<Homogeneous<T, 3>> = part
         .iter()
         .map(|p| {
@@ -308,7 +311,7 @@ fn lift<T: Real>(
     });
     Piece {
         trim: curve.trim,
-        patch,
+        patch: cut.patch,
         local,
         space,
     }

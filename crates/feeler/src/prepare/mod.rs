@@ -16,13 +16,14 @@ pub use net::Net;
 pub use param::ParamMap;
 pub use patch::Patch;
 
+pub(crate) use boundary::restrict;
 pub(crate) use net::{Products, curve_jet};
 pub(crate) use spline::{Homogeneous, Unsupported};
 
 use crate::brep::Brep;
 use crate::numeric::{Dd, Real};
 use crate::trim::TrimRegion;
-use boundary::Cut;
+use boundary::{Cut, UvCurve};
 use std::sync::OnceLock;
 
 /// A box in space: ranges of x, y, z, rounded outward.
@@ -32,10 +33,11 @@ pub(crate) type Box3 = [[f64; 2]; 3];
 #[derive(Debug)]
 pub(crate) struct FaceGeometry<T> {
     pub(crate) patches: Vec<Patch<T>>,
-    pub(crate) pieces: Vec<Piece<T>>,
-    /// Boxes in space, by index; `None` where a weight is not proven to be positive.
+    curves: Vec<UvCurve<T>>,
+    cuts: Vec<Cut>,
+    pieces: Vec<OnceLock<Piece<T>>>,
+    /// The patches' boxes in space; `None` where a weight is not proven to be positive.
     pub(crate) patch_boxes: Vec<Option<Box3>>,
-    pub(crate) piece_boxes: Vec<Option<Box3>>,
     patch_products: Vec<OnceLock<Products<T>>>,
     piece_products: Vec<OnceLock<Products<T>>>,
 }
@@ -45,19 +47,34 @@ impl<T: Real> FaceGeometry<T> {
         brep: &Brep,
         face: usize,
         patches: Vec<Patch<T>>,
-        cuts: &[Cut],
+        cuts: Vec<Cut>,
     ) -> Result<Self, Unsupported> {
-        let pieces = boundary::boundary_pieces(brep, face, &patches, cuts)?;
         Ok(Self {
             patch_boxes: patches.iter().map(|p| p.net.bounding_box()).collect(),
-            piece_boxes: pieces
-                .iter()
-                .map(|p| p.space.as_ref().and_then(Net::bounding_box))
-                .collect(),
             patch_products: patches.iter().map(|_| OnceLock::new()).collect(),
-            piece_products: pieces.iter().map(|_| OnceLock::new()).collect(),
+            piece_products: cuts.iter().map(|_| OnceLock::new()).collect(),
+            pieces: cuts.iter().map(|_| OnceLock::new()).collect(),
+            curves: boundary::uv_curves(brep, face)?,
             patches,
-            pieces,
+            cuts,
+        })
+    }
+
+    /// How many boundary pieces there are.
+    pub(crate) fn piece_count(&self) -> usize {
+        self.cuts.len()
+    }
+
+    /// The patch that a boundary piece lies on.
+    pub(crate) fn piece_patch(&self, index: usize) -> usize {
+        self.cuts[index].patch
+    }
+
+    /// A boundary piece; made at the first call.
+    pub(crate) fn piece(&self, index: usize) -> &Piece<T> {
+        self.pieces[index].get_or_init(|| {
+            let cut = &self.cuts[index];
+            boundary::lift(&self.curves[cut.curve], cut, &self.patches[cut.patch])
         })
     }
 
@@ -67,7 +84,7 @@ impl<T: Real> FaceGeometry<T> {
 
     /// `None` where the piece's degree is too high to be composed.
     pub(crate) fn piece_products(&self, index: usize) -> Option<&Products<T>> {
-        let space = self.pieces[index].space.as_ref()?;
+        let space = self.piece(index).space.as_ref()?;
         Some(self.piece_products[index].get_or_init(|| space.products()))
     }
 }
@@ -77,7 +94,6 @@ impl<T: Real> FaceGeometry<T> {
 struct PreparedFace {
     bounding_box: Option<Box3>,
     region: OnceLock<TrimRegion>,
-    cuts: OnceLock<Vec<Cut>>,
     double: OnceLock<Result<FaceGeometry<f64>, Unsupported>>,
     double_double: OnceLock<Result<FaceGeometry<Dd>, Unsupported>>,
 }
@@ -98,7 +114,6 @@ impl PreparedBrep {
             .map(|face| PreparedFace {
                 bounding_box: patch::surface_box(brep.surface(face)),
                 region: OnceLock::new(),
-                cuts: OnceLock::new(),
                 double: OnceLock::new(),
                 double_double: OnceLock::new(),
             })
@@ -151,7 +166,6 @@ impl PreparedBrep {
         let make = || {
             let patches = patch::surface_patches(self.brep.surface(face))?;
             let cuts = boundary::cut_boundary(&self.brep, face, &patches)?;
-            let cuts = self.faces[face].cuts.get_or_init(|| cuts);
             FaceGeometry::new(&self.brep, face, patches, cuts)
         };
         let slot = &self.faces[face].double;
@@ -160,11 +174,10 @@ impl PreparedBrep {
 
     /// The same patches and pieces as [`double`](Self::double), by index.
     pub(crate) fn double_double(&self, face: usize) -> Result<&FaceGeometry<Dd>, Unsupported> {
-        self.double(face)?;
+        let double = self.double(face)?;
         let make = || {
             let patches = patch::surface_patches(self.brep.surface(face))?;
-            let cuts = self.faces[face].cuts.get().ok_or(Unsupported)?;
-            FaceGeometry::new(&self.brep, face, patches, cuts)
+            FaceGeometry::new(&self.brep, face, patches, double.cuts.clone())
         };
         let slot = &self.faces[face].double_double;
         slot.get_or_init(make).as_ref().map_err(|e| *e)

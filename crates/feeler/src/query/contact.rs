@@ -294,7 +294,7 @@ fn place_of(brep: &PreparedBrep, s: &Settled) -> Option<Place> {
         }
         Source::Piece { face, index } => {
             let geometry = brep.double_double(face).ok()?;
-            let piece = &geometry.pieces[index];
+            let piece = geometry.piece(index);
             let (p, _) = crate::prepare::curve_jet(&piece.local, Ball::exact(s.at[0]));
             let local = [p[0] / p[2], p[1] / p[2]];
             let maps = &geometry.patches[piece.patch].maps;

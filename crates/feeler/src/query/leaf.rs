@@ -3,6 +3,7 @@
 use super::node::{Node, Shape};
 use super::search::{Arithmetic, Search, Settled, Source};
 use crate::numeric::{Ball, Dd, Real};
+use crate::prepare::restrict;
 use crate::trim::BoxSide;
 use std::collections::BinaryHeap;
 
@@ -77,6 +78,17 @@ impl Search<'_> {
             }
             minimum_inside = side == BoxSide::Inside;
         }
+        if let Source::Piece { face, index } = source {
+            let rho = leaf.rho * (node.u[1] - node.u[0]) * UP + f64::EPSILON * f64::EPSILON;
+            let around = [
+                (leaf.p[0] - Dd::from(rho)).hi.max(node.u[0]),
+                (leaf.p[0] + Dd::from(rho)).hi.min(node.u[1]),
+            ];
+            if self.piece_is_off_patch(face, index, around) {
+                // Not on the surface (past its border): only where the curve comes back matters.
+                return self.piece_is_off_patch(face, index, node.u);
+            }
+        }
         self.try_point(source, leaf.p, minimum_inside);
         if self.hopeless(leaf.lo) {
             return true;
@@ -93,6 +105,18 @@ impl Search<'_> {
             local_minimum: !leaf.empty,
         });
         true
+    }
+
+    /// Whether a part of a boundary piece is proven to lie off its patch, by its control points.
+    fn piece_is_off_patch(&self, face: usize, index: usize, range: [f64; 2]) -> bool {
+        let Ok(geometry) = self.brep.double_double(face) else {
+            return false;
+        };
+        let part = restrict(&geometry.piece(index).local, range[0], range[1]);
+        (0..2).any(|c| {
+            part.iter().all(|p| p[c].upper() < 0.0)
+                || part.iter().all(|p| (p[c] - p[2]).lower() > 0.0)
+        })
     }
 
     /// The borders of the patch that the node touches, as nodes of their own.

@@ -684,16 +684,16 @@ pub(super) fn near_boundary(
     };
     // |L_k| / w is the distance from plane k times |n_k|.
     let reach = [0, 1].map(|k| margin * stab.normals[k].norm() * UP);
-    for (index, piece) in geometry.pieces.iter().enumerate() {
-        let Some(space) = &piece.space else {
-            return true;
-        };
-        if let Some(b) = &geometry.piece_boxes[index] {
+    for index in 0..geometry.piece_count() {
+        if let Some(b) = &geometry.patch_boxes[geometry.piece_patch(index)] {
             let wide = b.map(|r| [r[0] - margin, r[1] + margin]);
             if !stab.meets(&wide) {
                 continue;
             }
         }
+        let Some(space) = &geometry.piece(index).space else {
+            return true;
+        };
         let mut stack = vec![stab.forms(space)];
         while let Some(node) = stack.pop() {
             let clear = (0..2).any(|k| {

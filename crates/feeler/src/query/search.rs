@@ -26,6 +26,9 @@
 //!   `f` in it lie in a certified ball (see [`Leaf`]) that does not meet R: case 2 is impossible, and
 //!   the borders of the patch that the box touches are searched in their own right (case 3).
 //!
+//! On a boundary piece a box is also put aside where it is proven to lie off its patch: what is past the border
+//! of the domain is not in R, and what is on the next patch is on that patch's piece.
+//!
 //! The same list with curves for patches and end points for borders holds on boundary pieces (where every point
 //! counts as in the region) and on borders of patches.
 
@@ -169,7 +172,7 @@ impl<T> Ord for Task<T> {
 
 /// The part of the search that does not depend on the arithmetic of its nodes.
 pub(super) struct Search<'a> {
-    brep: &'a PreparedBrep,
+    pub(super) brep: &'a PreparedBrep,
     pub(super) objective: &'a Objective,
     goal: Goal,
     pub(super) out: Outcome,
@@ -338,7 +341,9 @@ impl Search<'_> {
             let lo = b.as_ref().map_or(self.nothing(), |b| self.box_bound(b));
             self.push(heap, lo, Kind::Root(Source::Patch { face, index }));
         }
-        for (index, b) in geometry.piece_boxes.iter().enumerate() {
+        for index in 0..geometry.piece_count() {
+            // What matters of a piece lies on its patch.
+            let b = &geometry.patch_boxes[geometry.piece_patch(index)];
             let lo = b.as_ref().map_or(lo, |b| self.box_bound(b));
             self.push(heap, lo, Kind::Root(Source::Piece { face, index }));
         }
@@ -353,7 +358,7 @@ impl Search<'_> {
                 geometry.patch_products(index)
             }),
             Source::Piece { .. } => {
-                let space = geometry.pieces[index].space.as_ref()?;
+                let space = geometry.piece(index).space.as_ref()?;
                 let products = geometry.piece_products(index)?;
                 self.objective.quotient(space, || products)
             }
@@ -373,7 +378,7 @@ impl Search<'_> {
             let patch = T::geometry(self.brep, face)
                 .ok()
                 .and_then(|g| match source {
-                    Source::Piece { index, .. } => Some(g.pieces[index].patch),
+                    Source::Piece { index, .. } => Some(g.piece_patch(index)),
                     Source::Patch { .. } => None,
                 });
             let bound = patch
@@ -517,7 +522,7 @@ impl Search<'_> {
         let geometry = self.brep.double(face).ok()?;
         match source {
             Source::Patch { .. } => Some(&geometry.patches[index].net),
-            Source::Piece { .. } => geometry.pieces[index].space.as_ref(),
+            Source::Piece { .. } => geometry.piece(index).space.as_ref(),
         }
     }
 
@@ -526,7 +531,7 @@ impl Search<'_> {
         let geometry = self.brep.double_double(face).ok()?;
         match source {
             Source::Patch { .. } => Some(&geometry.patches[index].net),
-            Source::Piece { .. } => geometry.pieces[index].space.as_ref(),
+            Source::Piece { .. } => geometry.piece(index).space.as_ref(),
         }
     }
 
@@ -699,7 +704,7 @@ impl Search<'_> {
         let Ok(geometry) = self.brep.double_double(face) else {
             return;
         };
-        let piece = &geometry.pieces[index];
+        let piece = geometry.piece(index);
         let Some(space) = &piece.space else { return };
         let t = Ball { mid: t, rad: 0.0 };
         let (point, _) = crate::prepare::curve_jet(&piece.local, t);
