@@ -158,6 +158,24 @@ impl<'a> Chunk<'a> {
         Ok(())
     }
 
+    /// An integer of the size that lengths have in this version.
+    fn integer(&mut self, what: &'static str) -> Result<i64, ReadError> {
+        if self.archive.version < 50 {
+            self.i32(what).map(i64::from)
+        } else {
+            self.take(what).map(i64::from_le_bytes)
+        }
+    }
+
+    /// The size of the file, in its last chunk; unsigned, whatever its size.
+    pub(super) fn length(&mut self) -> Result<u64, ReadError> {
+        if self.archive.version < 50 {
+            self.u32("the file's size").map(u64::from)
+        } else {
+            self.take("the file's size").map(u64::from_le_bytes)
+        }
+    }
+
     /// A count of items that take at least `item_size` bytes each in this chunk: refused if they
     /// cannot all be there.
     pub(super) fn count(
@@ -241,11 +259,7 @@ impl<'a> Chunk<'a> {
         let offset = self.pos;
         self.hash_to(offset);
         let typecode = self.u32("a chunk's typecode")?;
-        let value = if self.archive.version < 50 {
-            i64::from(self.i32("a chunk's length")?)
-        } else {
-            self.take("a chunk's length").map(i64::from_le_bytes)?
-        };
+        let value = self.integer("a chunk's length")?;
         if self.depth >= MAX_DEPTH {
             return Err(self.fail_at(offset, Problem::Depth { limit: MAX_DEPTH }));
         }

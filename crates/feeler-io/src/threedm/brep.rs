@@ -10,6 +10,7 @@ use super::assembly::{
 use super::class;
 use super::curves::curve;
 use super::error::{Problem, ReadError};
+use super::seams::jumps;
 use super::surfaces::surface;
 use feeler::brep::{Brep, Iso, TrimKind};
 use nalgebra::Point3;
@@ -209,9 +210,10 @@ pub(super) fn brep(mut data: Chunk<'_>) -> Result<(Brep, Vec<String>), ReadError
         warnings: Vec::new(),
     };
     let parts = assembly.parts(curves2, curves3, surfaces, &topology)?;
-    let warnings = assembly.warnings;
+    let mut warnings = assembly.warnings;
     let brep =
         Brep::new(parts).map_err(|problem| data.fail_at(data.id.offset, Problem::Brep(problem)))?;
     data.finish()?;
+    warnings.extend(jumps(&brep));
     Ok((brep, warnings))
 }

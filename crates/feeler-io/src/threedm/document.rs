@@ -5,7 +5,7 @@ use super::attributes::{Attributes, attributes, layer, units};
 use super::brep::brep;
 use super::class::{self, Class};
 use super::curves::curve_of;
-use super::error::{FileError, FileProblem, ReadError};
+use super::error::{ChunkId, FileError, FileProblem, Problem, ReadError};
 use super::surfaces::surface_of;
 use super::units::Units;
 use feeler::brep::{Brep, BrepParts, Face};
@@ -13,6 +13,7 @@ use feeler::nurbs::Curve3;
 use std::collections::HashMap;
 use std::fs::File;
 use std::io::Read;
+use std::ops::RangeInclusive;
 use std::path::Path;
 
 /// The largest file that [`read_file`] takes: 1 GiB.
@@ -22,10 +23,13 @@ pub const MAX_FILE_SIZE: u64 = 1 << 30;
 const MAGIC: &[u8] = b"3D Geometry File Format ";
 const VERSION_DIGITS: usize = 8;
 
+const COMMENT: u32 = 0x0000_0001;
 const END_OF_FILE: u32 = 0x0000_7FFF;
 const END_OF_TABLE: u32 = 0xFFFF_FFFF;
 const LAYER_TABLE: u32 = 0x1000_0011;
 const OBJECT_TABLE: u32 = 0x1000_0013;
+/// Tables of things that are not used: bitmaps, materials, groups, fonts, blocks, ...
+const OTHER_TABLES: RangeInclusive<u32> = 0x1000_0010..=0x1000_0028;
 const PROPERTIES_TABLE: u32 = 0x1000_0014;
 const SETTINGS_TABLE: u32 = 0x1000_0015;
 const OPENNURBS_VERSION: u32 = 0xA000_0026;
@@ -176,7 +180,7 @@ pub fn read_3dm(bytes: &[u8]) -> Result<Document, ReadError> {
         version,
         opennurbs: 0,
     };
-    let mut reader = DocumentReader::new(version);
+    let mut reader = DocumentReader::new(version, start);
     reader.file(Chunk::file(archive, digits + VERSION_DIGITS))?;
     Ok(reader.document)
 }
@@ -192,13 +196,16 @@ fn version(digits: &[u8]) -> Result<u32, ReadError> {
 }
 
 struct DocumentReader {
+    /// Where the header starts.
+    start: usize,
     document: Document,
     layers: HashMap<i32, String>,
 }
 
 impl DocumentReader {
-    fn new(version: u32) -> Self {
+    fn new(version: u32, start: usize) -> Self {
         Self {
+            start,
             document: Document {
                 version,
                 opennurbs_version: 0,
@@ -215,7 +222,10 @@ impl DocumentReader {
         loop {
             let mut table = file.child()?;
             match table.id.typecode {
-                END_OF_FILE => return Ok(()),
+                END_OF_FILE => {
+                    self.end(&mut table, file.position())?;
+                    return Ok(());
+                }
                 PROPERTIES_TABLE => {
                     each(&mut table, |record| {
                         if record.id.typecode == OPENNURBS_VERSION {
@@ -235,6 +245,8 @@ impl DocumentReader {
                 LAYER_TABLE => each(&mut table, |record| {
                     if record.id.typecode == LAYER_RECORD {
                         self.layer(record);
+                    } else {
+                        self.skipped(record.id);
                     }
                     Ok(())
                 })?,
@@ -242,12 +254,35 @@ impl DocumentReader {
                     if record.id.typecode == OBJECT_RECORD {
                         let object = self.object(record);
                         self.document.objects.push(object);
+                    } else {
+                        self.skipped(record.id);
                     }
                     Ok(())
                 })?,
-                _ => {}
+                COMMENT => {}
+                code if OTHER_TABLES.contains(&code) => {}
+                _ => self.skipped(table.id),
             }
         }
+    }
+
+    /// The last chunk, which ends at byte `end`, holds the file's size.
+    fn end(&mut self, chunk: &mut Chunk<'_>, end: usize) -> Result<(), ReadError> {
+        let stored = chunk.length()?;
+        let size = end - self.start;
+        if stored != size as u64 {
+            self.document.warnings.push(format!(
+                "the file says it has {stored} bytes and ends after {size}: part of it may be lost"
+            ));
+        }
+        Ok(())
+    }
+
+    /// What is not known is skipped, as the format intends; but it may be damage.
+    fn skipped(&mut self, id: ChunkId) {
+        self.document
+            .warnings
+            .push(format!("skipped an unknown {id}"));
     }
 
     /// A layer that cannot be read costs its objects the layer's name, no more.
@@ -273,12 +308,8 @@ impl DocumentReader {
             kind: ObjectKind::Other("object".into()),
             warnings: Vec::new(),
         };
-        if let Err(reason) = self.record(&mut record, &mut object) {
-            object.kind = ObjectKind::Refused {
-                class: "object".into(),
-                reason,
-            };
-        } else if let Err(reason) = record.finish() {
+        let result = self.record(&mut record, &mut object);
+        if let Err(reason) = result.and_then(|()| record.finish()) {
             object.kind = ObjectKind::Refused {
                 class: "object".into(),
                 reason,
@@ -289,11 +320,13 @@ impl DocumentReader {
 
     fn record(&self, record: &mut Chunk<'_>, object: &mut Object) -> Result<(), ReadError> {
         let mut type_bits = 0;
+        let mut found = false;
         while record.left() > 0 {
             let child = record.child()?;
             match child.id.typecode {
                 OBJECT_TYPE => type_bits = child.value,
                 OBJECT => {
+                    found = true;
                     let (class, data) = class::object_in(child)?;
                     object.kind = match kind(class, data, type_bits, &mut object.warnings) {
                         Ok(kind) => kind,
@@ -317,11 +350,19 @@ impl DocumentReader {
                         .warnings
                         .push(format!("name and layer could not be read: {reason}")),
                 },
-                END_OF_OBJECT => return Ok(()),
+                END_OF_OBJECT => break,
                 _ => {}
             }
         }
-        Ok(())
+        if found {
+            Ok(())
+        } else {
+            Err(record.fail(Problem::Value {
+                what: "the object of the record".into(),
+                found: "missing".into(),
+                expected: "one".into(),
+            }))
+        }
     }
 }
 

@@ -6,7 +6,7 @@ use feeler::nurbs::GeometryError;
 use std::fmt;
 use std::path::PathBuf;
 
-/// Which chunk of a file: its typecode and where its header starts.
+/// Which chunk of a file: its typecode and where its header starts. Typecode 0 is the file itself.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ChunkId {
     /// The typecode, as stored.
@@ -19,6 +19,7 @@ impl ChunkId {
     /// The typecode's name, `"chunk"` if it is not one that this reader looks into.
     pub fn name(&self) -> &'static str {
         match self.typecode {
+            0 => "file",
             0x0000_0001 => "comment",
             0x0000_7FFF => "end of file",
             0x0002_7FFA => "object",
@@ -45,6 +46,9 @@ impl ChunkId {
 impl fmt::Display for ChunkId {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { typecode, offset } = self;
+        if *typecode == 0 {
+            return f.write_str(self.name());
+        }
         write!(f, "{} 0x{typecode:08X} at byte {offset}", self.name())
     }
 }

@@ -7,6 +7,7 @@
 //! | `curves`, `surfaces` | one class each |
 //! | `brep` | `ON_Brep` 3.x |
 //! | `attributes` | names, layers, units |
+//! | `seams` | nothing: finds loops that do not close in uv |
 //! | `document` | the whole file |
 
 mod archive;
@@ -17,6 +18,7 @@ mod class;
 mod curves;
 mod document;
 mod error;
+mod seams;
 mod surfaces;
 mod units;
 
