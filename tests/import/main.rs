@@ -1,0 +1,5 @@
+//! Import of .3dm files: against an independent reader, against files made up byte by byte, and
+//! against damage.
+
+mod models;
+mod reference;
