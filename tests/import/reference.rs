@@ -9,7 +9,7 @@ pub(crate) struct File {
     pub(crate) file: String,
     pub(crate) objects: usize,
     pub(crate) breps: Vec<Brep>,
-    pub(crate) surfaces: Vec<Surface>,
+    pub(crate) surfaces: Vec<SurfaceObject>,
     pub(crate) curves: Vec<Curve>,
 }
 
@@ -42,16 +42,22 @@ pub(crate) struct Trim {
 #[derive(Deserialize)]
 pub(crate) struct Face {
     pub(crate) reversed: bool,
+    #[serde(flatten)]
+    pub(crate) surface: Surface,
+}
+
+#[derive(Deserialize)]
+pub(crate) struct Surface {
     pub(crate) domain: [f64; 4],
     /// u, v, x, y, z.
     pub(crate) points: Vec<[f64; 5]>,
 }
 
 #[derive(Deserialize)]
-pub(crate) struct Surface {
+pub(crate) struct SurfaceObject {
     pub(crate) object: usize,
-    pub(crate) domain: [f64; 4],
-    pub(crate) points: Vec<[f64; 5]>,
+    #[serde(flatten)]
+    pub(crate) surface: Surface,
 }
 
 #[derive(Deserialize)]

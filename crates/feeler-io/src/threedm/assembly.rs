@@ -13,7 +13,7 @@ use nalgebra::Point3;
 /// How far a span may stick out of its curve's domain and still be taken for a rounded copy of
 /// the domain's end, relative to the domain's larger end: writers print as few as 12 digits
 /// (2^-40 is 9e-13). Clamping moves the end point by no more than that.
-const SPAN_ROUNDING: f64 = 1.0 / (1_u64 << 40) as f64;
+pub(super) const ROUNDING: f64 = 1.0 / (1_u64 << 40) as f64;
 
 /// A list with holes, renumbered.
 pub(super) struct Kept<T> {
@@ -134,7 +134,7 @@ impl Assembly<'_, '_> {
         stored: [f64; 2],
         domain: Interval,
     ) -> Result<Interval, ReadError> {
-        let slack = SPAN_ROUNDING * domain.start.abs().max(domain.end.abs());
+        let slack = ROUNDING * domain.start.abs().max(domain.end.abs());
         let [mut start, mut end] = stored;
         if start < domain.start && domain.start - start <= slack {
             start = domain.start;

@@ -10,7 +10,7 @@ use super::assembly::{
 use super::class;
 use super::curves::curve;
 use super::error::{Problem, ReadError};
-use super::seams::jumps;
+use super::sheets::{jumps, open};
 use super::surfaces::surface;
 use feeler::brep::{Brep, Iso, TrimKind};
 use nalgebra::Point3;
@@ -209,8 +209,9 @@ pub(super) fn brep(mut data: Chunk<'_>) -> Result<(Brep, Vec<String>), ReadError
         data: &data,
         warnings: Vec::new(),
     };
-    let parts = assembly.parts(curves2, curves3, surfaces, &topology)?;
+    let mut parts = assembly.parts(curves2, curves3, surfaces, &topology)?;
     let mut warnings = assembly.warnings;
+    warnings.extend(open(&mut parts));
     let brep =
         Brep::new(parts).map_err(|problem| data.fail_at(data.id.offset, Problem::Brep(problem)))?;
     data.finish()?;

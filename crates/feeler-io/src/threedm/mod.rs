@@ -7,7 +7,7 @@
 //! | `curves`, `surfaces` | one class each |
 //! | `brep` | `ON_Brep` 3.x |
 //! | `attributes` | names, layers, units |
-//! | `seams` | nothing: finds loops that do not close in uv |
+//! | `sheets` | nothing: sees that loops lie on one sheet of their surface |
 //! | `document` | the whole file |
 
 mod archive;
@@ -18,7 +18,7 @@ mod class;
 mod curves;
 mod document;
 mod error;
-mod seams;
+mod sheets;
 mod surfaces;
 mod units;
 

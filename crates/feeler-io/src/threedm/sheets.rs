@@ -1,0 +1,247 @@
+//! Loops and the sheet of the surface they lie on.
+//!
+//! The trimmed region of a face is cut with its surface's domain, and parity needs loops that close in
+//! uv up to small gaps. Programs that write .3dm files mostly see to both: a loop that runs
+//! around a closed surface takes the seam in as trims of its own. Two things are left:
+//!
+//! - Loops on a surface of revolution may lie across or beyond the seam, at angles up to 4 pi, and loops
+//!   on a plane may bulge out of the rectangle the file gives it; readers follow them there, as
+//!   both surfaces go on. [`open`] then takes the surface over a domain that holds its
+//!   loops. It does so only where angle and parameter, or the plane's coordinates and
+//!   parameters, are the same numbers: then every point stays exactly what it was.
+//! - A loop without its seam cannot be mended without inventing trims. [`jumps`] reports it.
+
+use super::assembly::ROUNDING;
+use feeler::brep::{Brep, BrepParts, TrimCurve};
+use feeler::numeric::Interval;
+use feeler::nurbs::{Curve2, Surface};
+use nalgebra::Point2;
+use std::f64::consts::TAU;
+
+/// A gap as wide as this part of the surface's domain is no gap any more.
+const JUMP: f64 = 0.5;
+
+/// Grows `hull` by a range that holds the curve in coordinate `c`: that of its points, of its control
+/// polygon (weights are positive) or of its circle.
+fn grow(hull: &mut [f64; 2], curve: &Curve2, c: usize) {
+    let mut add = |lo: f64, hi: f64| *hull = [hull[0].min(lo), hull[1].max(hi)];
+    match curve {
+        Curve2::Line(l) => {
+            add(l.from[c], l.from[c]);
+            add(l.to[c], l.to[c]);
+        }
+        Curve2::Arc(a) => {
+            // Rounded to nearest, so one step outwards.
+            let (lo, hi) = (a.center[c] - a.radius, a.center[c] + a.radius);
+            add(lo.next_down(), hi.next_up());
+        }
+        Curve2::Polyline(p) => p.points().iter().for_each(|q| add(q[c], q[c])),
+        Curve2::Nurbs(n) => {
+            for q in n.control_points() {
+                let x = q[c] / q[2];
+                // Exact where the weight is 1; else one step outwards.
+                if q[2] == 1.0 {
+                    add(x, x);
+                } else {
+                    add(x.next_down(), x.next_up());
+                }
+            }
+        }
+        // Segments are never poly-curves themselves.
+        Curve2::Poly(p) => p.segments().iter().for_each(|s| grow(hull, s, c)),
+    }
+}
+
+/// Samples of a trim's curve on which its extremes are looked for.
+const SAMPLES: u16 = 64;
+
+/// Steps of the search between two samples; each leaves (sqrt 5 - 1) / 2 of the interval, so that 40
+/// leave 4e-9 of it, and the value, flat there, is off by the square of that.
+const STEPS: u32 = 40;
+
+/// The part of an interval that one step of golden-section search leaves.
+const GOLDEN: f64 = 0.618_033_988_749_894_9;
+
+/// A plane is opened this much wider than its loops, relative to their range: room for what the
+/// search for extremes left out. The loops, not the domain, bound the face.
+const MARGIN: f64 = 1.0 / (1 << 20) as f64;
+
+/// The largest value of `sign * x[c]` on the part of a curve that a trim uses: samples, then
+/// golden-section search around the best. Deterministic, no proof.
+fn extreme(curve: &Curve2, span: Interval, c: usize, sign: f64) -> f64 {
+    let value = |t: f64| sign * curve.point(t)[c];
+    let at = |k: u16| span.lerp(f64::from(k) / f64::from(SAMPLES));
+    let (mut best, mut most) = (0, f64::NEG_INFINITY);
+    for k in 0..=SAMPLES {
+        let v = value(at(k));
+        if v > most {
+            (best, most) = (k, v);
+        }
+    }
+    let (mut lo, mut hi) = (at(best.saturating_sub(1)), at((best + 1).min(SAMPLES)));
+    for _ in 0..STEPS {
+        let (a, b) = (hi - GOLDEN * (hi - lo), lo + GOLDEN * (hi - lo));
+        let (va, vb) = (value(a), value(b));
+        most = most.max(va).max(vb);
+        if va < vb {
+            lo = a;
+        } else {
+            hi = b;
+        }
+    }
+    most
+}
+
+/// The trims of some loops with their curves.
+fn trims<'p>(
+    parts: &'p BrepParts,
+    loops: &'p [usize],
+) -> impl Iterator<Item = (&'p TrimCurve, &'p Curve2)> {
+    let loops = loops.iter().filter_map(|l| parts.loops.get(*l));
+    let trims = loops.flat_map(|l| l.trims.iter().filter_map(|t| parts.trims.get(*t)));
+    trims.filter_map(|t| parts.curves2.get(t.curve).map(|c| (t, c)))
+}
+
+/// The range of a face's trims in coordinate `c`, if it leaves `domain` by more than rounding.
+fn outside(parts: &BrepParts, loops: &[usize], c: usize, domain: Interval) -> Option<Interval> {
+    let slack = ROUNDING * domain.start.abs().max(domain.end.abs());
+    let inside = |[lo, hi]: [f64; 2]| lo >= domain.start - slack && hi <= domain.end + slack;
+    let mut hull = [f64::INFINITY, f64::NEG_INFINITY];
+    trims(parts, loops).for_each(|(_, curve)| grow(&mut hull, curve, c));
+    // Not an empty list, and not the usual case: now look closely.
+    if hull[0] > hull[1] || inside(hull) {
+        return None;
+    }
+    let mut range = [f64::INFINITY, f64::NEG_INFINITY];
+    for (trim, curve) in trims(parts, loops) {
+        let mut own = [f64::INFINITY, f64::NEG_INFINITY];
+        grow(&mut own, curve, c);
+        let polygon = matches!(curve, Curve2::Line(_) | Curve2::Polyline(_));
+        if !(polygon && trim.span == curve.domain()) && !inside(own) {
+            own = [
+                -extreme(curve, trim.span, c, -1.0),
+                extreme(curve, trim.span, c, 1.0),
+            ];
+        }
+        range = [range[0].min(own[0]), range[1].max(own[1])];
+    }
+    if inside(range) {
+        return None;
+    }
+    Interval::new(range[0], range[1])
+}
+
+/// Gives each plane and surface of revolution a domain that holds its face's loops, where that is exact
+/// (see the [module](self)). Returns a line for each face whose loops leave the domain.
+pub(super) fn open(parts: &mut BrepParts) -> Vec<String> {
+    let mut notes = Vec::new();
+    for f in 0..parts.faces.len() {
+        for (c, name) in ["u", "v"].into_iter().enumerate() {
+            let Some(face) = parts.faces.get(f) else {
+                continue;
+            };
+            let (Some(loops), Some(surface)) =
+                (face.loops.as_deref(), parts.surfaces.get(face.surface))
+            else {
+                continue;
+            };
+            let domain = surface.domain()[c];
+            let Some(range) = outside(parts, loops, c, domain) else {
+                continue;
+            };
+            let opened = opened(surface, c, range);
+            let what = match opened {
+                Some(_) => "the surface goes on there and is taken so",
+                None => "the region is cut at the domain's border",
+            };
+            notes.push(format!(
+                "face {f}: loops reach over {name} in [{:?}, {:?}], the surface's domain is \
+                 [{:?}, {:?}]: {what}",
+                range.start, range.end, domain.start, domain.end
+            ));
+            if let Some(surface) = opened {
+                let place = parts.surfaces.len();
+                parts.surfaces.push(surface);
+                if let Some(face) = parts.faces.get_mut(f) {
+                    face.surface = place;
+                }
+            }
+        }
+    }
+    notes
+}
+
+/// The same surface over a domain that holds `range` in coordinate `c`, if that is exact. On a surface
+/// of revolution the domain becomes the range itself, which must be at most one turn.
+fn opened(surface: &Surface, c: usize, range: Interval) -> Option<Surface> {
+    match surface {
+        Surface::Plane(plane) => {
+            let old = plane.domain.get(c).copied()?;
+            if plane.extents.get(c) != Some(&old) {
+                return None;
+            }
+            let margin = MARGIN * range.length();
+            let start = old.start.min(range.start - margin);
+            let new = Interval::new(start, old.end.max(range.end + margin))?;
+            let mut plane = plane.clone();
+            *plane.domain.get_mut(c)? = new;
+            *plane.extents.get_mut(c)? = new;
+            Some(Surface::Plane(plane))
+        }
+        Surface::Revolution(revolution) => {
+            let angular = (c == 1) == revolution.transposed;
+            if !angular || revolution.angle != revolution.angle_domain || range.length() > TAU {
+                return None;
+            }
+            let mut revolution = revolution.clone();
+            revolution.angle = range;
+            revolution.angle_domain = range;
+            Some(Surface::Revolution(revolution))
+        }
+        _ => None,
+    }
+}
+
+/// Where a trim starts (`0`) or ends (`1`) in uv.
+fn end(brep: &Brep, trim: &TrimCurve, which: usize) -> Option<Point2<f64>> {
+    let curve = brep.parts().curves2.get(trim.curve)?;
+    let t = if (which == 0) == trim.reversed {
+        trim.span.end
+    } else {
+        trim.span.start
+    };
+    Some(curve.point(t))
+}
+
+/// One line for each place where a loop jumps.
+pub(super) fn jumps(brep: &Brep) -> Vec<String> {
+    let parts = brep.parts();
+    let mut found = Vec::new();
+    for (l, trim_loop) in parts.loops.iter().enumerate() {
+        let face = parts.faces.get(trim_loop.face);
+        let Some(surface) = face.and_then(|f| parts.surfaces.get(f.surface)) else {
+            continue;
+        };
+        let domain = surface.domain();
+        let next = trim_loop.trims.iter().cycle().skip(1);
+        for (&a, &b) in trim_loop.trims.iter().zip(next) {
+            let (Some(ta), Some(tb)) = (parts.trims.get(a), parts.trims.get(b)) else {
+                continue;
+            };
+            let (Some(p), Some(q)) = (end(brep, ta, 1), end(brep, tb, 0)) else {
+                continue;
+            };
+            for (c, name) in ["u", "v"].into_iter().enumerate() {
+                let gap = (q[c] - p[c]).abs();
+                if gap > JUMP * domain[c].length() {
+                    found.push(format!(
+                        "loop {l} of face {} jumps by {gap} in {name} from trim {a} to trim {b}: \
+                         a seam is missing",
+                        trim_loop.face
+                    ));
+                }
+            }
+        }
+    }
+    found
+}
