@@ -40,6 +40,8 @@ const UP: f64 = 1.0 + 64.0 * f64::EPSILON;
 /// Steps of Newton's method with a double-double gradient. With the f64 Hessian at the point each
 /// gains some 50 bits and three do; with the node's mean Hessian convergence is linear.
 const POLISH_STEPS: usize = 16;
+/// A ball of critical points this small (in units of the node) has shrunk all it will.
+const SMALL_BALL: f64 = 1.0 / (1u64 << 20) as f64;
 /// A step below this, in local parameters, changes nothing that a double-double holds.
 const LEAST_STEP: f64 = 1.0 / (1u128 << 96) as f64;
 /// How often the ball of critical points is shrunk.
@@ -77,6 +79,11 @@ impl Search<'_> {
                 return true;
             }
             minimum_inside = side == BoxSide::Inside;
+            if !minimum_inside && leaf.rho > SMALL_BALL {
+                // The ball is no answer yet: halves have smaller ones.
+                self.try_point(source, leaf.p, false);
+                return false;
+            }
         }
         if let Source::Piece { face, index } = source {
             let rho = leaf.rho * (node.u[1] - node.u[0]) * UP + f64::EPSILON * f64::EPSILON;
