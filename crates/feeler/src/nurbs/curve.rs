@@ -261,6 +261,41 @@ impl<const D: usize, const H: usize> Curve<D, H> {
         }
     }
 
+    /// Where the curve may be less smooth than elsewhere, in order, with both ends of the domain: knots,
+    /// corners and joints (those inside segments of a poly-curve rounded).
+    pub fn breaks(&self) -> Vec<f64> {
+        let own = |c: &Self| -> Vec<f64> {
+            match c {
+                Self::Polyline(c) => c.params.clone(),
+                Self::Nurbs(c) => {
+                    let mut all = vec![c.domain().start];
+                    all.extend(c.knots().spans().map(|(_, _, end)| end));
+                    all
+                }
+                _ => vec![c.domain().start, c.domain().end],
+            }
+        };
+        let Self::Poly(poly) = self else {
+            return own(self);
+        };
+        let mut all = vec![poly.params[0]];
+        for (segment, w) in poly.segments.iter().zip(poly.params.windows(2)) {
+            let (from, to) = (
+                segment.domain(),
+                Interval {
+                    start: w[0],
+                    end: w[1],
+                },
+            );
+            let inner = own(segment);
+            for t in &inner[1..inner.len() - 1] {
+                all.push(to.lerp((t - from.start) / from.length()));
+            }
+            all.push(to.end);
+        }
+        all
+    }
+
     /// The type's name in reports: `line`, `arc`, `polyline`, `nurbs`, `polycurve`.
     pub fn type_name(&self) -> &'static str {
         match self {

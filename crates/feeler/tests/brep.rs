@@ -1,0 +1,519 @@
+//! The builder, and defects planted one at a time.
+
+use feeler::brep::{
+    Brep, BrepBuilder, BrepParts, BuildError, Defect, LoopKind, Part, Severity, TrimSpec,
+};
+use feeler::numeric::Interval;
+use feeler::nurbs::{Arc, Curve, Curve2, Curve3, Line, Plane, Revolution, Surface};
+use nalgebra::{Point2, Point3, Vector3};
+use std::f64::consts::{PI, TAU};
+
+fn interval(start: f64, end: f64) -> Interval {
+    Interval::new(start, end).unwrap()
+}
+
+fn cube() -> Brep {
+    let mut cube = BrepBuilder::new();
+    for i in 0..8 {
+        let [x, y, z] = [i & 1, i >> 1 & 1, i >> 2].map(f64::from);
+        cube.vertex([x, y, z]);
+    }
+    for corners in [
+        [0, 2, 3, 1],
+        [4, 5, 7, 6],
+        [0, 1, 5, 4],
+        [1, 3, 7, 5],
+        [3, 2, 6, 7],
+        [2, 0, 4, 6],
+    ] {
+        cube.planar_face(&corners).unwrap();
+    }
+    cube.build().unwrap()
+}
+
+/// The cube's defects after a change.
+fn after(change: impl FnOnce(&mut BrepParts)) -> Vec<Defect> {
+    let mut parts = cube().parts().clone();
+    change(&mut parts);
+    Brep::new(parts).unwrap().defects()
+}
+
+fn line2(a: [f64; 2], b: [f64; 2]) -> Curve2 {
+    Curve::Line(Line::new(Point2::from(a), Point2::from(b), interval(0., 1.)).unwrap())
+}
+
+/// A cylinder of radius 2 and height 5 with both caps: seam, arcs, circles in uv.
+fn cylinder() -> Brep {
+    let mut b = BrepBuilder::new();
+    let (low, high) = (b.vertex([2., 0., 0.]), b.vertex([2., 0., 5.]));
+    let circle = |z: f64| -> Curve3 {
+        Curve::Arc(
+            Arc::new(Arc {
+                center: Point3::new(0., 0., z),
+                x: Vector3::x(),
+                y: Vector3::y(),
+                z: Vector3::z(),
+                radius: 2.,
+                angle: interval(0., TAU),
+                domain: interval(0., TAU),
+            })
+            .unwrap(),
+        )
+    };
+    let bottom = b.edge([low, low], circle(0.)).unwrap();
+    let top = b.edge([high, high], circle(5.)).unwrap();
+    let seam = b.straight_edge([low, high]).unwrap();
+    let side = Surface::Revolution(
+        Revolution::new(Revolution {
+            origin: Point3::origin(),
+            axis: Vector3::z(),
+            angle: interval(0., TAU),
+            angle_domain: interval(0., TAU),
+            profile: Curve::Line(
+                Line::new(
+                    Point3::new(2., 0., 0.),
+                    Point3::new(2., 0., 5.),
+                    interval(0., 1.),
+                )
+                .unwrap(),
+            ),
+            transposed: false,
+        })
+        .unwrap(),
+    );
+    let trim = |vertices, curve, edge| TrimSpec {
+        vertices,
+        curve,
+        edge: Some(edge),
+    };
+    b.face_with_trims(
+        side,
+        vec![vec![
+            trim([low, low], line2([0., 0.], [TAU, 0.]), bottom),
+            trim([low, high], line2([TAU, 0.], [TAU, 1.]), seam),
+            trim([high, high], line2([TAU, 1.], [0., 1.]), top),
+            trim([high, low], line2([0., 1.], [0., 0.]), seam),
+        ]],
+    )
+    .unwrap();
+    for (z, edge, vertex, sign) in [(0., bottom, low, -1.), (5., top, high, 1.)] {
+        let plane = Surface::Plane(
+            Plane::new(Plane {
+                origin: Point3::new(0., 0., z),
+                x: Vector3::x(),
+                y: Vector3::y() * sign,
+                domain: [interval(-3., 3.); 2],
+                extents: [interval(-3., 3.); 2],
+            })
+            .unwrap(),
+        );
+        // The circle in uv; on the bottom its image runs the other way.
+        let curve = Curve::Arc(
+            Arc::new(Arc {
+                center: Point2::origin(),
+                x: nalgebra::Vector2::x(),
+                y: nalgebra::Vector2::y(),
+                z: nalgebra::Vector2::zeros(),
+                radius: 2.,
+                angle: interval(0., TAU),
+                domain: interval(0., 1.),
+            })
+            .unwrap(),
+        );
+        b.face_with_trims(plane, vec![vec![trim([vertex, vertex], curve, edge)]])
+            .unwrap();
+    }
+    b.build().unwrap()
+}
+
+#[test]
+fn sound_parts_have_no_defects() {
+    assert!(cube().is_closed());
+    assert_eq!(cube().defects(), []);
+    assert!(cylinder().is_closed());
+    assert_eq!(cylinder().defects(), []);
+    // The tilted tetrahedron: nothing is exact there.
+    let mut b = BrepBuilder::new();
+    for p in [
+        [0.1, 0., 0.3],
+        [1., 0.2, 0.],
+        [0.3, 1.1, 0.],
+        [0.3, 0.4, 0.9],
+    ] {
+        b.vertex(p);
+    }
+    for f in [[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]] {
+        b.planar_face(&f).unwrap();
+    }
+    let tetrahedron = b.build().unwrap();
+    assert!(tetrahedron.is_closed());
+    assert_eq!(tetrahedron.defects(), []);
+    // Its normals point out: away from the middle.
+    let middle = Point3::new(0.4, 0.4, 0.3);
+    for f in 0..4 {
+        let d = tetrahedron.surface(f).derivatives(0.1, 0.1, 1);
+        let out = d.get(0, 0) - middle.coords;
+        assert!(d.get(1, 0).cross(&d.get(0, 1)).dot(&out) > 0.0);
+        assert!(!tetrahedron.faces()[f].reversed);
+    }
+}
+
+#[test]
+fn a_plane_facing_the_other_way_gives_a_reversed_face() {
+    let mut b = BrepBuilder::new();
+    for p in [[0., 0., 0.], [4., 0., 0.], [4., 4., 0.], [0., 4., 0.]] {
+        b.vertex(p);
+    }
+    for p in [[1., 1., 0.], [1., 3., 0.], [3., 3., 0.], [3., 1., 0.]] {
+        b.vertex(p);
+    }
+    // Parameters run over [0, 1]; the normal is -z.
+    let plane = Plane::new(Plane {
+        origin: Point3::origin(),
+        x: Vector3::y(),
+        y: Vector3::x(),
+        domain: [interval(0., 1.); 2],
+        extents: [interval(0., 4.); 2],
+    })
+    .unwrap();
+    b.face(plane, &[&[0, 1, 2, 3], &[4, 5, 6, 7]]).unwrap();
+    let sheet = b.build().unwrap();
+    assert!(sheet.faces()[0].reversed && !sheet.is_closed());
+    // A sheet has borders and nothing else to report; its loops run the right way in uv.
+    let defects = sheet.defects();
+    assert_eq!(defects.len(), 8);
+    assert!(
+        defects
+            .iter()
+            .all(|d| matches!(d, Defect::BoundaryEdge { .. }) && d.severity() == Severity::Note)
+    );
+    assert_eq!(
+        sheet
+            .parts()
+            .loops
+            .iter()
+            .map(|l| l.kind)
+            .collect::<Vec<_>>(),
+        [LoopKind::Outer, LoopKind::Inner]
+    );
+}
+
+#[test]
+fn gaps_are_measured() {
+    let found = after(|p| {
+        let Curve::Line(line) = &mut p.curves2[0] else {
+            unreachable!()
+        };
+        line.to.x -= 3e-7;
+        line.to.y += 4e-7;
+    });
+    let gap = found
+        .iter()
+        .find_map(|d| match d {
+            Defect::Gap {
+                face: 0,
+                trim_loop: 0,
+                trims: [0, 1],
+                count: 1,
+                uv,
+                space,
+                ..
+            } => Some((*uv, *space)),
+            _ => None,
+        })
+        .unwrap();
+    assert!(
+        (gap.0 - 5e-7).abs() < 1e-15 && (gap.1 - 5e-7).abs() < 1e-15,
+        "{gap:?}"
+    );
+    // The moved end is off its vertex and its edge as well, by as much as it moved.
+    for d in &found {
+        match d {
+            Defect::VertexOffFace { distance, .. } => assert!((distance - 5e-7).abs() < 1e-15),
+            Defect::EdgeOffSurface { distance, .. } => assert!((1e-8..=5.1e-7).contains(distance)),
+            Defect::Gap { .. } => {}
+            other => panic!("{other}"),
+        }
+    }
+}
+
+#[test]
+fn trims_outside_the_domain() {
+    let found = after(|p| {
+        let Curve::Line(line) = &mut p.curves2[0] else {
+            unreachable!()
+        };
+        line.to.y -= 0.25;
+    });
+    assert!(found.iter().any(|d| matches!(
+        d,
+        Defect::OutsideDomain { face: 0, trim: 0, uv } if *uv == 0.25
+    )));
+}
+
+#[test]
+fn tolerances_make_notes() {
+    let severity = |tolerance| {
+        after(|p| {
+            p.vertices[0].point.z -= 1e-4;
+            p.vertices[0].tolerance = tolerance;
+        })
+        .iter()
+        .map(Defect::severity)
+        .max()
+    };
+    assert_eq!(severity(None), Some(Severity::Warning));
+    assert_eq!(severity(Some(1e-5)), Some(Severity::Warning));
+    assert_eq!(severity(Some(1e-3)), Some(Severity::Note));
+}
+
+#[test]
+fn vertices_off_edges_and_faces() {
+    let found = after(|p| p.vertices[7].point.z += 0.125);
+    // Three edges and three faces meet there; each of these has two trims that end there.
+    let count =
+        |f: fn(&Defect) -> Option<f64>| -> Vec<f64> { found.iter().filter_map(f).collect() };
+    let edges = count(|d| match d {
+        Defect::VertexOffEdge {
+            vertex: 7,
+            distance,
+            ..
+        } => Some(*distance),
+        _ => None,
+    });
+    let faces = count(|d| match d {
+        Defect::VertexOffFace {
+            vertex: 7,
+            distance,
+            ..
+        } => Some(*distance),
+        _ => None,
+    });
+    assert_eq!((edges, faces), (vec![0.125; 3], vec![0.125; 6]));
+    assert_eq!(found.len(), 9);
+}
+
+#[test]
+fn orientation_goes_by_area() {
+    let found = after(|p| {
+        // The loop of face 0 run backwards.
+        p.loops[0].trims.reverse();
+        for t in 0..4 {
+            p.trims[t].reversed = true;
+            p.trims[t].vertices.reverse();
+            p.trims[t].edge_reversed ^= true;
+        }
+    });
+    assert_eq!(
+        found,
+        [Defect::Orientation {
+            face: 0,
+            trim_loop: 0,
+            kind: LoopKind::Outer,
+            area: -1.0,
+        }]
+    );
+    let found = after(|p| p.loops[2].kind = LoopKind::Inner);
+    assert!(matches!(
+        found[..],
+        [
+            Defect::OuterLoops { face: 2, count: 0 },
+            Defect::Orientation {
+                face: 2,
+                kind: LoopKind::Inner,
+                ..
+            }
+        ]
+    ));
+    // The area of a circle, not only its sign.
+    let mut parts = cylinder().parts().clone();
+    let cap = parts.faces[1].loops.clone().unwrap()[0];
+    parts.loops[cap].kind = LoopKind::Inner;
+    let found = Brep::new(parts).unwrap().defects();
+    let area = found.iter().find_map(|d| match d {
+        Defect::Orientation { area, .. } => Some(*area),
+        _ => None,
+    });
+    assert!((area.unwrap() - 4.0 * PI).abs() < 1e-13, "{area:?}");
+}
+
+#[test]
+fn edges_off_their_surfaces() {
+    let mut parts = cylinder().parts().clone();
+    // The rim of the side bulges: the circle's radius is off by a millionth.
+    let Curve::Arc(arc) = &mut parts.curves3[0] else {
+        unreachable!()
+    };
+    arc.radius += 1e-6;
+    let found = Brep::new(parts).unwrap().defects();
+    let distances: Vec<f64> = found
+        .iter()
+        .filter_map(|d| match d {
+            Defect::EdgeOffSurface {
+                edge: 0, distance, ..
+            } => Some(*distance),
+            _ => None,
+        })
+        .collect();
+    assert_eq!(distances.len(), 2);
+    assert!(
+        distances.iter().all(|d| (d - 1e-6).abs() < 1e-12),
+        "{distances:?}"
+    );
+}
+
+#[test]
+fn frames_are_measured() {
+    let found = after(|p| {
+        let Surface::Plane(s) = &mut p.surfaces[0] else {
+            unreachable!()
+        };
+        s.x *= 1.0 + 1e-9;
+    });
+    let off = found.iter().find_map(|d| match d {
+        Defect::Frame {
+            owner: Part::Face(0),
+            off,
+            ..
+        } => Some(*off),
+        _ => None,
+    });
+    assert!((off.unwrap() - 1e-9).abs() < 1e-15);
+    let mut parts = cylinder().parts().clone();
+    let Curve::Arc(arc) = &mut parts.curves3[1] else {
+        unreachable!()
+    };
+    arc.y = -arc.y;
+    let found = Brep::new(parts).unwrap().defects();
+    assert!(
+        matches!(found[..], [Defect::Frame { owner: Part::Edge(1), off, .. }] if off == 2.0),
+        "{found:?}"
+    );
+}
+
+#[test]
+fn how_often_edges_are_used() {
+    let found = after(|p| {
+        // Face 5 lost: four open edges. (Its loop stays, and says it belongs to a face that is not there.)
+        p.faces[5].loops = Some(Vec::new());
+    });
+    assert!(found.iter().any(|d| matches!(
+        d,
+        Defect::BackReference {
+            from: Part::Loop(5),
+            to: Part::Face(5)
+        }
+    )));
+    let mut b = BrepBuilder::new();
+    for p in [
+        [0., 0., 0.],
+        [1., 0., 0.],
+        [0., 1., 0.],
+        [0., 0., 1.],
+        [0., -1., 0.],
+    ] {
+        b.vertex(p);
+    }
+    for top in [2, 3, 4] {
+        b.planar_face(&[0, 1, top]).unwrap();
+    }
+    let book = b.build().unwrap();
+    let worst: Vec<_> = book
+        .defects()
+        .into_iter()
+        .filter(|d| d.severity() == Severity::Error)
+        .collect();
+    assert_eq!(worst, [Defect::NonManifoldEdge { edge: 0, uses: 3 }]);
+    assert!(!book.is_closed());
+}
+
+#[test]
+fn references_go_both_ways() {
+    let back = |change: fn(&mut BrepParts)| -> Vec<(Part, Part)> {
+        after(change)
+            .into_iter()
+            .filter_map(|d| match d {
+                Defect::BackReference { from, to } => Some((from, to)),
+                _ => None,
+            })
+            .collect()
+    };
+    assert_eq!(
+        back(|p| p.trims[3].edge = Some(7)),
+        [
+            (Part::Edge(3), Part::Trim(3)),
+            (Part::Trim(3), Part::Edge(7))
+        ]
+    );
+    assert_eq!(
+        back(|p| p.edges[2].trims.push(2)),
+        [(Part::Edge(2), Part::Trim(2))]
+    );
+    assert_eq!(back(|p| p.vertices[0].edges.clear()).len(), 3);
+    assert_eq!(
+        back(|p| p.trims[0].trim_loop = 1),
+        [
+            (Part::Trim(0), Part::Loop(1)),
+            (Part::Loop(0), Part::Trim(0))
+        ]
+    );
+}
+
+#[test]
+fn singular_trims_must_be_points() {
+    let found = after(|p| {
+        p.trims[0].edge = None;
+    });
+    let size = found.iter().find_map(|d| match d {
+        Defect::SingularTrim { trim: 0, size, .. } => Some(*size),
+        _ => None,
+    });
+    assert_eq!(size, Some(1.0));
+}
+
+#[test]
+fn bad_building_is_refused() {
+    let mut b = BrepBuilder::new();
+    for p in [[0., 0., 0.], [1., 0., 0.], [2., 0., 0.]] {
+        b.vertex(p);
+    }
+    assert_eq!(b.planar_face(&[0, 1, 2]), Err(BuildError::NoArea));
+    assert!(matches!(
+        b.planar_face(&[0, 1]),
+        Err(BuildError::Loop { .. })
+    ));
+    assert!(matches!(
+        b.planar_face(&[0, 1, 9]),
+        Err(BuildError::Vertex {
+            vertex: 9,
+            count: 3
+        })
+    ));
+    assert!(matches!(
+        b.straight_edge([0, 5]),
+        Err(BuildError::Vertex { .. })
+    ));
+    let nan = b.vertex([f64::NAN, 0., 0.]);
+    assert!(b.planar_face(&[0, 1, nan]).is_err());
+    assert!(b.build().is_err());
+}
+
+#[test]
+fn one_surface_is_a_brep() {
+    let surface = cylinder().surface(0).clone();
+    let whole = Brep::from_surface(surface).unwrap();
+    assert!(whole.faces()[0].loops.is_none());
+    assert_eq!(whole.defects(), []);
+}
+
+#[test]
+fn defects_read_as_sentences() {
+    let found = after(|p| {
+        p.vertices[7].point.z += 0.125;
+        p.vertices[7].tolerance = Some(0.01);
+    });
+    assert_eq!(
+        found.last().unwrap().to_string(),
+        "vertex 7: 1.250e-1 model units off the end of edge 10 (the file allows 0.01)"
+    );
+}
