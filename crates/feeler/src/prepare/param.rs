@@ -24,14 +24,19 @@ impl ParamMap {
         t.clamp(self.start, self.end)
     }
 
-    /// A native interval that holds the image of the local `[a, b]`.
+    /// A native interval that holds the image of the local `[a, b]`, `0 <= a <= b <= 1`; exact at 0 and 1.
     pub fn to_native_range(&self, a: f64, b: f64) -> [f64; 2] {
         // Three roundings of numbers no larger than the ends.
         let slack = 2.0 * f64::EPSILON * self.start.abs().max(self.end.abs());
-        let at = |local: f64| (1.0 - local) * self.start + local * self.end;
-        [
-            if a <= 0.0 { self.start } else { at(a) - slack },
-            if b >= 1.0 { self.end } else { at(b) + slack },
-        ]
+        let at = |local: f64, slack: f64| {
+            if local <= 0.0 {
+                self.start
+            } else if local >= 1.0 {
+                self.end
+            } else {
+                (1.0 - local) * self.start + local * self.end + slack
+            }
+        };
+        [at(a, -slack), at(b, slack)]
     }
 }

@@ -67,7 +67,11 @@ impl Search<'_> {
             && !inside
         {
             let around = |k: usize, range: [f64; 2]| {
-                let r = leaf.rho * (range[1] - range[0]) * UP + 4.0 * f64::EPSILON;
+                if range[0] == range[1] {
+                    return range;
+                }
+                // `p` is rounded to its leading part.
+                let r = leaf.rho * (range[1] - range[0]) * UP + f64::EPSILON;
                 [
                     (leaf.p[k].hi - r).max(range[0]),
                     (leaf.p[k].hi + r).min(range[1]),
@@ -94,6 +98,10 @@ impl Search<'_> {
             if self.piece_is_off_patch(face, index, around) {
                 // Not on the surface (past its border): only where the curve comes back matters.
                 return self.piece_is_off_patch(face, index, node.u);
+            }
+            if leaf.rho > SMALL_BALL && self.piece_leaves_patch(face, index) {
+                self.try_point(source, leaf.p, false);
+                return false;
             }
         }
         self.try_point(source, leaf.p, minimum_inside);
@@ -123,6 +131,19 @@ impl Search<'_> {
         (0..2).any(|c| {
             part.iter().all(|p| p[c].upper() < 0.0)
                 || part.iter().all(|p| (p[c] - p[2]).lower() > 0.0)
+        })
+    }
+
+    /// Whether some control point of a boundary piece lies off its patch, roughly.
+    fn piece_leaves_patch(&self, face: usize, index: usize) -> bool {
+        let Ok(geometry) = self.brep.double_double(face) else {
+            return false;
+        };
+        geometry.piece(index).local.iter().any(|p| {
+            (0..2).any(|c| {
+                let beyond = (p[c].mid - p[2].mid).hi;
+                beyond > LEAST_STEP || p[c].mid.hi < -LEAST_STEP
+            })
         })
     }
 
