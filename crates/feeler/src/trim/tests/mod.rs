@@ -1,4 +1,6 @@
 //! Tests of the trimmed region.
 
+mod against_reference;
+mod reference;
 mod shapes;
 mod sides;
