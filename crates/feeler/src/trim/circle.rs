@@ -6,7 +6,7 @@
 //! point's side of the circle itself is decided exactly, and whether it is before or beyond the end by
 //! the enclosure.
 
-use super::decide::{Crossing, Part};
+use super::decide::Crossing;
 use super::piece::Piece;
 use super::source::{Ball3, End, Param, Run, Source, SourcePiece};
 use super::split::Trend;
@@ -41,6 +41,54 @@ fn axis(k: usize) -> [f64; 2] {
         1 => [0.0, 1.0],
         2 => [-1.0, 0.0],
         _ => [0.0, -1.0],
+    }
+}
+
+/// An end of an arc at an angle that is a rational number other than 0: its coordinates are transcendental (Lindemann),
+/// so never equal to a f64, and strictly within `center ± radius`.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Blur {
+    /// The coordinates, if no exact ones.
+    pub(super) at: [Ball<Dd>; 2],
+    /// Exact strict bounds of each coordinate; `None` for an exact point (in `at`).
+    limits: Option<[[Dd; 2]; 2]>,
+}
+
+impl Blur {
+    /// A point whose coordinates are exact, or known no better than this.
+    pub(super) fn plain(at: [Ball<Dd>; 2]) -> Self {
+        Self { at, limits: None }
+    }
+
+    fn on_circle(center: [f64; 2], radius: f64, direction: [Ball<Dd>; 2]) -> Self {
+        let r = Ball::exact(radius);
+        Self {
+            at: [0, 1].map(|i| Ball::exact(center[i]) + r * direction[i]),
+            limits: Some(center.map(|c| [Dd::difference(c, radius), Dd::sum(c, radius)])),
+        }
+    }
+
+    /// A coordinate against a number; `None` where that cannot be told.
+    fn compare(&self, i: usize, q: f64) -> Option<Ordering> {
+        let q = Dd::from(q);
+        if let Some(limits) = &self.limits {
+            if q >= limits[i][1] {
+                return Some(Ordering::Less);
+            }
+            if q <= limits[i][0] {
+                return Some(Ordering::Greater);
+            }
+        }
+        let d = self.at[i] - Ball::from_dd(q, 0.0);
+        if d.lower() > 0.0 {
+            Some(Ordering::Greater)
+        } else if d.upper() < 0.0 {
+            Some(Ordering::Less)
+        } else if d.rad == 0.0 && self.limits.is_none() {
+            Some(Ordering::Equal)
+        } else {
+            None
+        }
     }
 }
 
@@ -232,11 +280,7 @@ pub(super) fn arc_run(arc: &Arc<2>, from: &Param, to: &Param) -> Option<Run> {
     }
     let point = |d: &Direction| match d {
         Direction::Axis(k) => extreme(center, arc.radius, *k),
-        Direction::Free(d) => {
-            Some(End::Blurred([0, 1].map(|i| {
-                Ball::exact(center[i]) + Ball::exact(arc.radius) * d[i]
-            })))
-        }
+        Direction::Free(d) => Some(End::Blurred(Blur::on_circle(center, arc.radius, *d))),
     };
     let mut pieces = Vec::with_capacity(passed + 1);
     for n in 0..=passed {
@@ -286,85 +330,68 @@ fn compare_end(span: &ArcSpan, end: usize, coordinate: usize, q: f64) -> Option<
             // Exact: a double-double against a f64.
             e.partial_cmp(&Dd::from(q))
         }
-        Direction::Free(d) => {
-            let x = Ball::exact(span.center[coordinate]) + Ball::exact(span.radius) * d[coordinate]
-                - Ball::exact(q);
-            if x.lower() > 0.0 {
-                Some(Ordering::Greater)
-            } else if x.upper() < 0.0 {
-                Some(Ordering::Less)
-            } else {
-                None
-            }
-        }
+        Direction::Free(d) => Blur::on_circle(span.center, span.radius, *d).compare(coordinate, q),
     }
 }
 
 /// The last stage for parts that have no integers: pieces of arcs, and segments to their ends.
-pub(super) fn crossing(part: &Part, piece: &Piece, q: [f64; 2], ray: usize) -> Crossing {
+pub(super) fn crossing(piece: &Piece, q: [f64; 2], ray: usize) -> Crossing {
     match &piece.source {
         Source::Arc(span) => arc_crossing(span, q, ray).unwrap_or(Crossing::Unknown),
-        Source::Blurred(ends) => blurred_crossing(part, ends, q, ray),
+        Source::Blurred(ends) => blurred_crossing(ends, q, ray),
         _ => Crossing::Unknown,
     }
 }
 
-/// The segment between two ends known in enclosures: settled where the enclosures' box is passed clearly.
-fn blurred_crossing(part: &Part, ends: &[[Ball<Dd>; 2]; 2], q: [f64; 2], ray: usize) -> Crossing {
+/// The segment between two ends of which one at least is known in an enclosure only.
+fn blurred_crossing(ends: &[Blur; 2], q: [f64; 2], ray: usize) -> Crossing {
     let h = 1 - ray;
-    let away = |i: usize| {
-        let d = ends.map(|e| e[i] - Ball::exact(q[i]));
-        if d.iter().all(|x| x.lower() > 0.0) {
-            Some(true)
-        } else if d.iter().all(|x| x.upper() < 0.0) {
-            Some(false)
-        } else {
-            None
-        }
-    };
-    if away(h).is_some() || away(ray) == Some(false) {
+    let order = [0, 1].map(|i| [0, 1].map(|e: usize| ends[e].compare(i, q[i])));
+    let all = |i: usize, o: Ordering| order[i] == [Some(o); 2];
+    if all(h, Ordering::Less) || all(h, Ordering::Greater) || all(ray, Ordering::Less) {
         return Crossing::Even;
     }
-    let state = |end: usize| {
-        let d = ends[end][h] - Ball::exact(q[h]);
-        if d.lower() > 0.0 {
-            Some(true)
-        } else if d.upper() < 0.0 {
-            Some(false)
-        } else {
-            None
-        }
-    };
-    let (Some(a), Some(b)) = (state(0), state(1)) else {
+    if (0..2).any(|e| order[0][e] == Some(Ordering::Equal) && order[1][e] == Some(Ordering::Equal))
+    {
+        return Crossing::On;
+    }
+    let [Some(a), Some(b)] = order[h] else {
         return Crossing::Unknown;
     };
+    // Not both equal: a transcendental coordinate is never equal to q.
+    let (a, b) = (a == Ordering::Greater, b == Ordering::Greater);
     if a == b {
         return Crossing::Even;
     }
-    if away(ray) == Some(true) {
+    // An end at the very height of the ray, the other above it: the crossing is at that end.
+    if let Some(e) = (0..2).find(|e| order[h][*e] == Some(Ordering::Equal)) {
+        return match order[ray][e] {
+            Some(o) => Crossing::odd(o == Ordering::Greater),
+            None => Crossing::Unknown,
+        };
+    }
+    let within = |o: Ordering| {
+        order[ray]
+            .iter()
+            .all(|x| *x == Some(o) || *x == Some(Ordering::Equal))
+    };
+    if within(Ordering::Less) {
+        return Crossing::Even;
+    }
+    if within(Ordering::Greater) {
         return Crossing::Odd;
     }
-    // The sign of the triangle of the two ends and the point.
-    let _ = part;
-    let d = ends.map(|e| [e[ray] - Ball::exact(q[ray]), e[h] - Ball::exact(q[h])]);
+    // The sign of the triangle of the two ends and the point; upward, the segment passes beyond the
+    // point iff the point is on its left.
+    let d = ends.map(|e| [e.at[ray] - Ball::exact(q[ray]), e.at[h] - Ball::exact(q[h])]);
     let cross = d[0][0] * d[1][1] - d[1][0] * d[0][1];
-    // Upward: the segment passes beyond the point iff the point is to its left.
-    let upward = b;
     if cross.lower() > 0.0 {
-        return if upward {
-            Crossing::Odd
-        } else {
-            Crossing::Even
-        };
+        Crossing::odd(b)
+    } else if cross.upper() < 0.0 {
+        Crossing::odd(!b)
+    } else {
+        Crossing::Unknown
     }
-    if cross.upper() < 0.0 {
-        return if upward {
-            Crossing::Even
-        } else {
-            Crossing::Odd
-        };
-    }
-    Crossing::Unknown
 }
 
 /// The circle decides: a point of the arc at height `q_h` is `center ± sqrt(..)`, the sign by quadrant.

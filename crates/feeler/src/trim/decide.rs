@@ -32,7 +32,7 @@ pub(super) enum Crossing {
 }
 
 impl Crossing {
-    fn odd(odd: bool) -> Self {
+    pub(super) fn odd(odd: bool) -> Self {
         if odd { Self::Odd } else { Self::Even }
     }
 }
@@ -234,7 +234,7 @@ impl Part {
     #[cold]
     fn crossing_exact(&self, piece: &Piece, q: [f64; 2], ray: usize, near: Option<Dd>) -> Crossing {
         let Some(exact) = piece.exact() else {
-            return super::circle::crossing(self, piece, q, ray);
+            return super::circle::crossing(piece, q, ray);
         };
         self.settle(exact, q, ray, near)
             .unwrap_or(Crossing::Unknown)

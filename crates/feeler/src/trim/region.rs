@@ -22,7 +22,8 @@ pub struct RegionSide {
 /// Where a box lies relative to a region.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum BoxSide {
-    /// Every point of the closed box is in the region's interior.
+    /// Every point of the closed box that is in the surface's domain is in the region, and the region's
+    /// boundary meets the box at most along the border of the domain.
     Inside,
     /// No point of the closed box is in the region.
     Outside,
@@ -285,7 +286,8 @@ impl TrimRegion {
     }
 
     /// Where the closed box `[u[0], u[1]] x [v[0], v[1]]` lies. Conservative: `Inside` and `Outside` are
-    /// proven; `Mixed` where the boundary meets the box, or is as close as f64 can tell.
+    /// proven; `Mixed` where a loop meets the box (other than along the border of the domain, for `Inside`), or
+    /// comes as close as f64 can tell.
     pub fn classify_box(&self, u: [f64; 2], v: [f64; 2]) -> BoxSide {
         let [du, dv] = self.domain;
         if !(u[0] <= u[1] && v[0] <= v[1]) {
@@ -294,22 +296,38 @@ impl TrimRegion {
         if u[1] < du.start || u[0] > du.end || v[1] < dv.start || v[0] > dv.end {
             return BoxSide::Outside;
         }
-        let reaches_border =
-            u[0] <= du.start || u[1] >= du.end || v[0] <= dv.start || v[1] >= dv.end;
-        let corner = [u[0].max(du.start), v[0].max(dv.start)];
-        let clear = self
-            .parts
-            .iter()
-            .all(|part| part.misses(&self.pieces[part.piece as usize], [u, v]));
-        if !clear {
-            return BoxSide::Mixed;
+        if self.untrimmed {
+            return BoxSide::Inside;
         }
-        // No loop meets the box: the parity is the same all over it.
-        match (self.side(Point2::from(corner)).side, reaches_border) {
-            (Some(Side::Outside), _) => BoxSide::Outside,
-            (Some(Side::Inside), false) => BoxSide::Inside,
+        let mut along_border = false;
+        for part in &self.parts {
+            if !part.misses(&self.pieces[part.piece as usize], [u, v]) {
+                if !self.is_on_border(part) {
+                    return BoxSide::Mixed;
+                }
+                along_border = true;
+            }
+        }
+        // The open box cut with the open domain is connected and no loop meets it: its parity is that of any
+        // point of it.
+        let middle = |a: [f64; 2], d: Interval| {
+            let (lo, hi) = (a[0].max(d.start), a[1].min(d.end));
+            (0.5 * lo + 0.5 * hi).clamp(lo, hi)
+        };
+        match self.side(Point2::new(middle(u, du), middle(v, dv))).side {
+            Some(Side::Inside) => BoxSide::Inside,
+            Some(Side::Outside) if !along_border => BoxSide::Outside,
             _ => BoxSide::Mixed,
         }
+    }
+
+    /// Whether a part runs exactly along one side of the domain.
+    fn is_on_border(&self, part: &Part) -> bool {
+        (0..2).any(|i| {
+            let [lo, hi] = part.hull[i];
+            let d = self.domain[i];
+            part.trends[i] == Trend::Flat && lo == hi && (lo == d.start || lo == d.end)
+        })
     }
 }
 

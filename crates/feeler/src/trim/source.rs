@@ -1,6 +1,6 @@
 //! What a loop is made of, as stored: the exact data that every decision goes back to.
 
-use super::circle::ArcSpan;
+use super::circle::{ArcSpan, Blur};
 use crate::brep::TrimCurve;
 use crate::numeric::{Ball, Dd, Dyadic};
 use crate::nurbs::{Curve2, NurbsCurve2, PolyCurve};
@@ -24,7 +24,7 @@ pub(super) enum Source {
     /// A piece of a native arc: at most a quarter, from angle to angle.
     Arc(Box<ArcSpan>),
     /// A straight segment whose ends are known in enclosures only.
-    Blurred([[Ball<Dd>; 2]; 2]),
+    Blurred([Blur; 2]),
 }
 
 /// Part of one span of a spline.
@@ -126,7 +126,7 @@ pub(super) enum End {
     /// Homogeneous, exact.
     Rational(Exact3),
     /// An enclosure only.
-    Blurred([Ball<Dd>; 2]),
+    Blurred(Blur),
 }
 
 impl End {
@@ -155,7 +155,14 @@ impl End {
             Self::Point(p) => p.map(Ball::exact),
             Self::Weighted(p) => quotient(&p.map(Ball::exact)),
             Self::Rational(p) => quotient(&to_balls(std::slice::from_ref(p))[0]),
+            Self::Blurred(b) => b.at,
+        }
+    }
+
+    fn blur(&self) -> Blur {
+        match self {
             Self::Blurred(b) => *b,
+            other => Blur::plain(other.ball()),
         }
     }
 
@@ -416,7 +423,7 @@ impl Source {
             Self::Spline(s) => s.balls(),
             Self::Segment(ends) => ends.iter().map(|p| affine(p.map(Ball::exact))).collect(),
             Self::Exact(points) => to_balls(points),
-            Self::Blurred(ends) => ends.iter().map(|p| affine(*p)).collect(),
+            Self::Blurred(ends) => ends.iter().map(|p| affine(p.at)).collect(),
             Self::Arc(arc) => arc.balls(),
         }
     }
@@ -579,7 +586,7 @@ pub(super) fn segment(a: &End, b: &End) -> Source {
     }
     match (a.exact(), b.exact()) {
         (Some(a), Some(b)) => Source::Exact(vec![a, b]),
-        _ => Source::Blurred([a.ball(), b.ball()]),
+        _ => Source::Blurred([a.blur(), b.blur()]),
     }
 }
 

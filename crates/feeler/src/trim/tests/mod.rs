@@ -4,3 +4,4 @@ mod against_reference;
 mod reference;
 mod shapes;
 mod sides;
+mod turns;

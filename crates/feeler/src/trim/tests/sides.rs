@@ -94,7 +94,11 @@ fn untrimmed_empty_and_missing() {
     assert_eq!(side(&all, [10.5, 0.0]), Side::Outside);
     assert_eq!(all.pieces().len(), 4);
     assert_eq!(all.classify_box([-9.0, 9.0], [-9.0, 9.0]), BoxSide::Inside);
-    assert_eq!(all.classify_box([-10.0, 9.0], [-9.0, 9.0]), BoxSide::Mixed);
+    assert_eq!(all.classify_box([-10.0, 9.0], [-9.0, 9.0]), BoxSide::Inside);
+    assert_eq!(
+        all.classify_box([10.5, 11.0], [-9.0, 9.0]),
+        BoxSide::Outside
+    );
     let none = TrimRegion::new(&face(WIDE, Some(vec![])), 0);
     assert_eq!(side(&none, [0.0, 0.0]), Side::Outside);
     assert_eq!(
