@@ -12,8 +12,8 @@ constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 double clamp_down(double x) { return std::isnan(x) ? -kInfinity : x; }
 
-// Lower bound of the objective over the hull box of a piece.
-double hull_bound(const Objective& o, const std::array<double, 6>& box) {
+// Bounds of the objective over the hull box of a piece.
+Interval64 hull_bounds(const Objective& o, const std::array<double, 6>& box) {
     Interval64 sum(o.linear ? -o.h : 0.0);
     for (int k = 0; k < 3; ++k) {
         const Interval64 range(box[2 * k], box[2 * k + 1]);
@@ -22,10 +22,11 @@ double hull_bound(const Objective& o, const std::array<double, 6>& box) {
         } else {
             const Interval64 x = range - Interval64(o.c[k]);
             const double least = x.lo > 0 ? x.lo : (x.hi < 0 ? -x.hi : 0.0);
-            sum = sum + Interval64(least) * Interval64(least);
+            const double most = std::max(-x.lo, x.hi);
+            sum = sum + Interval64(std::max(0.0, next_down(least * least)), next_up(most * most));
         }
     }
-    return clamp_down(sum.lo);
+    return sum;
 }
 
 // A box in the queue of the first phase; `net` is made when it first comes up.
@@ -158,27 +159,20 @@ class Search {
         return side(*model_.regions[s.face], at[0], at[1]) != Side::Outside;
     }
 
-    // The region's verdict on all points of the box that are within a radius of the local point
-    // (x, y), like box_side, but not limited to the resolution of doubles: where no arc meets the
-    // neighbourhood, the side of its centre is that of all of it.
-    BoxSide neighbourhood_side(const Piece& s, const DyadicBox& b, const Real& x, const Real& y,
-                               const Real& radius, bool& centre_held) const {
-        centre_held = holds(s, b, x, y);
-        const auto around = [&radius](const Real& z, bool free) {
-            if (!free) return Interval(z);
-            const Real lo = sub_down(z, radius), hi = add_up(z, radius);
-            const Real zero(0.0), one(1.0);
-            return Interval(lo < zero ? zero : lo, one < hi ? one : hi);
-        };
-        const bool patch = s.kind == PieceKind::Patch;
-        const Interval ix = around(x, s.kind != PieceKind::Point), iy = around(y, patch);
+    // The region's verdict on a part of a box (local coordinates), like box_side, but not limited
+    // to the resolution of doubles: where no arc meets the part, the side of the point (x, y) of it
+    // is that of all of it. `held`: whether the region holds that point.
+    BoxSide exact_side(const Piece& s, const DyadicBox& b, const Interval& ix, const Interval& iy,
+                       const Real& x, const Real& y, bool& held) const {
+        held = holds(s, b, x, y);
+        if (!s.regional) return BoxSide::Inside;
         const auto low = parameters(s, b, ix.lo, iy.lo), high = parameters(s, b, ix.hi, iy.hi);
         const auto span = [](const Q& lo, const Q& hi) {
             return hull(Interval(lo.mpq()), Interval(hi.mpq()));
         };
         if (!clear_of_arcs(model_.arcs[s.face], span(low[0], high[0]), span(low[1], high[1])))
             return BoxSide::Mixed;
-        return centre_held ? BoxSide::Inside : BoxSide::Outside;
+        return held ? BoxSide::Inside : BoxSide::Outside;
     }
 
     // ---- phase 1: doubles
@@ -327,8 +321,11 @@ class Search {
         };
         for (size_t i = 0; i < model_.pieces.size(); ++i) {
             const Piece& s = model_.pieces[i];
-            queue.push_back(
-                std::make_unique<Box64>(Box64{int(i), {}, {}, hull_bound(o_, s.box), !s.regional}));
+            // The ends of trim curves are on their faces: a first upper bound.
+            if (s.kind == PieceKind::Point && s.attained && !s.regional)
+                lower_best64(hull_bounds(o_, s.box).hi, int(i));
+            queue.push_back(std::make_unique<Box64>(
+                Box64{int(i), {}, {}, hull_bounds(o_, s.box).lo, !s.regional}));
         }
         std::make_heap(queue.begin(), queue.end(), later);
         while (!queue.empty()) {
@@ -632,7 +629,14 @@ class Search {
             if (d.q > 0) push = add_up(push, add_up(size(gv), mul_up(slack, size(w.v))));
             const Real radius = m.sign() > 0 ? div_up(push, m) : Real(1.0);
             bool held = false;
-            const BoxSide where = neighbourhood_side(s, b.at, x, y, radius, held);
+            const auto around = [&radius](const Real& z, bool free) {
+                if (!free) return Interval(z);
+                const Real below = sub_down(z, radius), above = add_up(z, radius);
+                const Real zero(0.0), one(1.0);
+                return Interval(below < zero ? zero : below, one < above ? one : above);
+            };
+            const BoxSide where =
+                exact_side(s, b.at, around(x, d.p > 0), around(y, d.q > 0), x, y, held);
             if (where == BoxSide::Outside) return Verdict::Gone;
             if (held) lower_best(t, s);
             // The region's boundary passes within the radius: not worth resolving further.
@@ -760,7 +764,13 @@ class Search {
             if (bounded && (monotone(b->net, d, true, range) || monotone(b->net, d, false, range)))
                 continue;
             if (!b->inside) {
-                const BoxSide where = region_side(s, b->at, {0, 1}, {0, 1});
+                BoxSide where = region_side(s, b->at, {0, 1}, {0, 1});
+                if (where == BoxSide::Mixed) {
+                    const Interval unit(Real(0.0), Real(1.0)), none(0.0);
+                    bool held = false;
+                    where = exact_side(s, b->at, unit, d.q > 0 ? unit : none, Real(0.5),
+                                       Real(d.q > 0 ? 0.5 : 0.0), held);
+                }
                 if (where == BoxSide::Outside) continue;
                 if (where == BoxSide::Inside) {
                     b->inside = true;

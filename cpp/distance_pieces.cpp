@@ -462,17 +462,19 @@ bool clear_of_arcs(const std::vector<ArcNet>& arcs, const Interval& u, const Int
             auto [a, depth] = std::move(stack.back());
             stack.pop_back();
             const size_t n = a.c[2].size();
-            bool apart = false;
+            bool apart = false, starts_inside = true;
             for (int k = 0; k < 2 && !apart; ++k) {
                 bool above = true, below = true;
                 for (size_t i = 0; i < n; ++i) {
                     const Interval x = a.c[k][i] - (k == 0 ? u : v) * a.c[2][i];
                     above &= x.lo.sign() > 0;
                     below &= x.hi.sign() < 0;
+                    if (i == 0) starts_inside &= x.lo.sign() <= 0 && x.hi.sign() >= 0;
                 }
                 apart = above || below;
             }
             if (apart) continue;
+            if (starts_inside) return false;  // not to be separated (or hardly)
             if (depth == kDepth || ++count > kPieces) return false;
             ArcNet left = a;
             for (int k = 0; k < 3; ++k)
