@@ -74,9 +74,8 @@ fn check(file: &str, per_kind: usize) {
     for b in &breps {
         for v in &b.parts().vertices {
             vertices.push(v.point);
-            for k in 0..3 {
-                box_[k][0] = box_[k][0].min(v.point[k]);
-                box_[k][1] = box_[k][1].max(v.point[k]);
+            for (ends, x) in box_.iter_mut().zip(v.point.iter()) {
+                *ends = [ends[0].min(*x), ends[1].max(*x)];
             }
         }
     }
