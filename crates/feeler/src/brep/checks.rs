@@ -17,6 +17,8 @@ const SAMPLES_A_PIECE: usize = 8;
 const MAX_SAMPLES: usize = 256;
 /// Pieces of a trim over which its area is integrated: of more than these, some are taken together.
 const MAX_PIECES: usize = 512;
+/// From how many samples it is tried.
+const STARTS: usize = 3;
 /// Steps of Newton's method towards the nearest point of an edge's curve.
 const NEWTON_STEPS: usize = 8;
 /// Positive abscissae and weights of Gauss-Legendre quadrature with 8 points on [-1, 1]: exact for
@@ -97,19 +99,30 @@ fn distance_to_curve(
         };
         return (p - a - along * s).norm();
     }
-    let nearest = points
-        .iter()
-        .map(|x| (x - p).norm_squared())
-        .enumerate()
-        .min_by(|a, b| a.1.total_cmp(&b.1));
-    let Some((i, square)) = nearest else {
-        return f64::INFINITY;
-    };
-    let mut best = square;
+    let squares: Vec<f64> = points.iter().map(|x| (x - p).norm_squared()).collect();
+    // Local minima among the samples, nearest first: a closed curve has one at either end.
+    let mut starts: Vec<usize> = (0..squares.len())
+        .filter(|&i| {
+            let above = |j: Option<&f64>| j.is_none_or(|s| squares[i] <= *s);
+            above(squares.get(i + 1)) && (i == 0 || above(squares.get(i - 1)))
+        })
+        .collect();
+    starts.sort_by(|a, b| squares[*a].total_cmp(&squares[*b]));
+    starts
+        .into_iter()
+        .take(STARTS)
+        .map(|i| descend(p, curve, params, i))
+        .fold(f64::INFINITY, f64::min)
+        .sqrt()
+}
+
+/// Newton's method from sample `i`, between its neighbours; the least squared distance it meets.
+fn descend(p: Point3<f64>, curve: &Curve3, params: &[f64], i: usize) -> f64 {
     let (low, high) = (
         params[i.saturating_sub(1)],
         params[(i + 1).min(params.len() - 1)],
     );
+    let mut best = f64::INFINITY;
     let mut t = params[i];
     for _ in 0..NEWTON_STEPS {
         let d = curve.derivatives(t, 2);
@@ -131,7 +144,7 @@ fn distance_to_curve(
         }
         t = next;
     }
-    best.sqrt()
+    best
 }
 
 /// The part of a loop's signed area that a trim contributes: half the integral of
