@@ -1,0 +1,84 @@
+//! `cargo xtask test`: everything that must hold before a change lands.
+
+use crate::setup;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+use std::time::Instant;
+
+/// The feature that builds the oracle.
+const ORACLE: &str = "feeler-oracle/cgal";
+
+/// Installs what is missing and runs all checks, in order of what fails fastest.
+pub(crate) fn run() -> Result<(), String> {
+    let root = root();
+    setup::install_packages()?;
+    let python = setup::python(&root);
+    let start = Instant::now();
+    let mut steps = 0;
+    let mut step = |what: &str, command: &mut Command| {
+        println!("==> {what}");
+        let begun = Instant::now();
+        let status = command
+            .current_dir(&root)
+            .status()
+            .map_err(|e| format!("{what}: cannot be started: {e}"))?;
+        steps += 1;
+        println!("    {what}: {:.0} s", begun.elapsed().as_secs_f64());
+        if status.success() {
+            Ok(())
+        } else {
+            Err(format!("{what} failed"))
+        }
+    };
+    let cargo = |arguments: &str| {
+        let mut command = Command::new(env!("CARGO"));
+        command.args(arguments.split_whitespace());
+        command
+    };
+    step("formatting", &mut cargo("fmt --all --check"))?;
+    step(
+        "clippy without the oracle",
+        &mut cargo("clippy --workspace --all-targets --quiet -- -D warnings"),
+    )?;
+    step(
+        "clippy with the oracle",
+        &mut cargo(&format!(
+            "clippy --workspace --all-targets --quiet --features {ORACLE} -- -D warnings"
+        )),
+    )?;
+    let mut tests = cargo(&format!("test --workspace --features {ORACLE}"));
+    if let Some(python) = &python {
+        tests.env("FEELER_PYTHON", python);
+    }
+    step(
+        "unit, property, oracle and snapshot tests, doctests",
+        &mut tests,
+    )?;
+    step(
+        "documentation",
+        cargo("doc --workspace --no-deps --quiet").env("RUSTDOCFLAGS", "-D warnings"),
+    )?;
+    step("the gate", &mut cargo("run --release --quiet -- gate"))?;
+    if available("cargo-deny") {
+        step(
+            "licences and advisories",
+            &mut cargo("deny --config .deny.toml check licenses bans sources"),
+        )?;
+    } else {
+        println!("SKIPPED: cargo-deny is not installed (`cargo install cargo-deny`).");
+    }
+    let minutes = start.elapsed().as_secs_f64() / 60.0;
+    println!("xtask test: all {steps} steps passed in {minutes:.1} minutes");
+    Ok(())
+}
+
+/// The workspace's folder.
+fn root() -> PathBuf {
+    let here = Path::new(env!("CARGO_MANIFEST_DIR"));
+    here.ancestors().nth(2).unwrap_or(here).to_path_buf()
+}
+
+fn available(program: &str) -> bool {
+    std::env::var_os("PATH")
+        .is_some_and(|path| std::env::split_paths(&path).any(|p| p.join(program).is_file()))
+}
