@@ -39,8 +39,8 @@ const MAX_CROSSING: usize = 64;
 /// A uv Bezier curve, in the order of its loop.
 #[derive(Clone, Debug)]
 pub(crate) struct UvCurve<T> {
-    trim: Option<usize>,
-    points: Vec<Homogeneous<T, 3>>,
+    pub(crate) trim: Option<usize>,
+    pub(crate) points: Vec<Homogeneous<T, 3>>,
 }
 
 /// The trim's Bezier pieces in uv, in the trim's own direction.

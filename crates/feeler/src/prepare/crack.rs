@@ -10,18 +10,20 @@ const SAMPLES: usize = 32;
 /// The nearest of them is improved by this many rounds of narrowing.
 const ROUNDS: usize = 26;
 
-/// The largest distance found between the two images of an edge, over all edges that two trims use,
-/// in model units. Sampled, an estimate from below; those who use it multiply.
-pub(crate) fn crack_width(brep: &Brep) -> f64 {
-    let mut widest: f64 = 0.0;
-    for edge in &brep.parts().edges {
-        for (i, &a) in edge.trims.iter().enumerate() {
-            for &b in &edge.trims[i + 1..] {
+/// For each edge, the largest distance found between the images of two trims that use it, in model
+/// units. Sampled, an estimate from below; those who use it multiply.
+pub(crate) fn crack_widths(brep: &Brep) -> Vec<f64> {
+    let width = |trims: &[usize]| {
+        let mut widest: f64 = 0.0;
+        for (i, &a) in trims.iter().enumerate() {
+            for &b in &trims[i + 1..] {
                 widest = widest.max(distance(brep, a, b));
             }
         }
-    }
-    widest
+        widest
+    };
+    let edges = brep.parts().edges.iter();
+    edges.map(|e| width(&e.trims)).collect()
 }
 
 /// The point of a trim's image in space at fraction `s` of its span.

@@ -70,6 +70,11 @@ impl<T: Real> FaceGeometry<T> {
         self.cuts[index].patch
     }
 
+    /// The trim that a boundary piece is part of; `None` for a segment that joins two.
+    pub(crate) fn piece_trim(&self, index: usize) -> Option<usize> {
+        self.curves[self.cuts[index].curve].trim
+    }
+
     /// A boundary piece; made at the first call.
     pub(crate) fn piece(&self, index: usize) -> &Piece<T> {
         self.pieces[index].get_or_init(|| {
@@ -104,7 +109,7 @@ pub struct PreparedBrep {
     brep: Brep,
     faces: Vec<PreparedFace>,
     size: f64,
-    crack: OnceLock<f64>,
+    cracks: OnceLock<Vec<f64>>,
 }
 
 impl PreparedBrep {
@@ -130,7 +135,7 @@ impl PreparedBrep {
             brep,
             faces,
             size,
-            crack: OnceLock::new(),
+            cracks: OnceLock::new(),
         }
     }
 
@@ -145,10 +150,15 @@ impl PreparedBrep {
         self.size
     }
 
-    /// The width of the widest crack between two faces at an edge, in model units; sampled, an
-    /// estimate from below. Made at the first call.
-    pub fn crack(&self) -> f64 {
-        *self.crack.get_or_init(|| crack::crack_width(&self.brep))
+    /// The width of the crack at each edge, in model units: the distance of its two images, sampled,
+    /// an estimate from below. Made at the first call.
+    pub fn cracks(&self) -> &[f64] {
+        self.cracks.get_or_init(|| crack::crack_widths(&self.brep))
+    }
+
+    /// The widest crack, in model units; see [`cracks`](Self::cracks).
+    pub fn widest_crack(&self) -> f64 {
+        self.cracks().iter().copied().fold(0.0, f64::max)
     }
 
     /// A box around the face's surface; `None` where none is known.

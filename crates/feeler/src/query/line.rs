@@ -671,20 +671,31 @@ fn ball(x: Dd) -> Ball<Dd> {
     Ball { mid: x, rad: 0.0 }
 }
 
-/// Whether the line comes within `margin` of a boundary piece of a face. Errs on the side of yes.
-pub(super) fn near_boundary(
+/// Whether the line comes within the width of a crack (taken [`CRACK_FACTOR`] times, plus `clearance`) of a
+/// boundary piece of a face. Errs on the side of yes.
+fn near_boundary(
     brep: &PreparedBrep,
     stab: &Stabber,
     face: usize,
-    margin: f64,
+    clearance: f64,
     budget: &mut usize,
 ) -> bool {
     let Ok(geometry) = brep.double(face) else {
         return true;
     };
-    // |L_k| / w is the distance from plane k times |n_k|.
-    let reach = [0, 1].map(|k| margin * stab.normals[k].norm() * UP);
+    let norms = [0, 1].map(|k| stab.normals[k].norm() * UP);
     for index in 0..geometry.piece_count() {
+        let trim = geometry.piece_trim(index);
+        let crack = match trim.map(|t| brep.brep().parts().trims[t].edge) {
+            Some(Some(edge)) => brep.cracks()[edge],
+            // A pole.
+            Some(None) => 0.0,
+            // A gap between two trims.
+            None => brep.widest_crack(),
+        };
+        let margin = CRACK_FACTOR * crack + clearance;
+        // |L_k| / w is the distance from plane k times |n_k|.
+        let reach = norms.map(|n| margin * n);
         if let Some(b) = &geometry.patch_boxes[geometry.piece_patch(index)] {
             let wide = b.map(|r| [r[0] - margin, r[1] + margin]);
             if !stab.meets(&wide) {
@@ -715,7 +726,7 @@ pub(super) fn near_boundary(
 }
 
 /// A boundary piece this short (in its own parameter) that is not clear of the line counts as near.
-const NEAR_WIDTH: f64 = 1.0 / (1u64 << 24) as f64;
+const NEAR_WIDTH: f64 = 1.0 / (1u64 << 50) as f64;
 
 /// All hits of a line with the trimmed faces.
 ///
@@ -745,7 +756,8 @@ pub fn line(
     if raw.iter().any(at_end) {
         undecided = Some(Undecided::Degenerate);
     }
-    let near = (4.0 * brep.crack() + SAME_HIT * brep.size()) / probe.direction.norm();
+    let near =
+        (CRACK_FACTOR * brep.widest_crack() + SAME_HIT * brep.size()) / probe.direction.norm();
     let mut crossings = 0;
     let mut last: Option<&RawHit> = None;
     for hit in &raw {
@@ -828,13 +840,18 @@ const DIRECTIONS: [[f64; 3]; 8] = [
     [-0.231, 0.891, -0.391],
     [0.937, -0.263, 0.229],
 ];
+/// A crack's width is sampled: it is taken this many times where it must not be missed.
+const CRACK_FACTOR: f64 = 2.0;
+/// A parity ray keeps this far from edges, relative to the model's size, beyond the cracks: more than the
+/// rounding of the crack's estimate.
+const CLEARANCE: f64 = 1.0 / (1u64 << 49) as f64;
 /// Nodes that one direction may cost.
 const PARITY_BUDGET: usize = 20_000;
 
 /// The side of a point in space: whether it is in the solid's material.
 ///
-/// By the parity of certified hits along a ray that stays clear of every edge by four times the width of the
-/// widest crack; several directions are tried. Open BREPs have no material: `Outside`. A point so near the
+/// By the parity of certified hits along a ray that stays clear of every edge by twice the width of its
+/// crack; several directions are tried. Open BREPs have no material: `Outside`. A point so near the
 /// surface that the hit's enclosure holds it is undecided.
 pub fn inside(
     brep: &PreparedBrep,
@@ -849,7 +866,7 @@ pub fn inside(
     if !brep.brep().is_closed() {
         return answer(Some(Side::Outside), None);
     }
-    let margin = 4.0 * brep.crack() + SAME_HIT * brep.size();
+    let clearance = CLEARANCE * brep.size();
     let faces = brep.brep().faces().len();
     let mut why = Undecided::Degenerate;
     for d in DIRECTIONS {
@@ -858,7 +875,7 @@ pub fn inside(
         };
         let stab = Stabber::new(&probe);
         let mut budget = PARITY_BUDGET;
-        if (0..faces).any(|f| near_boundary(brep, &stab, f, margin, &mut budget)) {
+        if (0..faces).any(|f| near_boundary(brep, &stab, f, clearance, &mut budget)) {
             why = Undecided::Crack;
             continue;
         }
@@ -901,7 +918,7 @@ fn close_to_border(brep: &PreparedBrep, h: &RawHit) -> bool {
         let v = Vector3::from_fn(|c, _| (d[c].mid - d[3].mid * jet.value[c].mid / w) / w);
         v.norm().max(f64::MIN_POSITIVE)
     };
-    let reach = 4.0 * brep.crack() + SAME_HIT * brep.size();
+    let reach = CRACK_FACTOR * brep.widest_crack() + SAME_HIT * brep.size();
     let around = |k: usize, speed: f64| {
         let r = (reach / speed).min(1.0);
         let x = h.local[k].hi;
@@ -915,12 +932,11 @@ fn close_to_border(brep: &PreparedBrep, h: &RawHit) -> bool {
 
 /// Whether the line passes an edge within the width of its crack where it hits no face.
 fn passes_crack(brep: &PreparedBrep, stab: &Stabber, hits: &[RawHit], budget: &mut usize) -> bool {
-    let margin = brep.crack();
-    if margin == 0.0 || !brep.brep().is_closed() {
+    if brep.widest_crack() == 0.0 || !brep.brep().is_closed() {
         return false;
     }
     let touched = hits.iter().any(|h| close_to_border(brep, h));
-    !touched && (0..brep.brep().faces().len()).any(|f| near_boundary(brep, stab, f, margin, budget))
+    !touched && (0..brep.brep().faces().len()).any(|f| near_boundary(brep, stab, f, 0.0, budget))
 }
 
 fn dress(brep: &PreparedBrep, stab: &Stabber, h: &RawHit) -> Option<Hit> {
