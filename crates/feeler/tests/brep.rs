@@ -371,6 +371,18 @@ fn edges_off_their_surfaces() {
     );
 }
 
+/// Near where a closed edge closes, the nearest sample may be at its other end.
+#[test]
+fn closed_edges_close() {
+    let mut parts = cylinder().parts().clone();
+    let circle = parts.curves3[0].to_nurbs().unwrap().nurbs;
+    let mut points = circle.control_points().to_vec();
+    *points.last_mut().unwrap() = points[0];
+    let knots = circle.knots().knots().to_vec();
+    parts.curves3[0] = Curve::Nurbs(NurbsCurve::new(2, points, knots).unwrap());
+    assert_eq!(Brep::new(parts).unwrap().defects(), []);
+}
+
 #[test]
 fn frames_are_measured() {
     let found = after(|p| {
