@@ -1,5 +1,7 @@
 //! Import of .3dm files: against an independent reader, against files made up byte by byte, and
 //! against damage.
 
+mod classes;
+mod fixture;
 mod models;
 mod reference;

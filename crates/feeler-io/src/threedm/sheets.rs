@@ -117,7 +117,8 @@ fn outside(parts: &BrepParts, loops: &[usize], c: usize, domain: Interval) -> Op
         let mut own = [f64::INFINITY, f64::NEG_INFINITY];
         grow(&mut own, curve, c);
         let polygon = matches!(curve, Curve2::Line(_) | Curve2::Polyline(_));
-        if !(polygon && trim.span == curve.domain()) && !inside(own) {
+        let exact = polygon && trim.span == curve.domain();
+        if !exact && !inside(own) {
             own = [
                 -extreme(curve, trim.span, c, -1.0),
                 extreme(curve, trim.span, c, 1.0),
