@@ -12,7 +12,7 @@ use nalgebra::{Point2, Vector3, Vector4};
 const VERSIONS: [u32; 7] = [3, 4, 5, 50, 60, 70, 80];
 
 /// All curves and surfaces, by their first id.
-fn simple(w: &mut Writer) {
+pub(crate) fn simple(w: &mut Writer) {
     w.record("line", f::LINE, |w| {
         f::line(w, [1.0, 2.0, 3.0], [4.0, 5.0, 7.0], [-1.0, 1.0], 3);
     });

@@ -3,5 +3,6 @@
 
 mod classes;
 mod fixture;
+mod hostile;
 mod models;
 mod reference;

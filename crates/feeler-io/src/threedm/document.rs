@@ -199,6 +199,8 @@ struct DocumentReader {
     /// Where the header starts.
     start: usize,
     document: Document,
+    /// Whether the object table was seen.
+    has_objects: bool,
     layers: HashMap<i32, String>,
 }
 
@@ -214,6 +216,7 @@ impl DocumentReader {
                 objects: Vec::new(),
                 warnings: Vec::new(),
             },
+            has_objects: false,
             layers: HashMap::new(),
         }
     }
@@ -250,15 +253,18 @@ impl DocumentReader {
                     }
                     Ok(())
                 })?,
-                OBJECT_TABLE => each(&mut table, |record| {
-                    if record.id.typecode == OBJECT_RECORD {
-                        let object = self.object(record);
-                        self.document.objects.push(object);
-                    } else {
-                        self.skipped(record.id);
-                    }
-                    Ok(())
-                })?,
+                OBJECT_TABLE => {
+                    self.has_objects = true;
+                    each(&mut table, |record| {
+                        if record.id.typecode == OBJECT_RECORD {
+                            let object = self.object(record);
+                            self.document.objects.push(object);
+                        } else {
+                            self.skipped(record.id);
+                        }
+                        Ok(())
+                    })?;
+                }
                 COMMENT => {}
                 code if OTHER_TABLES.contains(&code) => {}
                 _ => self.skipped(table.id),
@@ -266,8 +272,12 @@ impl DocumentReader {
         }
     }
 
-    /// The last chunk, which ends at byte `end`, holds the file's size.
+    /// The last chunk, which ends at byte `end`, holds the file's size: what is amiss by then.
     fn end(&mut self, chunk: &mut Chunk<'_>, end: usize) -> Result<(), ReadError> {
+        if !self.has_objects {
+            let warning = "the file has no object table: it is damaged, or holds no model";
+            self.document.warnings.push(warning.into());
+        }
         let stored = chunk.length()?;
         let size = end - self.start;
         if stored != size as u64 {
