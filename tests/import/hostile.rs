@@ -47,10 +47,11 @@ fn a_truncated_file_is_an_error_that_names_the_place() {
 /// must show in another way.
 #[test]
 fn a_flipped_bit_never_passes_for_geometry() {
-    for bytes in samples() {
+    // Every bit of one sample, every fifth of the other.
+    for (bytes, step) in samples().into_iter().zip([1, 5]) {
         let whole = read_3dm(&bytes).expect("a file");
         let (mut errors, mut refusals, mut noted, mut harmless) = (0, 0, 0, 0);
-        for place in 0..8 * bytes.len() {
+        for place in (0..8 * bytes.len()).step_by(step) {
             let mut damaged = bytes.clone();
             damaged[place / 8] ^= 1 << (place % 8);
             let Ok(document) = read_3dm(&damaged) else {
@@ -78,9 +79,9 @@ fn a_flipped_bit_never_passes_for_geometry() {
             }
         }
         eprintln!(
-            "{} bits flipped: {errors} errors, {refusals} refused objects, {noted} warnings, \
+            "of {} bits flipped: {errors} errors, {refusals} refused objects, {noted} warnings, \
              {harmless} harmless",
-            8 * bytes.len()
+            8 * bytes.len() / step
         );
         assert!(
             refusals > 2 * (errors + noted + harmless),
