@@ -100,6 +100,81 @@ proptest! {
     }
 }
 
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(64))]
+
+    /// A segment of a poly-curve is run at another pace: its span is found by the exact parameter, which is no
+    /// f64, and values and derivatives hold their bounds there.
+    #[test]
+    fn mapped_parameters_are_exact(
+        c in curve(),
+        start in -100.0f64..100.0,
+        length in 1e-3f64..50.0,
+        x in 0.0f64..1.0,
+    ) {
+        let (from, to) = (interval(start, start + length), c.domain());
+        let rate = (q(to.end) - q(to.start)) / (q(from.end) - q(from.start));
+        let inner = Curve::Nurbs(c.clone());
+        let poly = PolyCurve::new(vec![inner], vec![from.start, from.end]).unwrap();
+        let poly: Curve3 = Curve::Poly(poly);
+        // Somewhere, and as close as it gets to each knot on either side.
+        let mut all = vec![from.start, from.end, from.lerp(x)];
+        for (_, knot, _) in c.knots().spans() {
+            let near = from.lerp((knot - to.start) / to.length());
+            all.extend([near.next_down(), near, near.next_up()]);
+        }
+        for t in all.into_iter().filter(|t| from.contains(*t)) {
+            let u = q(to.start) + (q(t) - q(from.start)) * &rate;
+            for (limit, below) in [(Limit::FromAbove, false), (Limit::FromBelow, true)] {
+                let truth = common::exact_curve(&c, &u, 2, below);
+                let found = poly.derivatives_in::<Ball<Dd>>(t, 2, limit);
+                let mut power = Q::ONE;
+                for k in 0..=2 {
+                    for i in 0..3 {
+                        prop_assert!(common::holds(&found[k][i], &(&truth[k][i] * &power)));
+                    }
+                    power *= &rate;
+                }
+            }
+        }
+    }
+}
+
+/// Stress case E10: the pole of a sphere is a point, and evaluated as one.
+#[test]
+fn poles() {
+    let profile = Curve::Arc(
+        Arc::new(Arc {
+            center: Point3::origin(),
+            x: Vector3::x(),
+            y: Vector3::z(),
+            z: -Vector3::y(),
+            radius: 2.5,
+            angle: interval(-FRAC_PI_2, FRAC_PI_2),
+            domain: interval(0.0, 1.0),
+        })
+        .unwrap(),
+    );
+    let sphere = Surface::Revolution(
+        Revolution::new(Revolution {
+            origin: Point3::origin(),
+            axis: Vector3::z(),
+            angle: interval(0.0, TAU),
+            angle_domain: interval(0.0, 1.0),
+            profile,
+            transposed: false,
+        })
+        .unwrap(),
+    );
+    for u in [0.0, 0.3, 0.9] {
+        let pole = sphere.first_derivatives_with_bound(u, 1.0);
+        // The angle is the f64 next to pi/2, which is 6.1e-17 below it.
+        assert!((pole.point - Point3::new(0., 0., 2.5)).norm() < 1e-15);
+        assert!(pole.du.norm() < 1e-15 && pole.bound < 1e-15);
+        assert!((pole.dv.norm() - 2.5 * PI).abs() < 1e-14);
+    }
+}
+
 /// Stress case E12: a periodic curve is an unclamped one with its control points wrapped; it meets
 /// itself at the wrap with all derivatives that its knots allow.
 #[test]
