@@ -1,2 +1,67 @@
-//! (under construction)
-fn main() {}
+//! The program `feeler`: what is in a part, contact queries with proven bounds, and the gate.
+//!
+//! Exit codes: 2 for bad input, bad usage, or any query line refused (the others are still
+//! answered); else 1 if something is undecided or short of its bound; else 0.
+#![forbid(unsafe_code)]
+
+mod contact;
+mod gate;
+mod inspect;
+
+use clap::{Parser, Subcommand};
+use std::process::ExitCode;
+
+/// Measures gaps and overlaps between probes and solids of trimmed NURBS faces, with proven bounds.
+#[derive(Debug, Parser)]
+#[command(version, about)]
+struct Cli {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    /// What is in a file: objects, faces, surface and curve types, trims, units, defects.
+    Inspect(inspect::Args),
+    /// Answers contact queries: one from the command line, or a line of JSON each from standard
+    /// input.
+    Contact(contact::Args),
+    /// Holds the kernel's answers against the stored truth of a corpus.
+    Gate(gate::Args),
+}
+
+/// How a command ended, when nothing stopped it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Outcome {
+    /// All is well.
+    Good,
+    /// Something is undecided or short of its bound.
+    Short,
+    /// A query line was refused; it has been said on standard error.
+    Refused,
+}
+
+/// Bad input: one line that names the file, the place and the remedy.
+struct Bad(String);
+
+fn main() -> ExitCode {
+    let outcome = match Cli::parse().command {
+        Command::Inspect(args) => inspect::run(&args),
+        Command::Contact(args) => contact::run(&args),
+        Command::Gate(args) => gate::run(&args),
+    };
+    match outcome {
+        Ok(Outcome::Good) => ExitCode::SUCCESS,
+        Ok(Outcome::Short) => ExitCode::from(1),
+        Ok(Outcome::Refused) => ExitCode::from(2),
+        Err(Bad(line)) => {
+            eprintln!("error: {}", line.replace('\n', " "));
+            ExitCode::from(2)
+        }
+    }
+}
+
+/// Writing to a pipe that was closed ends the command like any other bad input.
+fn write_error(error: std::io::Error) -> Bad {
+    Bad(format!("standard output: {error}"))
+}

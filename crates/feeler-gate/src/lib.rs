@@ -1,1 +1,13 @@
-//! (under construction)
+//! Engines x corpus -> verdicts -> reports.
+//!
+//! The gate reads stored truth and needs no C++. An [`Engine`] answers queries; [`run`] holds its
+//! answers against the truth of a corpus and the ceilings of each suite.
+#![forbid(unsafe_code)]
+
+mod engine;
+mod report;
+mod run;
+
+pub use engine::{Engine, FeelerEngine};
+pub use report::{Failure, Report, Row};
+pub use run::{Progress, asked, model_size, run};

@@ -1,0 +1,277 @@
+//! `feeler contact`.
+
+use crate::{Bad, Outcome, write_error};
+use clap::ValueEnum;
+use feeler::query::Options;
+use feeler_corpus::{
+    AccuracyLine, Answer, Body, ContactsLine, Full, HalfSpaceLine, LineKindLine, LineLine, Model,
+    QueryLine, SphereLine,
+};
+use feeler_gate::{Engine, FeelerEngine};
+use std::io::{BufRead, BufWriter, Write};
+use std::path::PathBuf;
+
+/// A line of standard input longer than this is refused: 1 MiB, far above any query.
+const LONGEST_LINE: u64 = 1 << 20;
+
+#[derive(Debug, clap::Args)]
+pub(crate) struct Args {
+    /// The .3dm file.
+    file: PathBuf,
+    /// Ask about object N alone, as `feeler inspect` numbers them.
+    #[arg(long, value_name = "N")]
+    object: Option<usize>,
+    /// A sphere: centre and radius.
+    #[arg(long, value_name = "X,Y,Z,R", allow_hyphen_values = true, value_parser = numbers::<4>)]
+    sphere: Option<[f64; 4]>,
+    /// A half-space n.x <= h: outward unit normal and offset.
+    #[arg(long, value_name = "NX,NY,NZ,H", allow_hyphen_values = true, value_parser = numbers::<4>)]
+    half_space: Option<[f64; 4]>,
+    /// A line: origin and direction.
+    #[arg(long, value_name = "X,Y,Z,DX,DY,DZ", allow_hyphen_values = true, value_parser = numbers::<6>)]
+    line: Option<[f64; 6]>,
+    /// Which part of the line counts.
+    #[arg(long, value_enum, default_value_t = Kind::Line, requires = "line")]
+    kind: Kind,
+    /// Width of the separation's enclosure: a length, or `full`.
+    #[arg(long, value_name = "LENGTH", default_value = "full", value_parser = accuracy)]
+    accuracy: AccuracyLine,
+    /// Report contacts with separation up to this length.
+    #[arg(
+        long,
+        value_name = "LENGTH",
+        default_value_t = 0.0,
+        allow_hyphen_values = true
+    )]
+    prediction: f64,
+    /// Which contacts to report.
+    #[arg(long, value_enum, default_value_t = Which::Deepest)]
+    contacts: Which,
+}
+
+#[derive(Clone, Copy, Debug, ValueEnum)]
+enum Which {
+    Deepest,
+    All,
+    None,
+}
+
+#[derive(Clone, Copy, Debug, ValueEnum)]
+enum Kind {
+    Line,
+    Ray,
+    Segment,
+}
+
+fn numbers<const N: usize>(text: &str) -> Result<[f64; N], String> {
+    let all = text
+        .split(',')
+        .map(|x| x.trim().parse().map_err(|_| format!("`{x}` is no number")))
+        .collect::<Result<Vec<f64>, _>>()?;
+    let found = all.len();
+    all.try_into()
+        .map_err(|_| format!("{found} numbers, needed are {N} with commas between"))
+}
+
+fn accuracy(text: &str) -> Result<AccuracyLine, String> {
+    let line = if text == "full" {
+        AccuracyLine::Word(Full::Full)
+    } else {
+        AccuracyLine::Length(text.parse().map_err(|_| "a length or `full`".to_owned())?)
+    };
+    line.accuracy().map_err(|e| e.to_string())?;
+    Ok(line)
+}
+
+impl Args {
+    /// The queries that the command line itself asks.
+    fn queries(&self) -> Vec<(&'static str, QueryLine)> {
+        let mut all = Vec::new();
+        if let Some([x, y, z, radius]) = self.sphere {
+            let sphere = Some(SphereLine {
+                center: [x, y, z],
+                radius,
+            });
+            let line = QueryLine {
+                sphere,
+                ..QueryLine::default()
+            };
+            all.push(("--sphere", line));
+        }
+        if let Some([x, y, z, offset]) = self.half_space {
+            let half_space = Some(HalfSpaceLine {
+                normal: [x, y, z],
+                offset,
+            });
+            let line = QueryLine {
+                half_space,
+                ..QueryLine::default()
+            };
+            all.push(("--half-space", line));
+        }
+        if let Some([x, y, z, dx, dy, dz]) = self.line {
+            let line = Some(LineLine {
+                origin: [x, y, z],
+                direction: [dx, dy, dz],
+                kind: match self.kind {
+                    Kind::Line => LineKindLine::Line,
+                    Kind::Ray => LineKindLine::Ray,
+                    Kind::Segment => LineKindLine::Segment,
+                },
+            });
+            let line = QueryLine {
+                line,
+                ..QueryLine::default()
+            };
+            all.push(("--line", line));
+        }
+        all
+    }
+
+    fn options(&self) -> Result<Options, Bad> {
+        if !self.prediction.is_finite() {
+            return Err(Bad("--prediction: not finite; give a length".into()));
+        }
+        let contacts = match self.contacts {
+            Which::Deepest => ContactsLine::Deepest,
+            Which::All => ContactsLine::All,
+            Which::None => ContactsLine::None,
+        };
+        Ok(Options {
+            accuracy: self
+                .accuracy
+                .accuracy()
+                .map_err(|e| Bad(format!("--accuracy: {e}")))?,
+            prediction: self.prediction,
+            contacts: contacts.into(),
+            ..Options::default()
+        })
+    }
+}
+
+/// Answers queries and remembers how it went.
+struct Answering {
+    engine: FeelerEngine,
+    refused: Option<String>,
+    refusals: usize,
+    undecided: bool,
+}
+
+impl Answering {
+    fn answer(&mut self, place: &str, line: Result<QueryLine, String>) -> Answer {
+        let id = line.as_ref().ok().and_then(|l| l.id.clone());
+        let query = line.and_then(|l| l.query().map_err(|e| e.to_string()));
+        let answer = match query {
+            Ok(query) => self.engine.answer(&query),
+            Err(error) => Answer {
+                id,
+                body: Body::Error { error },
+            },
+        };
+        if let Body::Error { error } = &answer.body {
+            self.refusals += 1;
+            self.refused
+                .get_or_insert_with(|| format!("{place}: {error}"));
+        }
+        self.undecided |= answer.body.undecided().is_some();
+        answer
+    }
+}
+
+pub(crate) fn run(args: &Args) -> Result<Outcome, Bad> {
+    let options = args.options()?;
+    let asked = args.queries();
+    let model = Model::load(&args.file, args.object).map_err(|e| Bad(e.to_string()))?;
+    let mut answering = Answering {
+        engine: FeelerEngine::new(options),
+        refused: None,
+        refusals: 0,
+        undecided: false,
+    };
+    answering
+        .engine
+        .open(&model)
+        .map_err(|e| Bad(format!("{}: {e}", args.file.display())))?;
+    // Probes are checked before anything is written: a bad one is bad usage.
+    for (flag, line) in &asked {
+        line.query().map_err(|e| {
+            Bad(format!(
+                "{}: {flag}: {e}; nothing was asked",
+                args.file.display()
+            ))
+        })?;
+    }
+    let mut out = BufWriter::new(std::io::stdout().lock());
+    if asked.is_empty() {
+        from_input(&mut answering, &mut out)?;
+    } else {
+        for (flag, line) in asked {
+            let answer = answering.answer(flag, Ok(line));
+            writeln!(out, "{}", answer.to_text()).map_err(write_error)?;
+        }
+    }
+    out.flush().map_err(write_error)?;
+    if let Some(first) = &answering.refused {
+        let more = match answering.refusals {
+            1 => String::new(),
+            n => format!(" (and {} more)", n - 1),
+        };
+        eprintln!(
+            "error: {}: {first}{more}; correct the query, the others were answered",
+            args.file.display()
+        );
+        return Ok(Outcome::Refused);
+    }
+    Ok(if answering.undecided {
+        Outcome::Short
+    } else {
+        Outcome::Good
+    })
+}
+
+/// One answer a line, in order; a line that is refused gets its answer too.
+fn from_input(answering: &mut Answering, out: &mut impl Write) -> Result<(), Bad> {
+    let mut input = std::io::stdin().lock();
+    let read_error = |e: std::io::Error| Bad(format!("standard input: {e}"));
+    let mut number = 0;
+    let mut bytes = Vec::new();
+    loop {
+        bytes.clear();
+        let mut limited = std::io::Read::take(&mut input, LONGEST_LINE);
+        let read = limited.read_until(b'\n', &mut bytes).map_err(read_error)?;
+        if read == 0 {
+            return Ok(());
+        }
+        number += 1;
+        let ended = bytes.last() == Some(&b'\n');
+        let line = if !ended && read as u64 == LONGEST_LINE {
+            skip_line(&mut input).map_err(read_error)?;
+            Err(format!("longer than {LONGEST_LINE} bytes"))
+        } else {
+            std::str::from_utf8(&bytes)
+                .map_err(|e| e.to_string())
+                .and_then(|text| QueryLine::parse(text).map_err(|e| e.to_string()))
+        };
+        let answer = answering.answer(&format!("query line {number}"), line);
+        writeln!(out, "{}", answer.to_text()).map_err(write_error)?;
+    }
+}
+
+fn skip_line(input: &mut impl BufRead) -> std::io::Result<()> {
+    loop {
+        let buffer = input.fill_buf()?;
+        if buffer.is_empty() {
+            return Ok(());
+        }
+        match buffer.iter().position(|b| *b == b'\n') {
+            Some(at) => {
+                input.consume(at + 1);
+                return Ok(());
+            }
+            None => {
+                let all = buffer.len();
+                input.consume(all);
+            }
+        }
+    }
+}

@@ -1,0 +1,191 @@
+//! `feeler inspect`.
+
+use crate::{Bad, Outcome, write_error};
+use feeler::brep::Brep;
+use feeler::nurbs::Curve;
+use feeler_io::{Document, Object, ObjectKind};
+use serde_json::{Map, Value, json};
+use std::collections::BTreeMap;
+use std::io::Write;
+use std::path::PathBuf;
+
+/// How many defects of an object are shown as text; all of them with `--json`.
+const SHOWN: usize = 10;
+
+#[derive(Debug, clap::Args)]
+pub(crate) struct Args {
+    /// The .3dm file.
+    file: PathBuf,
+    /// One JSON object instead of text.
+    #[arg(long)]
+    json: bool,
+}
+
+pub(crate) fn run(args: &Args) -> Result<Outcome, Bad> {
+    let document = feeler_io::read_file(&args.file).map_err(|e| Bad(e.to_string()))?;
+    let mut out = std::io::stdout().lock();
+    let text = if args.json {
+        format!("{}\n", as_json(&document))
+    } else {
+        as_text(&document)
+    };
+    out.write_all(text.as_bytes()).map_err(write_error)?;
+    Ok(Outcome::Good)
+}
+
+type Counts = BTreeMap<&'static str, usize>;
+
+fn count(names: impl Iterator<Item = &'static str>) -> Counts {
+    let mut counts = Counts::new();
+    for name in names {
+        *counts.entry(name).or_default() += 1;
+    }
+    counts
+}
+
+/// What a BREP is made of, counted by use: a surface shared by two faces counts twice.
+struct Contents {
+    surfaces: Counts,
+    trim_curves: Counts,
+    edge_curves: Counts,
+}
+
+fn contents(brep: &Brep) -> Contents {
+    fn name<const D: usize, const H: usize>(c: Option<&Curve<D, H>>) -> &'static str {
+        c.map_or("none", Curve::type_name)
+    }
+    let p = brep.parts();
+    Contents {
+        surfaces: count((0..p.faces.len()).map(|f| brep.surface(f).type_name())),
+        trim_curves: count(p.trims.iter().map(|t| name(p.curves2.get(t.curve)))),
+        edge_curves: count(
+            p.edges
+                .iter()
+                .map(|e| name(e.curve.and_then(|c| p.curves3.get(c)))),
+        ),
+    }
+}
+
+fn as_json(document: &Document) -> Value {
+    let objects: Vec<Value> = document.objects.iter().map(object_json).collect();
+    json!({
+        "format": "3dm",
+        "version": document.version,
+        "units": document.units.symbol(),
+        "warnings": document.warnings,
+        "objects": objects,
+    })
+}
+
+fn object_json(object: &Object) -> Value {
+    let mut o = Map::new();
+    o.insert("kind".into(), json!(object.kind.name()));
+    o.insert("name".into(), json!(object.name));
+    o.insert("layer".into(), json!(object.layer));
+    match &object.kind {
+        ObjectKind::Brep(brep) | ObjectKind::Surface(brep) => {
+            let p = brep.parts();
+            let c = contents(brep);
+            let defects: Vec<String> = brep.defects().iter().map(ToString::to_string).collect();
+            for (key, value) in [
+                ("faces", json!(p.faces.len())),
+                ("loops", json!(p.loops.len())),
+                ("trims", json!(p.trims.len())),
+                ("edges", json!(p.edges.len())),
+                ("vertices", json!(p.vertices.len())),
+                ("solid", json!(brep.is_closed())),
+                ("surfaces", json!(c.surfaces)),
+                ("trim_curves", json!(c.trim_curves)),
+                ("edge_curves", json!(c.edge_curves)),
+                ("defects", json!(defects)),
+            ] {
+                o.insert(key.into(), value);
+            }
+        }
+        ObjectKind::Curve(curve) => {
+            o.insert("curve".into(), json!(curve.type_name()));
+            o.insert("supported".into(), json!(false));
+        }
+        ObjectKind::Refused { class, reason } => {
+            o.insert("class".into(), json!(class));
+            o.insert("reason".into(), json!(reason.to_string()));
+            o.insert("supported".into(), json!(false));
+        }
+        _ => {
+            o.insert("supported".into(), json!(false));
+        }
+    }
+    if !object.warnings.is_empty() {
+        o.insert("warnings".into(), json!(object.warnings));
+    }
+    Value::Object(o)
+}
+
+fn list(counts: &Counts) -> String {
+    let all: Vec<String> = counts.iter().map(|(k, n)| format!("{n} {k}")).collect();
+    all.join(", ")
+}
+
+fn as_text(document: &Document) -> String {
+    let mut lines = vec![format!(
+        "3dm version {}, units {}, {} objects",
+        document.version,
+        document.units,
+        document.objects.len()
+    )];
+    lines.extend(document.warnings.iter().map(|w| format!("  warning: {w}")));
+    for (i, object) in document.objects.iter().enumerate() {
+        let mut head = format!("object {i}: {}", object.kind.name());
+        if !object.name.is_empty() {
+            head += &format!(" `{}`", object.name);
+        }
+        if let Some(layer) = &object.layer {
+            head += &format!(" on layer `{layer}`");
+        }
+        match &object.kind {
+            ObjectKind::Brep(brep) | ObjectKind::Surface(brep) => {
+                lines.push(head);
+                brep_text(brep, &mut lines);
+            }
+            ObjectKind::Refused { class, reason } => {
+                lines.push(format!("{head} ({class}): {reason}"));
+            }
+            ObjectKind::Curve(curve) => {
+                lines.push(format!("{head} ({}), not asked", curve.type_name()))
+            }
+            _ => lines.push(format!("{head}, not supported")),
+        }
+        lines.extend(object.warnings.iter().map(|w| format!("  warning: {w}")));
+    }
+    lines.join("\n") + "\n"
+}
+
+fn brep_text(brep: &Brep, lines: &mut Vec<String>) {
+    let p = brep.parts();
+    let c = contents(brep);
+    lines.push(format!(
+        "  {} faces, {} loops, {} trims, {} edges, {} vertices; {}",
+        p.faces.len(),
+        p.loops.len(),
+        p.trims.len(),
+        p.edges.len(),
+        p.vertices.len(),
+        if brep.is_closed() { "closed" } else { "open" }
+    ));
+    lines.push(format!("  surfaces: {}", list(&c.surfaces)));
+    lines.push(format!("  trim curves: {}", list(&c.trim_curves)));
+    lines.push(format!("  edge curves: {}", list(&c.edge_curves)));
+    let defects = brep.defects();
+    if defects.is_empty() {
+        lines.push("  no defects".into());
+    }
+    for defect in defects.iter().take(SHOWN) {
+        lines.push(format!("  defect: {defect}"));
+    }
+    if defects.len() > SHOWN {
+        lines.push(format!(
+            "  and {} more; --json lists them all",
+            defects.len() - SHOWN
+        ));
+    }
+}

@@ -1,0 +1,326 @@
+//! An answer, as a line of JSON.
+
+use feeler::nurbs::SurfacePoint;
+use feeler::query::{
+    Contact, ContactAnswer, Feature, Hit, LineAnswer, Separation, SideAnswer, Undecided,
+};
+use feeler::trim::Side;
+use serde::{Serialize, Serializer};
+use serde_json::Value;
+
+/// A value and what is claimed of it.
+///
+/// `lo` and `hi` are left out by engines without certificates. A claim that is infinite
+/// (nothing is known) is written as `null`.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Claim {
+    /// The value to use.
+    pub value: f64,
+    /// Proven lower bound.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub lo: Option<f64>,
+    /// Proven upper bound.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub hi: Option<f64>,
+}
+
+/// One contact.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct ContactLine {
+    /// Point on the BREP.
+    pub on_brep: [f64; 3],
+    /// Point on the probe.
+    pub on_probe: [f64; 3],
+    /// Unit normal from BREP to probe.
+    pub normal: [f64; 3],
+    /// Signed gap here.
+    pub separation: Claim,
+    /// What is touched, counted through the file's BREPs.
+    #[serde(serialize_with = "write_feature")]
+    pub feature: Feature,
+    /// The face the point was found on, counted likewise.
+    #[serde(skip)]
+    pub face: usize,
+    /// Parameters on the face.
+    pub uv: [f64; 2],
+    /// Bound on the distance of `on_brep` from the true point.
+    pub position_bound: Option<f64>,
+    /// Bound on the angle of `normal`, in radians.
+    pub normal_bound: Option<f64>,
+}
+
+/// One hit of a line.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct HitLine {
+    /// The parameter.
+    pub t: Claim,
+    /// The other end of a whole interval.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub t_end: Option<Claim>,
+    /// The point.
+    pub point: [f64; 3],
+    /// The face's normal.
+    pub normal: [f64; 3],
+    /// What is hit, counted through the file's BREPs.
+    #[serde(serialize_with = "write_feature")]
+    pub feature: Feature,
+    /// Parameters on the face.
+    pub uv: [f64; 2],
+    /// Whether it touches without crossing.
+    pub tangential: bool,
+}
+
+/// What an answer says.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[serde(untagged)]
+pub enum Body {
+    /// The query was refused.
+    Error {
+        /// Why.
+        error: String,
+    },
+    /// Of a sphere or half-space.
+    Contact {
+        /// From the union of the BREPs.
+        separation: Claim,
+        /// Whether the closest points reach beyond one foot box.
+        continuum: bool,
+        /// Deepest first.
+        contacts: Vec<ContactLine>,
+        /// Why the bound is wider than asked.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        undecided: Option<String>,
+    },
+    /// Of a query with `"overlap": true`.
+    Overlap {
+        /// Whether the separation is negative; none where undecided.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        overlap: Option<bool>,
+        /// Why it is not known.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        undecided: Option<String>,
+    },
+    /// Of a line.
+    Line {
+        /// In the order of t.
+        hits: Vec<HitLine>,
+        /// How often the line passes through.
+        crossings: usize,
+        /// Whether it passes an edge within its crack.
+        in_crack: bool,
+        /// Why the hits are not settled.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        undecided: Option<String>,
+    },
+    /// Of a side, in uv or in space.
+    Side {
+        /// The side; none where undecided.
+        #[serde(serialize_with = "write_side", skip_serializing_if = "Option::is_none")]
+        side: Option<Side>,
+        /// Whether it lies in the box of a gap.
+        in_gap: bool,
+        /// Why it is not known.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        undecided: Option<String>,
+    },
+    /// Of an evaluation.
+    Evaluate {
+        /// The point.
+        point: [f64; 3],
+        /// Derivative along u.
+        du: [f64; 3],
+        /// Derivative along v.
+        dv: [f64; 3],
+        /// Bound on each coordinate of the point; none from engines without certificates.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        bound: Option<f64>,
+    },
+}
+
+/// An answer: what it says, with the id of its query.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Answer {
+    /// Copied from the query.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub id: Option<Value>,
+    /// What it says.
+    #[serde(flatten)]
+    pub body: Body,
+}
+
+impl Answer {
+    /// The line, numbers in shortest round-trip form.
+    pub fn to_text(&self) -> String {
+        serde_json::to_string(self).unwrap_or_default()
+    }
+}
+
+impl Body {
+    /// Why the answer has only a bound, if so.
+    pub fn undecided(&self) -> Option<&str> {
+        match self {
+            Self::Contact { undecided, .. }
+            | Self::Overlap { undecided, .. }
+            | Self::Line { undecided, .. }
+            | Self::Side { undecided, .. } => undecided.as_deref(),
+            Self::Evaluate { .. } | Self::Error { .. } => None,
+        }
+    }
+}
+
+impl From<Separation> for Claim {
+    fn from(s: Separation) -> Self {
+        Self {
+            value: s.value,
+            lo: Some(s.bounds.lo),
+            hi: Some(s.bounds.hi),
+        }
+    }
+}
+
+impl From<&Contact> for ContactLine {
+    fn from(c: &Contact) -> Self {
+        Self {
+            on_brep: c.on_brep.coords.into(),
+            on_probe: c.on_probe.coords.into(),
+            normal: c.normal.into(),
+            separation: c.separation.into(),
+            feature: c.feature,
+            face: c.face,
+            uv: c.uv.coords.into(),
+            position_bound: c.position_bound,
+            normal_bound: c.normal_bound,
+        }
+    }
+}
+
+impl From<&Hit> for HitLine {
+    fn from(h: &Hit) -> Self {
+        Self {
+            t: h.t.into(),
+            t_end: h.t_end.map(Claim::from),
+            point: h.point.coords.into(),
+            normal: h.normal.into(),
+            feature: h.feature,
+            uv: h.uv.coords.into(),
+            tangential: h.tangential,
+        }
+    }
+}
+
+fn why(u: Option<Undecided>) -> Option<String> {
+    u.map(|u| u.to_string())
+}
+
+impl From<&ContactAnswer> for Body {
+    fn from(a: &ContactAnswer) -> Self {
+        Self::Contact {
+            separation: a.separation.into(),
+            continuum: a.continuum,
+            contacts: a.contacts.iter().map(ContactLine::from).collect(),
+            undecided: why(a.undecided),
+        }
+    }
+}
+
+impl From<&LineAnswer> for Body {
+    fn from(a: &LineAnswer) -> Self {
+        Self::Line {
+            hits: a.hits.iter().map(HitLine::from).collect(),
+            crossings: a.crossings,
+            in_crack: a.in_crack,
+            undecided: why(a.undecided),
+        }
+    }
+}
+
+impl From<SideAnswer> for Body {
+    fn from(a: SideAnswer) -> Self {
+        Self::Side {
+            side: a.side,
+            in_gap: a.in_gap,
+            undecided: why(a.undecided),
+        }
+    }
+}
+
+impl From<SurfacePoint> for Body {
+    fn from(e: SurfacePoint) -> Self {
+        Self::Evaluate {
+            point: e.point.coords.into(),
+            du: e.du.into(),
+            dv: e.dv.into(),
+            bound: Some(e.bound),
+        }
+    }
+}
+
+/// The protocol's word for a side.
+pub fn side_word(side: Side) -> &'static str {
+    match side {
+        Side::Inside => "inside",
+        Side::Outside => "outside",
+        Side::Boundary => "boundary",
+    }
+}
+
+fn write_side<S: Serializer>(side: &Option<Side>, s: S) -> Result<S::Ok, S::Error> {
+    side.map(side_word).serialize(s)
+}
+
+fn write_feature<S: Serializer>(feature: &Feature, s: S) -> Result<S::Ok, S::Error> {
+    let (what, index) = match *feature {
+        Feature::Face(i) => ("face", i),
+        Feature::Edge(i) => ("edge", i),
+        Feature::Vertex(i) => ("vertex", i),
+    };
+    s.collect_map([(what, index)])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn answers_look_as_the_protocol_says() {
+        let claim = Claim {
+            value: -0.1,
+            lo: Some(f64::NEG_INFINITY),
+            hi: Some(0.5),
+        };
+        let answer = Answer {
+            id: Some(7.into()),
+            body: Body::Contact {
+                separation: claim,
+                continuum: false,
+                contacts: vec![ContactLine {
+                    on_brep: [0.0; 3],
+                    on_probe: [0.0; 3],
+                    normal: [0.0, 0.0, 1.0],
+                    separation: Claim {
+                        value: 1.0,
+                        lo: None,
+                        hi: None,
+                    },
+                    feature: Feature::Edge(3),
+                    face: 1,
+                    uv: [0.1, 0.2],
+                    position_bound: None,
+                    normal_bound: Some(1e-9),
+                }],
+                undecided: Some("node budget spent".into()),
+            },
+        };
+        assert_eq!(
+            answer.to_text(),
+            r#"{"id":7,"separation":{"value":-0.1,"lo":null,"hi":0.5},"continuum":false,"contacts":[{"on_brep":[0.0,0.0,0.0],"on_probe":[0.0,0.0,0.0],"normal":[0.0,0.0,1.0],"separation":{"value":1.0},"feature":{"edge":3},"uv":[0.1,0.2],"position_bound":null,"normal_bound":1e-9}],"undecided":"node budget spent"}"#
+        );
+        let body = Body::from(SideAnswer {
+            side: Some(Side::Boundary),
+            in_gap: true,
+            undecided: None,
+        });
+        let answer = Answer { id: None, body };
+        assert_eq!(answer.to_text(), r#"{"side":"boundary","in_gap":true}"#);
+    }
+}

@@ -1,0 +1,627 @@
+//! What an answer earned against the truth.
+//!
+//! Every comparison of a claim with the truth is exact: both are dyadic. Only sizes of errors, which
+//! are reported and held against a suite's ceilings, are rounded.
+
+use crate::answer::{Body, Claim, HitLine};
+use crate::truth::{HitTruth, Truth, TruthEnclosure};
+use feeler::numeric::Dyadic;
+use feeler::query::Accuracy;
+
+/// What an answer earned.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Verdict {
+    /// The truth lies within every claim.
+    Right,
+    /// A claim and the truth are disjoint, or a count, side or flag differs.
+    Wrong,
+    /// The truth lies partly within the claim: it must be made narrower.
+    Indeterminate,
+    /// No claim is wrong, but the bound is wider than was asked, or there is none.
+    Undecided,
+}
+
+/// A verdict, and how large the error was.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Judgement {
+    /// What the answer earned.
+    pub verdict: Verdict,
+    /// Why, where it is not right.
+    pub reason: Option<String>,
+    /// Error of the value to use, in model units (of `t`, times the direction's length); absent for sides.
+    pub error: Option<f64>,
+    /// The same in units in the last place of the true value, never of less than the floor of full
+    /// accuracy.
+    pub ulps: Option<f64>,
+    /// Largest error of a first derivative, relative to the largest derivative.
+    pub derivative_error: Option<f64>,
+    /// Whether a claim is infinite: nothing was proven.
+    pub unbounded: bool,
+}
+
+/// What the judge needs to know of a query.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Asked {
+    /// Width of the enclosure asked for.
+    pub accuracy: Accuracy,
+    /// Longest side of the model's box, in model units.
+    pub size: f64,
+    /// Report contacts with separation <= this.
+    pub prediction: f64,
+    /// Whether contacts were asked for.
+    pub contacts: bool,
+    /// Length of a line's direction; 1 for other queries.
+    pub scale: f64,
+}
+
+/// Full accuracy asks for no less than this fraction of the model's size.
+const FLOOR: f64 = 1.0 / (1u128 << 96) as f64;
+
+impl Asked {
+    fn floor(&self) -> f64 {
+        FLOOR * self.size
+    }
+
+    /// The widest enclosure of this separation that was asked for.
+    fn widest(&self, lo: f64, hi: f64) -> f64 {
+        match self.accuracy {
+            Accuracy::Full => (2.0 * ulp(lo.abs().max(hi.abs()))).max(self.floor()),
+            Accuracy::Length(a) => a,
+        }
+    }
+}
+
+/// The distance from |x| to the next larger f64.
+pub fn ulp(x: f64) -> f64 {
+    let x = x.abs();
+    x.next_up() - x
+}
+
+impl Judgement {
+    fn new(verdict: Verdict, reason: impl Into<String>) -> Self {
+        Self {
+            verdict,
+            reason: Some(reason.into()),
+            error: None,
+            ulps: None,
+            derivative_error: None,
+            unbounded: false,
+        }
+    }
+
+    fn right() -> Self {
+        Self {
+            reason: None,
+            ..Self::new(Verdict::Right, "")
+        }
+    }
+
+    /// Wrong beats indeterminate beats undecided beats right; errors are the larger ones.
+    fn and(mut self, other: Self) -> Self {
+        let rank = |v: Verdict| match v {
+            Verdict::Wrong => 3,
+            Verdict::Indeterminate => 2,
+            Verdict::Undecided => 1,
+            Verdict::Right => 0,
+        };
+        if rank(other.verdict) > rank(self.verdict) {
+            self.verdict = other.verdict;
+            self.reason = other.reason;
+        }
+        self.error = larger(self.error, other.error);
+        self.ulps = larger(self.ulps, other.ulps);
+        self.derivative_error = larger(self.derivative_error, other.derivative_error);
+        self.unbounded |= other.unbounded;
+        self
+    }
+}
+
+fn larger(a: Option<f64>, b: Option<f64>) -> Option<f64> {
+    match (a, b) {
+        (Some(a), Some(b)) => Some(a.max(b)),
+        _ => a.or(b),
+    }
+}
+
+/// Holds an answer against the truth.
+pub fn judge(asked: &Asked, answer: &Body, truth: &Truth) -> Judgement {
+    let judgement = match (answer, truth) {
+        (_, Truth::Unknown { why }) => {
+            Judgement::new(Verdict::Indeterminate, format!("no truth: {why}"))
+        }
+        (Body::Error { error }, _) => Judgement::new(Verdict::Wrong, format!("refused: {error}")),
+        (
+            Body::Contact {
+                separation,
+                contacts,
+                ..
+            },
+            Truth::Separation(truth),
+        ) => {
+            let mut all = separation_verdict(asked, separation, truth);
+            let deepest = contacts.first().map(|c| c.separation);
+            if let Some(deepest) = &deepest {
+                let mut of_contact = claim_verdict(deepest, truth, "the deepest contact");
+                // Its width is the contact's own affair: the separation's is what was asked.
+                of_contact.error = None;
+                all = all.and(of_contact);
+            }
+            let touching = truth.hi <= exact(asked.prediction);
+            if asked.contacts && touching && deepest.is_none() && all.verdict == Verdict::Right {
+                all = all.and(Judgement::new(Verdict::Wrong, "no contact reported"));
+            }
+            all
+        }
+        (
+            Body::Overlap {
+                overlap: Some(overlap),
+                ..
+            },
+            Truth::Separation(truth),
+        ) => {
+            let negative = truth.hi.signum() < 0;
+            if !negative && truth.lo.signum() < 0 {
+                Judgement::new(Verdict::Indeterminate, "the truth's sign is not certain")
+            } else if *overlap == negative {
+                Judgement::right()
+            } else {
+                Judgement::new(Verdict::Wrong, format!("overlap is {negative}"))
+            }
+        }
+        (
+            Body::Side {
+                side: Some(side),
+                in_gap,
+                ..
+            },
+            Truth::Side {
+                side: true_side,
+                in_gap: true_gap,
+            },
+        ) => {
+            if side != true_side {
+                Judgement::new(
+                    Verdict::Wrong,
+                    format!("{side:?}, and the truth is {true_side:?}"),
+                )
+            } else if true_gap.is_some_and(|g| g != *in_gap) {
+                Judgement::new(Verdict::Wrong, format!("in_gap is {in_gap}"))
+            } else {
+                Judgement::right()
+            }
+        }
+        (
+            Body::Line {
+                hits,
+                crossings,
+                in_crack,
+                undecided,
+            },
+            Truth::Line {
+                hits: true_hits,
+                crossings: true_crossings,
+                in_crack: true_crack,
+            },
+        ) => {
+            if let Some(why) = undecided {
+                Judgement::new(Verdict::Undecided, why)
+            } else {
+                let mut all = hits_verdict(asked, hits, true_hits);
+                if crossings != true_crossings {
+                    let reason =
+                        format!("{crossings} crossings, and the truth is {true_crossings}");
+                    all = all.and(Judgement::new(Verdict::Wrong, reason));
+                }
+                if in_crack != true_crack {
+                    let reason = format!("in_crack is {in_crack}");
+                    all = all.and(Judgement::new(Verdict::Wrong, reason));
+                }
+                all
+            }
+        }
+        (
+            Body::Evaluate {
+                point,
+                du,
+                dv,
+                bound,
+            },
+            Truth::Evaluate {
+                point: true_point,
+                du: true_du,
+                dv: true_dv,
+            },
+        ) => {
+            let mut all = point_verdict(point, *bound, true_point);
+            all.derivative_error = Some(derivative_error([du, dv], [true_du, true_dv]));
+            all
+        }
+        (Body::Overlap { .. } | Body::Side { .. }, _) if answer.undecided().is_some() => {
+            Judgement::right()
+        }
+        _ => Judgement::new(Verdict::Wrong, "an answer to another question"),
+    };
+    match answer.undecided() {
+        Some(why) => judgement.and(Judgement::new(Verdict::Undecided, why)),
+        None => judgement,
+    }
+}
+
+/// NaN and infinity have no exact value; they are treated where they may occur.
+fn exact(x: f64) -> Dyadic {
+    Dyadic::from_f64(x).unwrap_or(Dyadic::ZERO)
+}
+
+/// The largest distance of `x` from a point of the truth, rounded.
+fn distance(x: f64, truth: &TruthEnclosure) -> f64 {
+    let x = exact(x);
+    let below = (&x - &truth.lo).approximate().abs();
+    let above = (&truth.hi - &x).approximate().abs();
+    below.max(above)
+}
+
+enum Where {
+    Within,
+    Partly,
+    Disjoint,
+}
+
+/// Where the truth lies relative to `[lo, hi]`; infinite ends are allowed.
+fn locate(lo: f64, hi: f64, truth: &TruthEnclosure) -> Where {
+    let above_lo = |x: &Dyadic| lo == f64::NEG_INFINITY || (lo.is_finite() && exact(lo) <= *x);
+    let below_hi = |x: &Dyadic| hi == f64::INFINITY || (hi.is_finite() && *x <= exact(hi));
+    if above_lo(&truth.lo) && below_hi(&truth.hi) {
+        Where::Within
+    } else if above_lo(&truth.hi) && below_hi(&truth.lo) {
+        Where::Partly
+    } else {
+        Where::Disjoint
+    }
+}
+
+/// Whether a claim holds, however wide it is.
+fn claim_verdict(claim: &Claim, truth: &TruthEnclosure, what: &str) -> Judgement {
+    let (lo, hi) = (
+        claim.lo.unwrap_or(claim.value),
+        claim.hi.unwrap_or(claim.value),
+    );
+    // Also false where one is NaN.
+    if !(lo <= claim.value && claim.value <= hi && claim.value.is_finite()) {
+        let reason = format!("{what}: the value {} is not in [{lo}, {hi}]", claim.value);
+        return Judgement::new(Verdict::Wrong, reason);
+    }
+    let error = distance(claim.value, truth);
+    let mut judgement = match locate(lo, hi, truth) {
+        Where::Within => Judgement::right(),
+        Where::Partly => Judgement::new(
+            Verdict::Indeterminate,
+            format!("{what}: the truth is not narrow enough to judge [{lo}, {hi}]"),
+        ),
+        Where::Disjoint => Judgement::new(
+            Verdict::Wrong,
+            format!(
+                "{what}: [{lo}, {hi}], and the truth is near {:e}; the value is off by {error:e}",
+                truth.lo.approximate()
+            ),
+        ),
+    };
+    judgement.error = Some(error);
+    judgement.unbounded = lo.is_infinite() || hi.is_infinite();
+    judgement
+}
+
+fn separation_verdict(asked: &Asked, claim: &Claim, truth: &TruthEnclosure) -> Judgement {
+    let mut judgement = claim_verdict(claim, truth, "separation");
+    if let Some(error) = judgement.error {
+        // Half the widest enclosure at full accuracy: 1 ulp, down to the floor.
+        let unit = ulp(truth.lo.approximate()).max(0.5 * asked.floor());
+        judgement.ulps = Some(error / unit);
+    }
+    if let (Some(lo), Some(hi)) = (claim.lo, claim.hi) {
+        let width = hi - lo;
+        let widest = asked.widest(lo, hi);
+        if width > widest {
+            let reason = format!("enclosure {width:e} wide, asked were {widest:e}");
+            judgement = judgement.and(Judgement::new(Verdict::Undecided, reason));
+        }
+    }
+    judgement
+}
+
+/// Hits in the order of t. Two faces that meet at an edge may give one parameter or two; a claim must
+/// have at least as many hits as there are distinct parameters, and at most as many as there are
+/// true hits on faces.
+fn hits_verdict(asked: &Asked, claims: &[HitLine], truths: &[HitTruth]) -> Judgement {
+    let mut distinct: Vec<&HitTruth> = Vec::new();
+    for t in truths {
+        match distinct.last() {
+            Some(last) if t.t.lo <= last.t.hi && last.t_end.is_none() && t.t_end.is_none() => {}
+            _ => distinct.push(t),
+        }
+    }
+    let expected: Vec<&HitTruth> = if claims.len() == truths.len() {
+        truths.iter().collect()
+    } else if claims.len() == distinct.len() {
+        distinct
+    } else {
+        let reason = format!("{} hits, and the truth is {}", claims.len(), truths.len());
+        return Judgement::new(Verdict::Wrong, reason);
+    };
+    let mut all = Judgement::right();
+    for (i, (claim, truth)) in claims.iter().zip(expected).enumerate() {
+        let what = format!("hit {i}");
+        all = all.and(claim_verdict(&claim.t, &truth.t, &what));
+        match (&claim.t_end, &truth.t_end) {
+            (Some(claim), Some(truth)) => all = all.and(claim_verdict(claim, truth, &what)),
+            (None, None) => {}
+            _ => {
+                let reason = format!("{what}: a point against a whole interval");
+                all = all.and(Judgement::new(Verdict::Wrong, reason));
+            }
+        }
+        if truth.tangential.is_some_and(|t| t != claim.tangential) {
+            let reason = format!("{what}: tangential is {}", claim.tangential);
+            all = all.and(Judgement::new(Verdict::Wrong, reason));
+        }
+        // The value of t is used as a point: in ulp of the farther of it and the direction's length.
+        let unit = ulp(truth.t.lo.approximate());
+        let ulps = distance(claim.t.value, &truth.t) / unit.max(ulp(1.0));
+        all.ulps = larger(all.ulps, Some(ulps));
+        if let (Some(lo), Some(hi)) = (claim.t.lo, claim.t.hi)
+            && let Accuracy::Length(a) = asked.accuracy
+            && (hi - lo) * asked.scale > a
+        {
+            let reason = format!("{what}: enclosure {:e} wide", (hi - lo) * asked.scale);
+            all = all.and(Judgement::new(Verdict::Undecided, reason));
+        }
+    }
+    all.error = all.error.map(|e| e * asked.scale);
+    all
+}
+
+/// Each coordinate of the truth must lie within the claimed point +- bound, exactly.
+fn point_verdict(point: &[f64; 3], bound: Option<f64>, truth: &[TruthEnclosure; 3]) -> Judgement {
+    let bound = bound.unwrap_or(0.0);
+    if bound.is_nan() || bound < 0.0 || point.iter().any(|x| !x.is_finite()) {
+        return Judgement::new(Verdict::Wrong, "the point or its bound is not a number");
+    }
+    if bound.is_infinite() {
+        let mut judgement = Judgement::new(Verdict::Undecided, "no bound");
+        judgement.unbounded = true;
+        return judgement;
+    }
+    let largest = point.iter().fold(0.0f64, |m, x| m.max(x.abs()));
+    let mut all = Judgement::right();
+    for (c, (x, truth)) in point.iter().zip(truth).enumerate() {
+        let (lo, hi) = (&exact(*x) - &exact(bound), &exact(*x) + &exact(bound));
+        let error = distance(*x, truth);
+        let mut one = if lo <= truth.lo && truth.hi <= hi {
+            Judgement::right()
+        } else if truth.hi < lo || hi < truth.lo {
+            let reason = format!("coordinate {c} is off by {error:e}, the bound is {bound:e}");
+            Judgement::new(Verdict::Wrong, reason)
+        } else {
+            Judgement::new(Verdict::Indeterminate, "the truth is not narrow enough")
+        };
+        one.error = Some(error);
+        one.ulps = Some(error / ulp(largest.max(f64::MIN_POSITIVE)));
+        all = all.and(one);
+    }
+    all
+}
+
+fn derivative_error(claims: [&[f64; 3]; 2], truths: [&[TruthEnclosure; 3]; 2]) -> f64 {
+    let (mut error, mut largest) = (0.0f64, 0.0f64);
+    for (claim, truth) in claims.into_iter().zip(truths) {
+        for (x, t) in claim.iter().zip(truth) {
+            let one = if x.is_finite() {
+                distance(*x, t)
+            } else {
+                f64::INFINITY
+            };
+            error = error.max(one);
+            largest = largest.max(t.lo.approximate().abs());
+        }
+    }
+    if error == 0.0 { 0.0 } else { error / largest }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use feeler::query::Feature;
+    use feeler::trim::Side;
+
+    fn truth(lo: &str, hi: &str) -> TruthEnclosure {
+        TruthEnclosure {
+            lo: lo.parse().unwrap(),
+            hi: hi.parse().unwrap(),
+        }
+    }
+
+    const ASKED: Asked = Asked {
+        accuracy: Accuracy::Full,
+        size: 10.0,
+        prediction: 0.0,
+        contacts: false,
+        scale: 1.0,
+    };
+
+    fn separation(value: f64, lo: f64, hi: f64) -> Body {
+        Body::Contact {
+            separation: Claim {
+                value,
+                lo: Some(lo),
+                hi: Some(hi),
+            },
+            continuum: false,
+            contacts: vec![],
+            undecided: None,
+        }
+    }
+
+    /// 1/3 between its neighbouring f64s is not a f64: 0x5555..p-k.
+    fn third() -> TruthEnclosure {
+        truth(
+            "5555555555555555555555555555555555555555p-160",
+            "5555555555555555555555555555555555555556p-160",
+        )
+    }
+
+    #[test]
+    fn separations() {
+        let t = Truth::Separation(third());
+        let x = 1.0 / 3.0;
+        let verdict = |a: &Body| judge(&ASKED, a, &t);
+        let right = verdict(&separation(x, x, x.next_up()));
+        assert_eq!(right.verdict, Verdict::Right);
+        // 1/3 is rounded down by a third of an ulp.
+        assert!((right.ulps.unwrap() - 1.0 / 3.0).abs() < 1e-6);
+        assert_eq!(verdict(&separation(x, x, x)).verdict, Verdict::Wrong);
+        let off = x + 1e-9;
+        let wrong = verdict(&separation(off, off, off.next_up()));
+        assert_eq!(wrong.verdict, Verdict::Wrong);
+        assert!(wrong.reason.unwrap().contains("e-9") || wrong.error.unwrap() > 9e-10);
+        // Too wide for full accuracy, but not wrong.
+        let wide = verdict(&separation(x, x - 1e-12, x + 1e-12));
+        assert_eq!(wide.verdict, Verdict::Undecided);
+        assert!(!wide.unbounded);
+        let unbounded = verdict(&separation(x, 0.0, f64::INFINITY));
+        assert_eq!(unbounded.verdict, Verdict::Undecided);
+        assert!(unbounded.unbounded);
+        // The value to use must be in its own bounds, and a number.
+        assert_eq!(verdict(&separation(1.0, 0.0, 0.5)).verdict, Verdict::Wrong);
+        let nan = verdict(&separation(f64::NAN, 0.0, 0.5));
+        assert_eq!(nan.verdict, Verdict::Wrong);
+        let nan = verdict(&separation(x, f64::NAN, 0.5));
+        assert_eq!(nan.verdict, Verdict::Wrong);
+        // A truth that is too wide to judge.
+        let t = Truth::Separation(truth("0p0", "1p0"));
+        let j = judge(&ASKED, &separation(x, x, x.next_up()), &t);
+        assert_eq!(j.verdict, Verdict::Indeterminate);
+    }
+
+    #[test]
+    fn an_undecided_answer_can_still_be_wrong() {
+        let mut a = separation(0.25, 0.2, 0.3);
+        if let Body::Contact { undecided, .. } = &mut a {
+            *undecided = Some("node budget spent".into());
+        }
+        let t = Truth::Separation(third());
+        assert_eq!(judge(&ASKED, &a, &t).verdict, Verdict::Wrong);
+    }
+
+    #[test]
+    fn a_contact_that_is_due_must_be_reported() {
+        let asked = Asked {
+            contacts: true,
+            ..ASKED
+        };
+        let t = Truth::Separation(truth("-1p-1", "-1p-1"));
+        let j = judge(&asked, &separation(-0.5, -0.5, -0.5), &t);
+        assert_eq!(j.verdict, Verdict::Wrong);
+        let apart = Truth::Separation(truth("1p-1", "1p-1"));
+        let j = judge(&asked, &separation(0.5, 0.5, 0.5), &apart);
+        assert_eq!(j.verdict, Verdict::Right);
+        assert_eq!(j.error, Some(0.0));
+    }
+
+    fn line(ts: &[(f64, bool)]) -> Body {
+        Body::Line {
+            hits: ts
+                .iter()
+                .map(|&(t, tangential)| HitLine {
+                    t: Claim {
+                        value: t,
+                        lo: Some(t.next_down()),
+                        hi: Some(t.next_up()),
+                    },
+                    t_end: None,
+                    point: [0.0; 3],
+                    normal: [0.0, 0.0, 1.0],
+                    feature: Feature::Face(0),
+                    uv: [0.0; 2],
+                    tangential,
+                })
+                .collect(),
+            crossings: 2,
+            in_crack: false,
+            undecided: None,
+        }
+    }
+
+    fn hit(t: &TruthEnclosure, face: usize) -> HitTruth {
+        HitTruth {
+            t: t.clone(),
+            t_end: None,
+            face,
+            tangential: Some(false),
+        }
+    }
+
+    #[test]
+    fn lines() {
+        let one = truth("1p0", "1p0");
+        let t = Truth::Line {
+            hits: vec![hit(&third(), 0), hit(&one, 1), hit(&one, 2)],
+            crossings: 2,
+            in_crack: false,
+        };
+        let x = 1.0 / 3.0;
+        let verdict = |a: &Body| judge(&ASKED, a, &t).verdict;
+        // The edge at t = 1 may count once or for each of its faces.
+        let two = [(x, false), (1.0, false)];
+        let three = [(x, false), (1.0, false), (1.0, false)];
+        assert_eq!(verdict(&line(&two)), Verdict::Right);
+        assert_eq!(verdict(&line(&three)), Verdict::Right);
+        assert_eq!(verdict(&line(&[(x, false)])), Verdict::Wrong);
+        assert_eq!(verdict(&line(&[(x, true), (1.0, false)])), Verdict::Wrong);
+        assert_eq!(
+            verdict(&line(&[(x + 1e-9, false), (1.0, false)])),
+            Verdict::Wrong
+        );
+        let mut extra = two.to_vec();
+        extra.extend([(2.0, false), (3.0, false)]);
+        assert_eq!(verdict(&line(&extra)), Verdict::Wrong);
+    }
+
+    #[test]
+    fn sides_and_points() {
+        let side = |side, undecided: Option<&str>| Body::Side {
+            side,
+            in_gap: false,
+            undecided: undecided.map(str::to_owned),
+        };
+        let t = Truth::Side {
+            side: Side::Inside,
+            in_gap: Some(false),
+        };
+        let verdict = |b: &Body| judge(&ASKED, b, &t).verdict;
+        assert_eq!(verdict(&side(Some(Side::Inside), None)), Verdict::Right);
+        assert_eq!(verdict(&side(Some(Side::Boundary), None)), Verdict::Wrong);
+        assert_eq!(verdict(&side(None, Some("crack"))), Verdict::Undecided);
+        assert_eq!(verdict(&side(None, None)), Verdict::Wrong);
+
+        let zero = truth("0p0", "0p0");
+        let t = Truth::Evaluate {
+            point: [third(), zero.clone(), zero.clone()],
+            du: [third(), zero.clone(), zero.clone()],
+            dv: [zero.clone(), zero.clone(), zero],
+        };
+        let evaluate = |x: f64, bound: f64| Body::Evaluate {
+            point: [x, 0.0, 0.0],
+            du: [x, 0.0, 0.0],
+            dv: [0.0; 3],
+            bound: Some(bound),
+        };
+        let x = 1.0 / 3.0;
+        let j = judge(&ASKED, &evaluate(x, 1e-16), &t);
+        assert_eq!(j.verdict, Verdict::Right);
+        assert!(j.derivative_error.unwrap() < 1e-16);
+        let j = judge(&ASKED, &evaluate(x, 1e-18), &t);
+        assert_eq!(j.verdict, Verdict::Wrong);
+        let j = judge(&ASKED, &evaluate(x, f64::NAN), &t);
+        assert_eq!(j.verdict, Verdict::Wrong);
+        assert!(judge(&ASKED, &evaluate(x, f64::INFINITY), &t).unbounded);
+    }
+}

@@ -1,0 +1,279 @@
+//! Engines: what answers queries.
+
+use feeler::numeric::Enclosure;
+use feeler::prepare::PreparedBrep;
+use feeler::query::{
+    self, Accuracy, ContactAnswer, Contacts, Feature, Hit, LineAnswer, LineProbe, Options, Probe,
+    Separation, SideAnswer, Undecided, Workspace,
+};
+use feeler::trim::Side;
+use feeler_corpus::{Answer, Ask, Body, Hits, Model, Query};
+use nalgebra::{Point2, Point3};
+
+/// What answers queries about one model at a time.
+pub trait Engine {
+    /// Its name and version, for reports.
+    fn name(&self) -> String;
+
+    /// Turns to a model; queries are about it from then on.
+    ///
+    /// # Errors
+    /// Why the model cannot be treated, in one line.
+    fn open(&mut self, model: &Model) -> Result<(), String>;
+
+    /// Answers a query.
+    fn answer(&mut self, query: &Query) -> Answer;
+}
+
+/// One BREP, and where the numbers of its features start.
+#[derive(Debug)]
+struct Part {
+    brep: PreparedBrep,
+    faces: usize,
+    edges: usize,
+    vertices: usize,
+}
+
+/// The kernel of this project.
+#[derive(Debug, Default)]
+pub struct FeelerEngine {
+    parts: Vec<Part>,
+    workspace: Workspace,
+    /// What holds where a query says nothing.
+    pub defaults: Options,
+}
+
+impl FeelerEngine {
+    /// An engine that answers about these options where a query says nothing.
+    pub fn new(defaults: Options) -> Self {
+        Self {
+            defaults,
+            ..Self::default()
+        }
+    }
+
+    /// Size of the model: the longest side of its box.
+    pub fn size(&self) -> f64 {
+        self.parts.iter().fold(0.0, |m, p| p.brep.size().max(m))
+    }
+
+    fn faces(&self) -> usize {
+        let last = self.parts.last();
+        last.map_or(0, |p| p.faces + p.brep.brep().faces().len())
+    }
+
+    fn part_of(&self, face: usize) -> Option<(&Part, usize)> {
+        let part = self.parts.iter().rev().find(|p| p.faces <= face)?;
+        let local = face - part.faces;
+        (local < part.brep.brep().faces().len()).then_some((part, local))
+    }
+
+    fn no_face(&self, face: usize) -> Body {
+        Body::Error {
+            error: format!(
+                "there is no face {face}: the model has {}, counted from 0",
+                self.faces()
+            ),
+        }
+    }
+
+    fn contact(&mut self, probe: &Probe, options: &Options) -> ContactAnswer {
+        let mut answers = Vec::with_capacity(self.parts.len());
+        for part in &self.parts {
+            let mut answer = query::contact(&part.brep, probe, options, &mut self.workspace);
+            for c in &mut answer.contacts {
+                c.feature = part.feature(c.feature);
+                c.face += part.faces;
+            }
+            answers.push(answer);
+        }
+        if answers.len() == 1
+            && let Some(only) = answers.pop()
+        {
+            return only;
+        }
+        union(answers, options, self.size())
+    }
+
+    fn line(&mut self, line: &LineProbe, options: &Options) -> LineAnswer {
+        let mut all = LineAnswer {
+            hits: Vec::new(),
+            crossings: 0,
+            in_crack: false,
+            undecided: None,
+        };
+        for part in &self.parts {
+            let answer = query::line(&part.brep, line, options, &mut self.workspace);
+            all.hits.extend(answer.hits.into_iter().map(|h| Hit {
+                feature: part.feature(h.feature),
+                face: h.face + part.faces,
+                ..h
+            }));
+            all.crossings += answer.crossings;
+            all.in_crack |= answer.in_crack;
+            all.undecided = all.undecided.or(answer.undecided);
+        }
+        all.hits.sort_by(|a, b| a.t.value.total_cmp(&b.t.value));
+        all
+    }
+
+    fn side(&self, face: usize, uv: Point2<f64>) -> Option<SideAnswer> {
+        let (part, local) = self.part_of(face)?;
+        query::side(&part.brep, local, uv)
+    }
+
+    /// In material if in that of any BREP.
+    fn inside(&mut self, point: Point3<f64>) -> SideAnswer {
+        let mut all = SideAnswer {
+            side: Some(Side::Outside),
+            in_gap: false,
+            undecided: None,
+        };
+        for part in &self.parts {
+            let one = query::inside(&part.brep, point, &mut self.workspace);
+            match one.side {
+                Some(Side::Inside) => return one,
+                Some(Side::Boundary) if all.undecided.is_none() => all.side = one.side,
+                Some(_) => {}
+                None => all = one,
+            }
+        }
+        all
+    }
+}
+
+impl Part {
+    fn feature(&self, feature: Feature) -> Feature {
+        match feature {
+            Feature::Face(i) => Feature::Face(i + self.faces),
+            Feature::Edge(i) => Feature::Edge(i + self.edges),
+            Feature::Vertex(i) => Feature::Vertex(i + self.vertices),
+        }
+    }
+}
+
+/// The answer for the union of several BREPs: the separation is the minimum.
+fn union(answers: Vec<ContactAnswer>, options: &Options, size: f64) -> ContactAnswer {
+    /// The floor of full accuracy, as a fraction of the size.
+    const FLOOR: f64 = 1.0 / (1u128 << 96) as f64;
+    let none = Enclosure::exact(f64::INFINITY);
+    let bounds = answers
+        .iter()
+        .fold(none, |b, a| b.min(&a.separation.bounds));
+    let value = answers
+        .iter()
+        .fold(f64::INFINITY, |v, a| v.min(a.separation.value));
+    let mut all = ContactAnswer {
+        separation: Separation {
+            value: value.clamp(bounds.lo, bounds.hi),
+            bounds,
+        },
+        continuum: false,
+        contacts: Vec::new(),
+        undecided: None,
+    };
+    let largest = bounds.lo.abs().max(bounds.hi.abs());
+    let widest = match options.accuracy {
+        Accuracy::Full => (2.0 * (largest.next_up() - largest)).max(FLOOR * size),
+        Accuracy::Length(a) => a,
+    };
+    let too_wide = bounds.hi - bounds.lo > widest;
+    for a in answers {
+        // Only those that may be the nearest have a say.
+        if a.separation.bounds.lo <= bounds.hi {
+            all.continuum |= a.continuum;
+            if too_wide {
+                all.undecided = all.undecided.or(a.undecided).or(Some(Undecided::Precision));
+            }
+        }
+        all.contacts.extend(a.contacts);
+    }
+    all.contacts
+        .sort_by(|a, b| a.separation.value.total_cmp(&b.separation.value));
+    if options.contacts == Contacts::Deepest {
+        all.contacts.truncate(1);
+    }
+    all
+}
+
+impl Engine for FeelerEngine {
+    fn name(&self) -> String {
+        format!("feeler {}", env!("CARGO_PKG_VERSION"))
+    }
+
+    fn open(&mut self, model: &Model) -> Result<(), String> {
+        self.parts.clear();
+        let (mut faces, mut edges, mut vertices) = (0, 0, 0);
+        for brep in &model.breps {
+            self.parts.push(Part {
+                brep: PreparedBrep::new(brep.clone()),
+                faces,
+                edges,
+                vertices,
+            });
+            faces += brep.faces().len();
+            edges += brep.parts().edges.len();
+            vertices += brep.parts().vertices.len();
+        }
+        Ok(())
+    }
+
+    fn answer(&mut self, query: &Query) -> Answer {
+        let options = Options {
+            accuracy: query.accuracy.unwrap_or(self.defaults.accuracy),
+            prediction: query.prediction.unwrap_or(self.defaults.prediction),
+            contacts: query.contacts.unwrap_or(self.defaults.contacts),
+            ..self.defaults
+        };
+        let body = match query.ask {
+            Ask::Contact(probe) if query.overlap => {
+                let options = Options {
+                    contacts: Contacts::None,
+                    ..options
+                };
+                overlap(&self.contact(&probe, &options))
+            }
+            Ask::Contact(probe) => Body::from(&self.contact(&probe, &options)),
+            Ask::Line(line) => {
+                let mut answer = self.line(&line, &options);
+                if query.hits != Hits::All {
+                    // The hits are in the order of t: the first serves as any.
+                    answer.hits.truncate(1);
+                }
+                Body::from(&answer)
+            }
+            Ask::Side(face, uv) => match self.side(face, uv) {
+                Some(side) => side.into(),
+                None => self.no_face(face),
+            },
+            Ask::Inside(point) => self.inside(point).into(),
+            Ask::Evaluate(face, uv) => match self.part_of(face) {
+                Some((part, local)) => match query::evaluate(&part.brep, local, uv) {
+                    Some(found) => found.into(),
+                    None => self.no_face(face),
+                },
+                None => self.no_face(face),
+            },
+        };
+        Answer {
+            id: query.id.clone(),
+            body,
+        }
+    }
+}
+
+fn overlap(answer: &ContactAnswer) -> Body {
+    let bounds = answer.separation.bounds;
+    let overlap = if bounds.hi < 0.0 {
+        Some(true)
+    } else if bounds.lo >= 0.0 {
+        Some(false)
+    } else {
+        None
+    };
+    let why = answer.undecided.unwrap_or(Undecided::Precision);
+    Body::Overlap {
+        overlap,
+        undecided: overlap.is_none().then(|| why.to_string()),
+    }
+}

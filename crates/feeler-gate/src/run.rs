@@ -1,0 +1,290 @@
+//! Engines x corpus -> verdicts.
+
+use crate::engine::Engine;
+use crate::report::{Failure, Report, Row};
+use feeler::prepare::PreparedBrep;
+use feeler::query::{Accuracy, Contacts};
+use feeler_corpus::{
+    Answer, Ask, Asked, CorpusError, CorpusQuery, Judgement, MODELS, Model, Query, Suite, Truth,
+    Verdict, judge, suites,
+};
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
+
+/// A model of a corpus with what the gate needs to know of it.
+#[derive(Debug)]
+struct Loaded {
+    model: Model,
+    hash: String,
+    size: f64,
+}
+
+/// How far a run has come.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Progress {
+    /// The suite at work.
+    pub suite: String,
+    /// Queries done in it.
+    pub done: usize,
+    /// Queries in it.
+    pub total: usize,
+}
+
+/// The longest side of a model's box.
+pub fn model_size(model: &Model) -> f64 {
+    let sizes = model.breps.iter();
+    sizes.fold(0.0, |m, b| PreparedBrep::new(b.clone()).size().max(m))
+}
+
+/// What the judge needs to know of a query to a model of this size.
+pub fn asked(query: &Query, size: f64) -> Asked {
+    Asked {
+        accuracy: query.accuracy.unwrap_or(Accuracy::Full),
+        size,
+        prediction: query.prediction.unwrap_or(0.0),
+        contacts: query.contacts != Some(Contacts::None),
+        scale: match query.ask {
+            Ask::Line(line) => line.direction.norm(),
+            _ => 1.0,
+        },
+    }
+}
+
+/// Runs the suites of a corpus, or the one named, through an engine, and holds the answers against
+/// the stored truth.
+///
+/// # Errors
+/// The corpus cannot be read, or its truth was made for other queries or BREPs.
+pub fn run(
+    engine: &mut dyn Engine,
+    corpus: &Path,
+    suite: Option<&str>,
+    progress: &mut dyn FnMut(&Progress),
+) -> Result<Report, CorpusError> {
+    let mut models = BTreeMap::new();
+    let mut rows = Vec::new();
+    for suite in suites(corpus, suite)? {
+        rows.push(run_suite(engine, corpus, &suite, &mut models, progress)?);
+    }
+    Ok(Report {
+        engine: engine.name(),
+        suites: rows,
+    })
+}
+
+fn run_suite(
+    engine: &mut dyn Engine,
+    corpus: &Path,
+    suite: &Suite,
+    models: &mut BTreeMap<String, Loaded>,
+    progress: &mut dyn FnMut(&Progress),
+) -> Result<Row, CorpusError> {
+    let mut cases: Vec<(CorpusQuery, Truth, PathBuf)> = Vec::new();
+    for file in &suite.files {
+        let (queries, hash) = file.queries()?;
+        let (header, truths) = file.truth(queries.len(), &hash)?;
+        for query in &queries {
+            if !models.contains_key(&query.model) {
+                models.insert(query.model.clone(), load(corpus, &query.model)?);
+            }
+            let loaded = models.get(&query.model);
+            if header.models.get(&query.model) != loaded.map(|l| &l.hash) {
+                return Err(CorpusError::Stale {
+                    path: file.truth.clone(),
+                    what: format!("BREPs of {}", query.model),
+                });
+            }
+        }
+        let paths = std::iter::repeat(file.queries.clone());
+        let both = queries.into_iter().zip(truths).zip(paths);
+        cases.extend(both.map(|((q, t), p)| (q, t, p)));
+    }
+    // By model, so that each is opened once; the sort is stable.
+    cases.sort_by(|a, b| a.0.model.cmp(&b.0.model));
+    let mut row = Tally::default();
+    let mut open: Option<&str> = None;
+    let total = cases.len();
+    for (done, (query, truth, path)) in cases.iter().enumerate() {
+        let Some(loaded) = models.get(&query.model) else {
+            continue;
+        };
+        if open != Some(query.model.as_str()) {
+            engine
+                .open(&loaded.model)
+                .map_err(|error| CorpusError::Engine {
+                    model: query.model.clone(),
+                    error,
+                })?;
+            open = Some(&query.model);
+        }
+        progress(&Progress {
+            suite: suite.name.clone(),
+            done,
+            total,
+        });
+        let start = Instant::now();
+        let answer: Answer = engine.answer(&query.query);
+        let time = start.elapsed();
+        let judgement = judge(&asked(&query.query, loaded.size), &answer.body, truth);
+        row.add(judgement, time, || Failure {
+            verdict: String::new(),
+            reason: String::new(),
+            place: format!("{}:{}", path.display(), query.number),
+            command: command(corpus, query),
+        });
+    }
+    Ok(row.finish(suite))
+}
+
+fn load(corpus: &Path, name: &str) -> Result<Loaded, CorpusError> {
+    let model = Model::load(&corpus.join(MODELS).join(name), None)?;
+    Ok(Loaded {
+        hash: model.hash(),
+        size: model_size(&model),
+        model,
+    })
+}
+
+/// A command line that repeats a query.
+fn command(corpus: &Path, query: &CorpusQuery) -> String {
+    let mut line = query.line.clone();
+    line.model = None;
+    let model = corpus.join(MODELS).join(&query.model);
+    // JSON holds no single quote here unless an id does; such an id is left out.
+    if line.to_text().contains('\'') {
+        line.id = None;
+    }
+    format!(
+        "echo '{}' | cargo run --release -- contact {}",
+        line.to_text(),
+        model.display()
+    )
+}
+
+#[derive(Debug, Default)]
+struct Tally {
+    queries: usize,
+    wrong: usize,
+    indeterminate: usize,
+    undecided: usize,
+    unbounded: usize,
+    error_ulp: Option<f64>,
+    error_length: Option<f64>,
+    derivative_error: Option<f64>,
+    times: Vec<Duration>,
+    failures: Vec<Failure>,
+    worst: Option<(f64, Failure)>,
+}
+
+fn larger(a: Option<f64>, b: Option<f64>) -> Option<f64> {
+    match (a, b) {
+        (Some(a), Some(b)) => Some(a.max(b)),
+        _ => a.or(b),
+    }
+}
+
+impl Tally {
+    fn add(&mut self, judgement: Judgement, time: Duration, failure: impl Fn() -> Failure) {
+        self.queries += 1;
+        self.times.push(time);
+        self.unbounded += usize::from(judgement.unbounded);
+        match judgement.verdict {
+            Verdict::Right => {
+                let before = self.error_ulp;
+                self.error_ulp = larger(self.error_ulp, judgement.ulps);
+                self.error_length = larger(self.error_length, judgement.error);
+                self.derivative_error = larger(self.derivative_error, judgement.derivative_error);
+                if self.error_ulp != before || self.worst.is_none() {
+                    self.worst = judgement.ulps.map(|u| (u, failure()));
+                }
+                return;
+            }
+            Verdict::Wrong => self.wrong += 1,
+            Verdict::Indeterminate => self.indeterminate += 1,
+            Verdict::Undecided => self.undecided += 1,
+        }
+        self.failures.push(Failure {
+            verdict: verdict_word(judgement.verdict).to_owned(),
+            reason: judgement.reason.unwrap_or_default(),
+            ..failure()
+        });
+    }
+
+    fn finish(mut self, suite: &Suite) -> Row {
+        self.times.sort();
+        let median = self.times.get(self.times.len() / 2);
+        let ceilings = &suite.file.ceilings;
+        let mut short = Vec::new();
+        let counts = [
+            ("wrong", self.wrong, ceilings.wrong),
+            ("indeterminate", self.indeterminate, ceilings.indeterminate),
+            ("undecided", self.undecided, ceilings.undecided),
+            ("unbounded", self.unbounded, ceilings.unbounded),
+        ];
+        for (what, count, ceiling) in counts {
+            if count > ceiling {
+                short.push(format!("{what} {count}, the ceiling is {ceiling}"));
+            }
+        }
+        let errors = [
+            ("error in ulp", self.error_ulp, ceilings.error_ulp),
+            ("error in length", self.error_length, ceilings.error_length),
+            (
+                "derivative error",
+                self.derivative_error,
+                ceilings.derivative_error,
+            ),
+        ];
+        for (what, error, ceiling) in errors {
+            if let (Some(error), Some(ceiling)) = (error, ceiling) {
+                // Also where it is NaN.
+                if error > ceiling || error.is_nan() {
+                    short.push(format!("{what} {error:e}, the ceiling is {ceiling:e}"));
+                    if let Some((_, worst)) = &self.worst {
+                        self.failures.push(Failure {
+                            verdict: "right".to_owned(),
+                            reason: format!("the worst {what}"),
+                            ..worst.clone()
+                        });
+                    }
+                }
+            }
+        }
+        if self.queries == 0 {
+            short.push("no queries".to_owned());
+        }
+        // The worst first: they are what a reader must see.
+        let rank = |f: &Failure| match f.verdict.as_str() {
+            "wrong" => 0,
+            "indeterminate" => 1,
+            "undecided" => 2,
+            _ => 3,
+        };
+        self.failures.sort_by_key(rank);
+        Row {
+            suite: suite.name.clone(),
+            description: suite.file.description.clone(),
+            queries: self.queries,
+            wrong: self.wrong,
+            indeterminate: self.indeterminate,
+            undecided: self.undecided,
+            unbounded: self.unbounded,
+            error_ulp: self.error_ulp,
+            error_length: self.error_length,
+            derivative_error: self.derivative_error,
+            median_microseconds: median.map_or(0.0, |t| t.as_secs_f64() * 1e6),
+            short,
+            failures: self.failures,
+        }
+    }
+}
+
+fn verdict_word(v: Verdict) -> &'static str {
+    match v {
+        Verdict::Right => "right",
+        Verdict::Wrong => "wrong",
+        Verdict::Indeterminate => "indeterminate",
+        Verdict::Undecided => "undecided",
+    }
+}
