@@ -4,6 +4,7 @@
 #include <mpfr.h>
 
 #include <cmath>
+#include <string>
 
 #include "feeler-oracle/src/bridge.rs.h"
 #include "guard.hpp"
@@ -22,30 +23,11 @@ namespace {
 
 std::vector<double> copy(rust::Slice<const double> s) { return {s.begin(), s.end()}; }
 
-// No more bits than the truth needs: 192 > 160 significant bits.
-constexpr mpfr_prec_t kBits = 192;
-
 RawDyadic round(const Q& x, mpfr_rnd_t direction) {
-    mpfr_t r;
-    mpfr_init2(r, kBits);
-    mpfr_set_q(r, x.mpq(), direction);
-    RawDyadic d{"0", 0};
-    if (!mpfr_zero_p(r)) {
-        mpz_t m;
-        mpz_init(m);
-        d.exponent = mpfr_get_z_2exp(m, r);
-        const mp_bitcnt_t zeros = mpz_scan1(m, 0);
-        mpz_tdiv_q_2exp(m, m, zeros);
-        d.exponent += std::int64_t(zeros);
-        char* text = mpz_get_str(nullptr, 16, m);
-        d.mantissa = text;
-        void (*release)(void*, std::size_t);
-        mp_get_memory_functions(nullptr, nullptr, &release);
-        release(text, std::char_traits<char>::length(text) + 1);
-        mpz_clear(m);
-    }
-    mpfr_clear(r);
-    return d;
+    // Rounding twice in one direction stays outward.
+    Real r;
+    mpfr_set_q(r.get(), x.mpq(), direction);
+    return to_dyadic(r, direction);
 }
 
 RawEnclosure enclose(const Q& x) { return {round(x, MPFR_RNDD), round(x, MPFR_RNDU)}; }
@@ -67,6 +49,28 @@ void check_finite(double x) {
 }
 
 }  // namespace
+
+RawDyadic to_dyadic(const Real& x, mpfr_rnd_t direction) {
+    mpfr_t r;
+    mpfr_init2(r, kTruthBits);
+    mpfr_set(r, x.get(), direction);
+    RawDyadic d{"0", 0};
+    if (mpfr_regular_p(r)) {
+        mpz_t m;
+        mpz_init(m);
+        d.exponent = mpfr_get_z_2exp(m, r);
+        const mp_bitcnt_t zeros = mpz_scan1(m, 0);
+        mpz_tdiv_q_2exp(m, m, zeros);
+        d.exponent += std::int64_t(zeros);
+        std::string text(mpz_sizeinbase(m, 16) + 2, '\0');
+        mpz_get_str(text.data(), 16, m);
+        text.resize(text.find('\0'));
+        d.mantissa = text;
+        mpz_clear(m);
+    }
+    mpfr_clear(r);
+    return d;
+}
 
 std::unique_ptr<Builder> new_builder() { return std::make_unique<Builder>(); }
 

@@ -11,7 +11,10 @@
 namespace feeler_oracle {
 
 struct RawDistance;
+struct RawDyadic;
 struct RawEvaluation;
+struct RawInside;
+struct RawLine;
 struct RawSide;
 
 // Collects the raw data of BREPs, then makes the core.
@@ -43,7 +46,18 @@ std::unique_ptr<Builder> new_builder();
 RawEvaluation evaluate_face(const Core& core, std::size_t face, double u, double v);
 RawSide side_of(const Core& core, std::size_t face, double u, double v);
 RawDistance distance_to(const Core& core, double x, double y, double z, std::int64_t nodes);
-RawDistance support_of(const Core& core, double x, double y, double z, double h, std::int64_t nodes);
+RawDistance support_of(const Core& core, double x, double y, double z, double h,
+                       std::int64_t nodes);
+// kind: 0 line, 1 ray, 2 segment.
+RawLine line_truth(const Core& core, rust::Slice<const double> origin,
+                   rust::Slice<const double> direction, std::uint8_t kind);
+RawInside inside_of(const Core& core, double x, double y, double z);
+
+// A Real rounded to kTruthBits in the direction named; 0 if it is no number.
+RawDyadic to_dyadic(const Real& x, mpfr_rnd_t direction);
+// More than the 160 significant bits of the truth.
+constexpr mpfr_prec_t kTruthBits = 192;
+
 // For tests: sets the rounding mode of the calling thread to upward (true) or nearest.
 void set_rounding_upward(bool upward);
 

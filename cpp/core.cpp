@@ -1,10 +1,12 @@
 #include "core.hpp"
 
-#include "distance_pieces.hpp"
-
+#include <algorithm>
 #include <cmath>
 #include <stdexcept>
 #include <string>
+
+#include "distance_pieces.hpp"
+#include "net.hpp"
 
 namespace feeler_oracle {
 namespace {
@@ -90,6 +92,43 @@ void check_surface(std::size_t face, const Surface& surface) {
     check_weights(face, s.net, 4);
 }
 
+std::array<double, 4> area_of(const RationalBezierPatch& s, const std::array<Q, 4>& d) {
+    std::array<double, 4> area = {0, 1, 0, 1};
+    const Q scale(1L << kMarginBits);
+    const Q* const ends[4] = {&s.u0, &s.u1, &s.v0, &s.v1};
+    for (int side = 0; side < 4; ++side) {
+        if (*ends[side] != d[side]) continue;
+        const Q whole = side < 2 ? d[1] - d[0] : d[3] - d[2];
+        const Q own = side < 2 ? s.u1 - s.u0 : s.v1 - s.v0;
+        // At most half a patch: what a restriction of a net admits.
+        const double reach = std::min(0.5, double_bounds(whole / own / scale).second);
+        area[side] += side % 2 ? reach : -reach;
+    }
+    return area;
+}
+
+std::array<Interval64, 3> box_of(const RationalBezierPatch& s, const std::array<double, 4>& area) {
+    const auto over = [&](const std::vector<Q>& c) {
+        return restrict_v(restrict_u(to_net(s.p, s.q, c), Real(area[0]), Real(area[1])),
+                          Real(area[2]), Real(area[3]));
+    };
+    std::array<Interval64, 3> box;
+    const Net w = over(s.W);
+    const std::vector<Q>* const xyz[3] = {&s.X, &s.Y, &s.Z};
+    for (int k = 0; k < 3; ++k) {
+        const Net x = over(*xyz[k]);
+        for (std::size_t i = 0; i < w.c.size(); ++i) {
+            if (w.c[i].lo.sign() <= 0) {
+                box[k] = Interval64(-INFINITY, INFINITY);
+                break;
+            }
+            const Interval64 y = divide_positive(x.c[i], w.c[i]).outer();
+            box[k] = i == 0 ? y : Interval64(std::min(box[k].lo, y.lo), std::max(box[k].hi, y.hi));
+        }
+    }
+    return box;
+}
+
 }  // namespace
 
 void validate(const Model& model) {
@@ -113,7 +152,11 @@ const PreparedFace& Core::face(std::size_t index) const {
     if (!slot) {
         const Face& face = model_.faces[index];
         slot = std::make_unique<PreparedFace>(
-            PreparedFace{&face, Region(face), bezier_patches(face.surface)});
+            PreparedFace{&face, Region(face), bezier_patches(face.surface), {}, {}});
+        for (const auto& patch : slot->patches) {
+            slot->areas.push_back(area_of(patch, slot->region.domain()));
+            slot->boxes.push_back(box_of(patch, slot->areas.back()));
+        }
     }
     return *slot;
 }

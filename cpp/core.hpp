@@ -4,6 +4,7 @@
 #include <memory>
 #include <vector>
 
+#include "interval.hpp"
 #include "model.hpp"
 #include "side.hpp"
 
@@ -15,7 +16,15 @@ struct PreparedFace {
     const Face* face;
     Region region;
     std::vector<RationalBezierPatch> patches;
+    // Of each patch: its square, enlarged by the margin where it meets the domain's border, ...
+    std::vector<std::array<double, 4>> areas;
+    // ... and a box that holds its image, infinite where that is not bounded.
+    std::vector<std::array<Interval64, 3>> boxes;
 };
+
+// How far beyond the domain's border, and how near to a loop, a line's hit may be for the line to
+// count as near an edge: this part of the domain's length in each direction (inside.hpp).
+constexpr int kMarginBits = 10;
 
 // Not for use by several threads at once: CGAL's numbers are reference-counted handles, and
 // regions subdivide lazily.

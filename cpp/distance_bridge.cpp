@@ -10,31 +10,6 @@
 namespace feeler_oracle {
 namespace {
 
-// As for the other entries: more than the 160 significant bits of the truth.
-constexpr mpfr_prec_t kTruthBits = 192;
-
-RawDyadic to_dyadic(const Real& x, mpfr_rnd_t direction) {
-    mpfr_t r;
-    mpfr_init2(r, kTruthBits);
-    mpfr_set(r, x.get(), direction);
-    RawDyadic d{"0", 0};
-    if (mpfr_regular_p(r)) {
-        mpz_t m;
-        mpz_init(m);
-        d.exponent = mpfr_get_z_2exp(m, r);
-        const mp_bitcnt_t zeros = mpz_scan1(m, 0);
-        mpz_tdiv_q_2exp(m, m, zeros);
-        d.exponent += std::int64_t(zeros);
-        std::string text(mpz_sizeinbase(m, 16) + 2, '\0');
-        mpz_get_str(text.data(), 16, m);
-        text.resize(text.find('\0'));
-        d.mantissa = text;
-        mpz_clear(m);
-    }
-    mpfr_clear(r);
-    return d;
-}
-
 RawDistance to_raw(const DistanceAnswer& a) {
     return {{to_dyadic(a.lo, MPFR_RNDD), to_dyadic(a.hi, MPFR_RNDU)},
             mpfr_number_p(a.lo.get()) && mpfr_number_p(a.hi.get()),

@@ -89,4 +89,29 @@ Passage passage(const std::vector<Q>& f, const std::vector<Q>& g) {
     return odd ? Passage::Odd : Passage::Even;
 }
 
+bool common_root(const std::vector<Q>& f, const std::vector<Q>& g, const Q& lo, const Q& hi) {
+    const Kernel kernel;
+    auto fc = power_basis(f), gc = power_basis(g);
+    if (fc.empty()) std::swap(fc, gc);
+    if (fc.size() < 2) return false;
+    std::vector<Root> roots;
+    kernel.solve_1_object()(Polynomial(fc.begin(), fc.end()), lo, hi, std::back_inserter(roots));
+    if (gc.empty()) return !roots.empty();
+    if (gc.size() == 1) return false;
+    const Polynomial other(gc.begin(), gc.end());
+    for (const auto& root : roots)
+        if (kernel.sign_at_1_object()(other, root.first) == CGAL::ZERO) return true;
+    return false;
+}
+
+std::vector<std::pair<Q, Q>> isolate_roots(const std::vector<Q>& f, int bits) {
+    const Kernel kernel;
+    const auto fc = power_basis(f);
+    std::vector<std::pair<Q, Q>> result;
+    if (fc.size() < 2) return result;
+    for (const auto& root : roots_in_unit(kernel, Polynomial(fc.begin(), fc.end())))
+        result.push_back(kernel.approximate_absolute_1_object()(root.first, bits));
+    return result;
+}
+
 }  // namespace feeler_oracle

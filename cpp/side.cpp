@@ -103,7 +103,11 @@ constexpr int kDeepestDouble = 60;
 
 bool clear_of(ArcNode& arc, const QueryBox& b, int depth) {
     if (disjoint(arc, b)) return true;
-    const bool small = arc.size_u <= 0.5 * b.size_u && arc.size_v <= 0.5 * b.size_v;
+    // A box that is flat in one direction is judged by the other.
+    const double larger = std::max(b.size_u, b.size_v);
+    const bool small = std::max(arc.size_u, arc.size_v) <= 0.5 * larger &&
+                       (b.size_u == 0 || b.size_v == 0 ||
+                        (arc.size_u <= 0.5 * b.size_u && arc.size_v <= 0.5 * b.size_v));
     if (small || depth == 0) return false;
     if (!b.q && end_inside(arc, b)) return false;
     return clear_of(arc.child(0), b, depth - 1) && clear_of(arc.child(1), b, depth - 1);
@@ -188,9 +192,7 @@ BoxSide box_side(const Region& region, double u0, double u1, double v0, double v
     }
 }
 
-bool box_clear(const Region& region, const std::array<Q, 4>& box) {
-    const auto& d = region.domain();
-    if (!(d[0] < box[0] && box[1] < d[1] && d[2] < box[2] && box[3] < d[3])) return false;
+bool loops_clear(const Region& region, const std::array<Q, 4>& box) {
     const QueryBox query{{double_bounds(box[0]).first, double_bounds(box[1]).second,
                           double_bounds(box[2]).first, double_bounds(box[3]).second},
                          &box,
@@ -199,6 +201,12 @@ bool box_clear(const Region& region, const std::array<Q, 4>& box) {
     for (const auto& root : region.roots())
         if (!clear_of(*root, query, kDeepest)) return false;
     return true;
+}
+
+bool box_clear(const Region& region, const std::array<Q, 4>& box) {
+    const auto& d = region.domain();
+    const bool within_domain = d[0] < box[0] && box[1] < d[1] && d[2] < box[2] && box[3] < d[3];
+    return within_domain && loops_clear(region, box);
 }
 
 }  // namespace feeler_oracle

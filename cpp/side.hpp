@@ -73,4 +73,7 @@ BoxSide box_side(const Region& region, double u0, double u1, double v0, double v
 // the box.
 bool box_clear(const Region& region, const std::array<Q, 4>& box);
 
+// Whether the closed box is proven to be disjoint from every loop; it may be flat.
+bool loops_clear(const Region& region, const std::array<Q, 4>& box);
+
 }  // namespace feeler_oracle

@@ -41,6 +41,36 @@ pub(crate) mod ffi {
         nodes: u64,
     }
 
+    struct RawHit {
+        face: usize,
+        t: RawEnclosure,
+        lies_in: bool,
+        t_end: RawEnclosure,
+        boundary: bool,
+        transversal: bool,
+        tangential: bool,
+        u: f64,
+        v: f64,
+    }
+
+    struct RawOpen {
+        face: usize,
+        t: RawEnclosure,
+        why: String,
+    }
+
+    struct RawLine {
+        hits: Vec<RawHit>,
+        open: Vec<RawOpen>,
+        clear: bool,
+    }
+
+    /// 0 inside, 1 outside, 2 boundary, 3 undecided.
+    struct RawInside {
+        kind: u8,
+        why: String,
+    }
+
     unsafe extern "C++" {
         include!("bridge.hpp");
 
@@ -89,6 +119,8 @@ pub(crate) mod ffi {
             h: f64,
             nodes: i64,
         ) -> Result<RawDistance>;
+        fn line_truth(core: &Core, origin: &[f64], direction: &[f64], kind: u8) -> Result<RawLine>;
+        fn inside_of(core: &Core, x: f64, y: f64, z: f64) -> Result<RawInside>;
         fn set_rounding_upward(upward: bool);
     }
 }

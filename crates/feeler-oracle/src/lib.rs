@@ -19,6 +19,8 @@ mod convert;
 mod distance;
 #[cfg(feature = "cgal")]
 mod oracle;
+#[cfg(feature = "cgal")]
+mod space;
 #[cfg(not(feature = "cgal"))]
 mod stub;
 mod truth;
@@ -28,5 +30,6 @@ pub use oracle::{Oracle, set_rounding_upward};
 #[cfg(not(feature = "cgal"))]
 pub use stub::Oracle;
 pub use truth::{
-    DistanceStatus, DistanceTruth, Evaluation, OracleError, SideTruth, TruthEnclosure,
+    DistanceStatus, DistanceTruth, Evaluation, InsideTruth, LineHitTruth, LineOpen, LineTruth,
+    OracleError, SideTruth, TruthEnclosure,
 };

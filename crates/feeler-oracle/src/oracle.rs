@@ -7,6 +7,7 @@ use dashu_int::IBig;
 use feeler::brep::Brep;
 use feeler::numeric::Dyadic;
 use feeler::trim::Side;
+use std::cell::OnceCell;
 
 /// Exact truth about BREPs. Faces are numbered through all of them in order.
 ///
@@ -14,6 +15,8 @@ use feeler::trim::Side;
 pub struct Oracle {
     core: cxx::UniquePtr<ffi::Core>,
     faces: usize,
+    /// Each BREP on its own, where there are several; empty otherwise.
+    single: Vec<(Brep, OnceCell<Box<Oracle>>)>,
 }
 
 /// For tests of the containment: sets this thread's rounding mode, upward or to nearest.
@@ -53,7 +56,36 @@ impl Oracle {
     /// (surfaces), or not a line, polyline, NURBS or poly-curve of these (trim curves).
     pub fn new(breps: &[&Brep]) -> Result<Self, OracleError> {
         let (core, faces) = convert::core(breps)?;
-        Ok(Self { core, faces })
+        let single = if breps.len() > 1 {
+            breps
+                .iter()
+                .map(|b| ((*b).clone(), OnceCell::new()))
+                .collect()
+        } else {
+            Vec::new()
+        };
+        Ok(Self {
+            core,
+            faces,
+            single,
+        })
+    }
+
+    /// An oracle for each BREP.
+    pub(crate) fn each_brep(&self) -> Result<Vec<&Self>, OracleError> {
+        if self.single.is_empty() {
+            return Ok(vec![self]);
+        }
+        self.single
+            .iter()
+            .map(|(brep, cell)| {
+                if let Some(oracle) = cell.get() {
+                    return Ok(&**oracle);
+                }
+                let made = Box::new(Self::new(&[brep])?);
+                Ok(&**cell.get_or_init(|| made))
+            })
+            .collect()
     }
 
     /// How many faces all BREPs have together.

@@ -1,7 +1,8 @@
 //! The oracle of a build without the feature `cgal`: it cannot be made.
 
-use crate::truth::{DistanceTruth, Evaluation, OracleError, SideTruth};
+use crate::truth::{DistanceTruth, Evaluation, InsideTruth, LineTruth, OracleError, SideTruth};
 use feeler::brep::Brep;
+use feeler::query::LineKind;
 use std::convert::Infallible;
 
 /// Exact truth about BREPs; this build has none, and [`Oracle::new`] says so.
@@ -48,6 +49,31 @@ impl Oracle {
 
     /// The side of a point of a face's parameter space.
     pub fn side(&self, _face: usize, _uv: [f64; 2]) -> Result<SideTruth, OracleError> {
+        match self.never {}
+    }
+
+    /// All hits of a line with the trimmed faces.
+    pub fn line(
+        &self,
+        _origin: [f64; 3],
+        _direction: [f64; 3],
+        _kind: LineKind,
+    ) -> Result<LineTruth, OracleError> {
+        match self.never {}
+    }
+
+    /// Whether a point is in material.
+    pub fn inside(&self, _point: [f64; 3]) -> Result<InsideTruth, OracleError> {
+        match self.never {}
+    }
+
+    /// The separation of a ball.
+    pub fn sphere(
+        &self,
+        _center: [f64; 3],
+        _radius: f64,
+        _nodes: Option<u32>,
+    ) -> Result<Option<DistanceTruth>, OracleError> {
         match self.never {}
     }
 }

@@ -73,6 +73,64 @@ pub struct DistanceTruth {
     pub nodes: [u64; 2],
 }
 
+/// Where a line meets a face.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LineHitTruth {
+    /// The face, numbered through all BREPs.
+    pub face: usize,
+    /// The parameter; where the line lies in the face, its start.
+    pub t: TruthEnclosure,
+    /// The end, where the line lies in the face.
+    pub t_end: Option<TruthEnclosure>,
+    /// Proven to be on the boundary of the face's region (an edge, a seam, a pole).
+    pub boundary: bool,
+    /// Proven to pass from one side of the surface to the other.
+    pub transversal: bool,
+    /// Proven to touch without crossing (or to lie in the face).
+    pub tangential: bool,
+    /// Parameters of the point, about; where `t_end` is set, of the start.
+    pub uv: [f64; 2],
+}
+
+/// A part of a line where more hits may be.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LineOpen {
+    /// The face.
+    pub face: usize,
+    /// The part of the line.
+    pub t: TruthEnclosure,
+    /// Why it could not be settled.
+    pub why: String,
+}
+
+/// All hits of a line.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LineTruth {
+    /// Proven hits, by t. With `open` empty there are no others.
+    pub hits: Vec<LineHitTruth>,
+    /// Where more hits may be, and only there.
+    pub open: Vec<LineOpen>,
+    /// How often the line passes through the faces; known where all hits are transversal, inside
+    /// their faces and clear of every edge by the margin.
+    pub crossings: Option<usize>,
+    /// Whether it passes a crack; known (not) where it is clear of every edge by the margin: no hit
+    /// with a surface, extended by 2^-10 of its domain, is nearer than that to a loop or border in uv.
+    pub in_crack: Option<bool>,
+}
+
+/// The side of a point in space.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum InsideTruth {
+    /// In material.
+    Inside,
+    /// Not in material.
+    Outside,
+    /// On a face.
+    Boundary,
+    /// Not settled, and why.
+    Undecided(String),
+}
+
 /// Why the oracle gives no answer.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum OracleError {

@@ -1,0 +1,64 @@
+// Where a line meets the trimmed faces.
+#pragma once
+
+#include <array>
+#include <string>
+#include <vector>
+
+#include "core.hpp"
+#include "interval.hpp"
+
+namespace feeler_oracle {
+
+enum class LineKind { Line, Ray, Segment };
+
+struct Line {
+    std::array<double, 3> origin, direction;
+    LineKind kind;
+};
+
+struct LineHit {
+    int face = 0;
+    Interval t;
+    Interval t_end;         // where the line lies in the face from t on
+    bool lies_in = false;   // t_end counts
+    bool boundary = false;  // on the region's boundary, exactly
+    // Passes from one side of the surface to the other, as proven; false: not known, or touching.
+    bool transversal = false;
+    bool tangential = false;     // proven to touch without crossing
+    std::array<double, 2> uv{};  // about
+};
+
+struct LineOpen {
+    int face;
+    Interval t;
+    std::string why;
+};
+
+struct LineAnswer {
+    std::vector<LineHit> hits;   // of each face by t
+    std::vector<LineOpen> open;  // more hits may be in these parts of the line, and only there
+    // Every point where the line meets a face's surface, extended beyond the domain by the margin,
+    // is off the region's boundary by the margin in uv. See inside.hpp.
+    bool clear = true;
+};
+
+struct LineOptions {
+    int only_brep = -1;  // -1: all
+    long budget = 4000;  // boxes a patch
+};
+
+LineAnswer line_hits(const Core& core, const Line& line, const LineOptions& options = {});
+
+// The parts of it.
+void line_hits_plane(const PreparedFace& face, int index, const Line& line, LineAnswer& answer);
+void line_hits_nurbs(const PreparedFace& face, int index, const Line& line,
+                     const LineOptions& options, LineAnswer& answer);
+
+// Adds the hit unless t is not on the part of the line that counts.
+void keep_hit(const Line& line, LineHit hit, LineAnswer& answer);
+
+// Width of enclosures of roots of one-variable polynomials.
+constexpr int kRootBits = 256;
+
+}  // namespace feeler_oracle

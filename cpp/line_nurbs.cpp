@@ -1,0 +1,352 @@
+// A line and a NURBS face.
+
+#include <algorithm>
+
+#include "line.hpp"
+#include "line_roots.hpp"
+#include "roots.hpp"
+
+namespace feeler_oracle {
+namespace {
+
+// The two planes through the line, and what gives t: exact coefficients on a patch.
+struct PatchLine {
+    int p, q;
+    std::vector<Q> f1, f2;  // n1.(P - o W), n2.(P - o W)
+    std::vector<Q> along;   // d.(P - o W) / d.d
+    const std::vector<Q>* weight;
+};
+
+// d_k e_i - d_i e_k for the largest |d_k| and the two other i: both normal to d, independent.
+struct Planes {
+    int k, i, j;
+    explicit Planes(const std::array<double, 3>& d) {
+        k = 0;
+        for (int m = 1; m < 3; ++m)
+            if (std::abs(d[m]) > std::abs(d[k])) k = m;
+        i = (k + 1) % 3;
+        j = (k + 2) % 3;
+    }
+};
+
+PatchLine on_patch(const RationalBezierPatch& patch, const Line& line) {
+    const Planes planes(line.direction);
+    const std::vector<Q>* const xyz[3] = {&patch.X, &patch.Y, &patch.Z};
+    const Q d[3] = {Q(line.direction[0]), Q(line.direction[1]), Q(line.direction[2])};
+    const Q o[3] = {Q(line.origin[0]), Q(line.origin[1]), Q(line.origin[2])};
+    const Q inverse = Q(1) / (d[0] * d[0] + d[1] * d[1] + d[2] * d[2]);
+    PatchLine f{patch.p, patch.q, {}, {}, {}, &patch.W};
+    for (std::size_t c = 0; c < patch.W.size(); ++c) {
+        Q x[3];
+        for (int m = 0; m < 3; ++m) x[m] = (*xyz[m])[c] - o[m] * patch.W[c];
+        f.f1.push_back(d[planes.k] * x[planes.i] - d[planes.i] * x[planes.k]);
+        f.f2.push_back(d[planes.k] * x[planes.j] - d[planes.j] * x[planes.k]);
+        f.along.push_back((d[0] * x[0] + d[1] * x[1] + d[2] * x[2]) * inverse);
+    }
+    return f;
+}
+
+// The hull of the patch, rounded outward, against the line; much cheaper than the coefficients.
+bool box_missed(const std::array<Interval64, 3>& box, const Line& line) {
+    const Planes planes(line.direction);
+    const auto off = [&](int m) {
+        const Interval64 dk(line.direction[planes.k]), dm(line.direction[m]);
+        const Interval64 o_m(line.origin[m]), o_k(line.origin[planes.k]);
+        return dk * (box[m] - o_m) - dm * (box[planes.k] - o_k);
+    };
+    for (int m : {planes.i, planes.j}) {
+        const Interval64 range = off(m);
+        if (range.lo > 0 || range.hi < 0) return true;
+    }
+    return false;
+}
+
+// Coefficients on a line of constant local parameter s: along u (fixed_u) or v.
+std::vector<Q> iso_line(const std::vector<Q>& c, int p, int q, bool fixed_u, const Q& s) {
+    const int lines = fixed_u ? q : p, degree = fixed_u ? p : q;
+    const Q r = Q(1) - s;
+    std::vector<Q> result;
+    for (int l = 0; l <= lines; ++l) {
+        std::vector<Q> row;
+        for (int k = 0; k <= degree; ++k)
+            row.push_back(c[std::size_t(fixed_u ? k * (q + 1) + l : l * (q + 1) + k)]);
+        for (int level = 1; level <= degree; ++level)
+            for (int k = 0; k + level <= degree; ++k) row[k] = row[k] * r + row[k + 1] * s;
+        result.push_back(row[0]);
+    }
+    return result;
+}
+
+// ---- sides that collapse to one point
+
+// Whether F1 = F2 = 0 on side s (u = 0, u = 1, v = 0, v = 1).
+bool vanishes_on_side(const PatchLine& f, int s) {
+    const auto zero = [&](const std::vector<Q>& c) {
+        const auto e = iso_line(c, f.p, f.q, s < 2, Q(s % 2));
+        return std::all_of(e.begin(), e.end(), [](const Q& x) { return sign(x) == 0; });
+    };
+    return zero(f.f1) && zero(f.f2);
+}
+
+// All of side s at one parameter of the line: then it is one point.
+bool side_collapses(const PatchLine& f, int s, Q& t) {
+    const auto a = iso_line(f.along, f.p, f.q, s < 2, Q(s % 2));
+    const auto w = iso_line(*f.weight, f.p, f.q, s < 2, Q(s % 2));
+    t = a[0] / w[0];
+    for (std::size_t k = 0; k < a.size(); ++k)
+        if (a[k] != t * w[k]) return false;
+    return true;
+}
+
+// A net that vanishes on side s, divided by the distance from that side: with n the degree across,
+// c_k = g_k (n - k) / n for a zero at 1, c_k = g_(k-1) k / n for a zero at 0.
+std::vector<Q> deflate(const std::vector<Q>& c, int p, int q, int s) {
+    const bool u = s < 2, at_end = s % 2;
+    std::vector<Q> g;
+    const int n = u ? p : q;
+    for (int i = 0; i <= (u ? p - 1 : p); ++i)
+        for (int j = 0; j <= (u ? q : q - 1); ++j) {
+            const int k = u ? i : j;
+            const std::size_t from =
+                at_end ? std::size_t(i * (q + 1) + j)
+                       : std::size_t((i + (u ? 1 : 0)) * (q + 1) + j + (u ? 0 : 1));
+            g.push_back(c[from] * Q(n) / Q(at_end ? n - k : k + 1));
+        }
+    return g;
+}
+
+struct Search {
+    const PreparedFace& face;
+    int index;
+    const Line& line;
+    const LineOptions& options;
+    LineAnswer& answer;
+    // Regions of surface uv in which a joint's root is the only one, with its orientation.
+    struct Joint {
+        std::array<Q, 4> unique;
+        int orientation;
+        std::size_t hit;
+    };
+    std::vector<Joint> joints;
+
+    void patch(std::size_t i);
+    void root(const RationalBezierPatch& patch, const PatchLine& f, const PatchRoot& root,
+              const std::vector<int>& deflated);
+    void pole(const RationalBezierPatch& patch, int s, const Q& t);
+    void open(const RationalBezierPatch& patch, const PatchLine& f, std::array<Real, 4> box,
+              const char* why);
+    Interval parameter(const PatchLine& f, const std::array<Real, 4>& box) const;
+    enum class Where { Inside, Outside, Boundary, Unknown };
+    Where classify(const RationalBezierPatch& patch, const PatchLine& f,
+                   const std::array<Q, 4>& local, const std::array<Q, 4>& uv) const;
+    bool margin_clear(const std::array<Q, 4>& uv) const;
+};
+
+std::array<Q, 4> to_surface(const RationalBezierPatch& s, const std::array<Q, 4>& b) {
+    const Q du = s.u1 - s.u0, dv = s.v1 - s.v0;
+    return {s.u0 + b[0] * du, s.u0 + b[1] * du, s.v0 + b[2] * dv, s.v0 + b[3] * dv};
+}
+
+std::array<Q, 4> exact_box(const std::array<Real, 4>& b) {
+    return {to_exact(b[0]), to_exact(b[1]), to_exact(b[2]), to_exact(b[3])};
+}
+
+Interval Search::parameter(const PatchLine& f, const std::array<Real, 4>& box) const {
+    const auto over = [&](const std::vector<Q>& c) {
+        return hull(restrict_v(restrict_u(to_net(f.p, f.q, c), box[0], box[1]), box[2], box[3]));
+    };
+    return divide_positive(over(f.along), over(*f.weight));
+}
+
+bool Search::margin_clear(const std::array<Q, 4>& uv) const {
+    const auto& d = face.region.domain();
+    const Q scale(1L << kMarginBits);
+    const Q mu = (d[1] - d[0]) / scale, mv = (d[3] - d[2]) / scale;
+    return box_clear(face.region, {uv[0] - mu, uv[1] + mu, uv[2] - mv, uv[3] + mv});
+}
+
+Search::Where Search::classify(const RationalBezierPatch& patch, const PatchLine& f,
+                               const std::array<Q, 4>& local, const std::array<Q, 4>& uv) const {
+    const Q half(1, 2);
+    const auto& region = face.region;
+    if (loops_clear(region, uv)) {
+        // No loop passes: one parity for the whole box; the domain's border was settled before.
+        switch (side(region, (uv[0] + uv[1]) * half, (uv[2] + uv[3]) * half)) {
+            case Side::Inside:
+                return Where::Inside;
+            case Side::Outside:
+                return Where::Outside;
+            default:
+                return Where::Boundary;
+        }
+    }
+    // A loop along a line of constant u or v that the root may lie on: decided exactly.
+    for (const auto& arc : region.arcs())
+        for (int axis = 0; axis < 2; ++axis) {
+            const auto& c = axis == 0 ? arc.X : arc.Y;
+            const auto& other = axis == 0 ? arc.Y : arc.X;
+            const Q value = c[0] / arc.W[0];
+            bool constant = true;
+            for (std::size_t k = 1; k < c.size(); ++k) constant &= c[k] == value * arc.W[k];
+            if (!constant || value < uv[2 * axis] || value > uv[2 * axis + 1]) continue;
+            // The root's other parameter must be within the arc's range.
+            Q lo = other[0] / arc.W[0], hi = other.back() / arc.W.back();
+            if (hi < lo) std::swap(lo, hi);
+            const int o = axis == 0 ? 2 : 0;
+            if (uv[o] < lo || uv[o + 1] > hi) continue;
+            const Q s = axis == 0 ? (value - patch.u0) / (patch.u1 - patch.u0)
+                                  : (value - patch.v0) / (patch.v1 - patch.v0);
+            if (common_root(iso_line(f.f1, f.p, f.q, axis == 0, s),
+                            iso_line(f.f2, f.p, f.q, axis == 0, s), local[o], local[o + 1]))
+                return Where::Boundary;
+        }
+    return Where::Unknown;
+}
+
+void Search::open(const RationalBezierPatch& patch, const PatchLine& f, std::array<Real, 4> box,
+                  const char* why) {
+    // The part within the patch alone counts.
+    const Real zero(0.0), one(1.0);
+    for (int k = 0; k < 4; ++k) {
+        if (box[k] < zero) box[k] = zero;
+        if (one < box[k]) box[k] = one;
+    }
+    const auto uv = to_surface(patch, exact_box(box));
+    if (loops_clear(face.region, uv) &&
+        side(face.region, (uv[0] + uv[1]) * Q(1, 2), (uv[2] + uv[3]) * Q(1, 2)) == Side::Outside)
+        return;
+    const Interval t = parameter(f, box);
+    if (line.kind != LineKind::Line && t.hi < Real(0.0)) return;
+    if (line.kind == LineKind::Segment && Real(1.0) < t.lo) return;
+    // Neighbouring boxes of one cluster are reported once.
+    for (auto& o : answer.open)
+        if (o.face == index && o.why == why && o.t.lo <= t.hi && t.lo <= o.t.hi) {
+            o.t = hull(o.t, t);
+            return;
+        }
+    answer.open.push_back({index, t, why});
+}
+
+void Search::pole(const RationalBezierPatch& patch, int s, const Q& t) {
+    answer.clear = false;
+    const Q half(1, 2), u = (patch.u0 + patch.u1) * half, v = (patch.v0 + patch.v1) * half;
+    const Q at_u = s == 0 ? patch.u0 : s == 1 ? patch.u1 : u;
+    const Q at_v = s == 2 ? patch.v0 : s == 3 ? patch.v1 : v;
+    if (side(face.region, at_u, at_v) == Side::Outside) return;
+    LineHit hit;
+    hit.face = index;
+    hit.t = to_interval(t);
+    hit.boundary = true;
+    hit.uv = {double_bounds(at_u).first, double_bounds(at_v).first};
+    // One point, whichever patch it is met on.
+    for (const auto& h : answer.hits)
+        if (h.face == index && h.boundary && h.t.lo <= hit.t.hi && hit.t.lo <= h.t.hi) return;
+    keep_hit(line, hit, answer);
+}
+
+void Search::root(const RationalBezierPatch& patch, const PatchLine& f, const PatchRoot& root,
+                  const std::vector<int>& deflated) {
+    auto local = exact_box(root.box);
+    const auto& domain = face.region.domain();
+    const Q zero(0), one(1);
+    const bool beyond = local[1] < zero || local[0] > one || local[3] < zero || local[2] > one;
+    const auto reach = to_surface(patch, local);
+    const bool beyond_domain = reach[1] < domain[0] || reach[0] > domain[1] ||
+                               reach[3] < domain[2] || reach[2] > domain[3];
+    if (beyond) {
+        // Another patch's, or a near miss at the domain's border.
+        const auto& d = domain;
+        const Q scale(1L << kMarginBits);
+        const Q mu = (d[1] - d[0]) / scale, mv = (d[3] - d[2]) / scale;
+        if (beyond_domain && reach[1] >= d[0] - mu && reach[0] <= d[1] + mu &&
+            reach[3] >= d[2] - mv && reach[2] <= d[3] + mv)
+            answer.clear = false;
+        return;
+    }
+    // Sides of the patch that the box reaches: exactly on them, or not to be told.
+    bool on_joint = false, on_border = false;
+    for (int s = 0; s < 4; ++s) {
+        const Q value(s % 2);
+        const int axis = s / 2, o = axis == 0 ? 2 : 0;
+        if (value < local[2 * axis] || value > local[2 * axis + 1]) continue;
+        if (std::find(deflated.begin(), deflated.end(), s) != deflated.end()) return;
+        if (!common_root(iso_line(f.f1, f.p, f.q, axis == 0, value),
+                         iso_line(f.f2, f.p, f.q, axis == 0, value), local[o], local[o + 1])) {
+            open(patch, f, root.box, "a hit at the joint of two patches");
+            answer.clear = false;
+            return;
+        }
+        local[2 * axis] = local[2 * axis + 1] = value;
+        on_joint = true;
+        const auto at = to_surface(patch, local);
+        on_border |= at[2 * axis] == domain[2 * axis] || at[2 * axis] == domain[2 * axis + 1];
+    }
+    const auto uv = to_surface(patch, local);
+    if (!margin_clear(uv)) answer.clear = false;
+    if (on_joint)
+        for (const auto& j : joints)
+            if (j.unique[0] <= uv[0] && uv[1] <= j.unique[1] && j.unique[2] <= uv[2] &&
+                uv[3] <= j.unique[3]) {
+                // The neighbour's view of the same hit: a crease may be touched from one side.
+                if (j.orientation != root.orientation && j.hit < answer.hits.size())
+                    answer.hits[j.hit].transversal = false;
+                return;
+            }
+    const Where where = classify(patch, f, local, uv);
+    if (where == Where::Outside) return;
+    if (where == Where::Unknown) {
+        open(patch, f, root.box, "a hit on a loop, as far as can be told");
+        answer.clear = false;
+        return;
+    }
+    LineHit hit;
+    hit.face = index;
+    hit.t = parameter(f, root.box);
+    hit.boundary = on_border || where == Where::Boundary;
+    hit.transversal = true;
+    hit.uv = {double_bounds(uv[0]).first, double_bounds(uv[2]).first};
+    const std::size_t before = answer.hits.size();
+    keep_hit(line, hit, answer);
+    if (on_joint) {
+        const std::size_t at =
+            answer.hits.size() > before ? before : std::size_t(-1);  // not on the line's part
+        joints.push_back({to_surface(patch, exact_box(root.unique)), root.orientation, at});
+    }
+}
+
+void Search::patch(std::size_t i) {
+    const RationalBezierPatch& s = face.patches[i];
+    if (box_missed(face.boxes[i], line)) return;
+    const PatchLine f = on_patch(s, line);
+    std::vector<int> deflated;
+    PatchLine g = f;
+    for (int side = 0; side < 4; ++side) {
+        Q t;
+        if ((side < 2 ? g.p : g.q) < 2 || !vanishes_on_side(g, side)) continue;
+        if (!side_collapses(f, side, t)) continue;
+        pole(s, side, t);
+        g.f1 = deflate(g.f1, g.p, g.q, side);
+        g.f2 = deflate(g.f2, g.p, g.q, side);
+        (side < 2 ? g.p : g.q) -= 1;
+        deflated.push_back(side);
+    }
+    const Net n1 = to_net(g.p, g.q, g.f1), n2 = to_net(g.p, g.q, g.f2);
+    const PatchRoots found = patch_roots(n1, n2, face.areas[i], options.budget);
+    for (const auto& r : found.roots) root(s, f, r, deflated);
+    for (const auto& b : found.open) {
+        answer.clear = false;
+        const Real zero(0.0), one(1.0);
+        if (b[1] < zero || one < b[0] || b[3] < zero || one < b[2]) continue;
+        open(s, f, b, "a tangency, or a line in the face");
+    }
+}
+
+}  // namespace
+
+void line_hits_nurbs(const PreparedFace& face, int index, const Line& line,
+                     const LineOptions& options, LineAnswer& answer) {
+    Search search{face, index, line, options, answer, {}};
+    for (std::size_t i = 0; i < face.patches.size(); ++i) search.patch(i);
+}
+
+}  // namespace feeler_oracle
