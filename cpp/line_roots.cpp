@@ -94,6 +94,19 @@ bool krawczyk(const Net& f1, const Net& f2, Step& step) {
     return inside(step.u) && inside(step.v);
 }
 
+// A box that is flat in one direction (K may be a point there) has no Jacobian to speak of: it is
+// widened to a part of the other's width.
+void inflate(Interval& u, Interval& v) {
+    constexpr double kPart = 0x1p-16, kLeast = 0x1p-200;
+    const double wu = sub_up(u.hi, u.lo).up(), wv = sub_up(v.hi, v.lo).up();
+    const double least = std::max(kPart * std::max(wu, wv), kLeast);
+    for (auto* x : {&u, &v})
+        if ((x == &u ? wu : wv) < least) {
+            x->lo = sub_down(x->lo, Real(least));
+            x->hi = add_up(x->hi, Real(least));
+        }
+}
+
 // Tries the node's box enlarged by half its size to each side.
 bool certify(const Node& n, PatchRoot& root) {
     Real lo(-0.5), hi(1.5);
@@ -117,6 +130,7 @@ bool certify(const Node& n, PatchRoot& root) {
         // Newton's convergence ends at the width of the coefficients.
         if (now <= kNarrow || now > 0.5 * width || round == 12) break;
         width = now;
+        inflate(step.u, step.v);
         f1 = restrict_v(restrict_u(f1, step.u.lo, step.u.hi), step.v.lo, step.v.hi);
         f2 = restrict_v(restrict_u(f2, step.u.lo, step.u.hi), step.v.lo, step.v.hi);
         start_u = start_u + size_u * Interval(step.u.lo);
