@@ -2,7 +2,7 @@
 //! patches of the surface and lifted onto them.
 
 use super::compose::compose;
-use super::spline::{Unsupported, curve_pieces};
+use super::spline::curve_pieces;
 use super::{Homogeneous, Net, ParamMap, Patch};
 use crate::brep::{Brep, TrimCurve};
 use crate::numeric::bernstein::Bidegree;
@@ -44,13 +44,10 @@ pub(crate) struct UvCurve<T> {
 }
 
 /// The trim's Bezier pieces in uv, in the trim's own direction.
-fn trim_pieces<T: Real>(
-    brep: &Brep,
-    t: &TrimCurve,
-) -> Result<Vec<Vec<Homogeneous<T, 3>>>, Unsupported> {
+fn trim_pieces<T: Real>(brep: &Brep, t: &TrimCurve) -> Vec<Vec<Homogeneous<T, 3>>> {
     let mut pieces = Vec::new();
     let curve = &brep.parts().curves2[t.curve];
-    curve_pieces(curve, t.span.start, t.span.end, &mut pieces)?;
+    curve_pieces(curve, t.span.start, t.span.end, &mut pieces);
     let mut pieces: Vec<_> = pieces.into_iter().map(|p| p.points).collect();
     if t.reversed {
         pieces.reverse();
@@ -58,7 +55,7 @@ fn trim_pieces<T: Real>(
             p.reverse();
         }
     }
-    Ok(pieces)
+    pieces
 }
 
 /// The quotient of a homogeneous end point.
@@ -127,14 +124,14 @@ fn meet(brep: &Brep, a: &TrimCurve, b: &TrimCurve) -> bool {
 }
 
 /// All curves that bound the region of face `face`, in uv.
-pub(crate) fn uv_curves<T: Real>(brep: &Brep, face: usize) -> Result<Vec<UvCurve<T>>, Unsupported> {
+pub(crate) fn uv_curves<T: Real>(brep: &Brep, face: usize) -> Vec<UvCurve<T>> {
     let parts = brep.parts();
     let mut out = Vec::new();
     for &l in parts.faces[face].loops.iter().flatten() {
         let trims = &parts.loops[l].trims;
         let mut ends = Vec::with_capacity(trims.len());
         for &t in trims {
-            let pieces = trim_pieces(brep, &parts.trims[t])?;
+            let pieces = trim_pieces(brep, &parts.trims[t]);
             if let (Some(first), Some(last)) = (pieces.first(), pieces.last()) {
                 ends.push((t, first[0], last[last.len() - 1]));
             }
@@ -153,7 +150,7 @@ pub(crate) fn uv_curves<T: Real>(brep: &Brep, face: usize) -> Result<Vec<UvCurve
             }
         }
     }
-    Ok(out)
+    out
 }
 
 /// The control points of a Bezier curve over `[a, b]`.
@@ -220,13 +217,9 @@ pub(crate) struct Cut {
 }
 
 /// Cuts the boundary of face `face` at the patches, which stand in a grid.
-pub(crate) fn cut_boundary(
-    brep: &Brep,
-    face: usize,
-    patches: &[Patch<f64>],
-) -> Result<Vec<Cut>, Unsupported> {
+pub(crate) fn cut_boundary(brep: &Brep, face: usize, patches: &[Patch<f64>]) -> Vec<Cut> {
     let Some(first) = patches.first() else {
-        return Ok(Vec::new());
+        return Vec::new();
     };
     let count_v = patches
         .iter()
@@ -235,7 +228,7 @@ pub(crate) fn cut_boundary(
     let maps_u: Vec<_> = patches.iter().step_by(count_v).map(|p| p.maps[0]).collect();
     let maps_v: Vec<_> = patches[..count_v].iter().map(|p| p.maps[1]).collect();
     let mut out = Vec::new();
-    for (index, curve) in uv_curves::<f64>(brep, face)?.iter().enumerate() {
+    for (index, curve) in uv_curves::<f64>(brep, face).iter().enumerate() {
         let mut settled: Vec<(f64, f64, Cells)> = Vec::new();
         let mut open = vec![(0.0, 1.0)];
         for depth in 0..=MAX_DEPTH {
@@ -271,7 +264,7 @@ pub(crate) fn cut_boundary(
             }
         }
     }
-    Ok(out)
+    out
 }
 
 /// The rows and columns of patches that a part of a curve lies over.

@@ -4,6 +4,7 @@
 //! digits are asked for, once in double-double.
 
 mod boundary;
+mod circle;
 mod compose;
 mod crack;
 mod net;
@@ -18,7 +19,7 @@ pub use patch::Patch;
 
 pub(crate) use boundary::restrict;
 pub(crate) use net::{Products, curve_jet};
-pub(crate) use spline::{Homogeneous, Unsupported};
+pub(crate) use spline::Homogeneous;
 
 use crate::brep::Brep;
 use crate::numeric::{Dd, Real};
@@ -43,21 +44,16 @@ pub(crate) struct FaceGeometry<T> {
 }
 
 impl<T: Real> FaceGeometry<T> {
-    fn new(
-        brep: &Brep,
-        face: usize,
-        patches: Vec<Patch<T>>,
-        cuts: Vec<Cut>,
-    ) -> Result<Self, Unsupported> {
-        Ok(Self {
+    fn new(brep: &Brep, face: usize, patches: Vec<Patch<T>>, cuts: Vec<Cut>) -> Self {
+        Self {
             patch_boxes: patches.iter().map(|p| p.net.bounding_box()).collect(),
             patch_products: patches.iter().map(|_| OnceLock::new()).collect(),
             piece_products: cuts.iter().map(|_| OnceLock::new()).collect(),
             pieces: cuts.iter().map(|_| OnceLock::new()).collect(),
-            curves: boundary::uv_curves(brep, face)?,
+            curves: boundary::uv_curves(brep, face),
             patches,
             cuts,
-        })
+        }
     }
 
     /// How many boundary pieces there are.
@@ -99,8 +95,8 @@ impl<T: Real> FaceGeometry<T> {
 struct PreparedFace {
     bounding_box: Option<Box3>,
     region: OnceLock<TrimRegion>,
-    double: OnceLock<Result<FaceGeometry<f64>, Unsupported>>,
-    double_double: OnceLock<Result<FaceGeometry<Dd>, Unsupported>>,
+    double: OnceLock<FaceGeometry<f64>>,
+    double_double: OnceLock<FaceGeometry<Dd>>,
 }
 
 /// A BREP made ready for queries: immutable and `Sync`.
@@ -172,24 +168,24 @@ impl PreparedBrep {
         slot.get_or_init(|| TrimRegion::new(&self.brep, face))
     }
 
-    pub(crate) fn double(&self, face: usize) -> Result<&FaceGeometry<f64>, Unsupported> {
+    pub(crate) fn double(&self, face: usize) -> &FaceGeometry<f64> {
         let make = || {
-            let patches = patch::surface_patches(self.brep.surface(face))?;
-            let cuts = boundary::cut_boundary(&self.brep, face, &patches)?;
+            let patches = patch::surface_patches(self.brep.surface(face));
+            let cuts = boundary::cut_boundary(&self.brep, face, &patches);
             FaceGeometry::new(&self.brep, face, patches, cuts)
         };
         let slot = &self.faces[face].double;
-        slot.get_or_init(make).as_ref().map_err(|e| *e)
+        slot.get_or_init(make)
     }
 
     /// The same patches and pieces as [`double`](Self::double), by index.
-    pub(crate) fn double_double(&self, face: usize) -> Result<&FaceGeometry<Dd>, Unsupported> {
-        let double = self.double(face)?;
+    pub(crate) fn double_double(&self, face: usize) -> &FaceGeometry<Dd> {
+        let double = self.double(face);
         let make = || {
-            let patches = patch::surface_patches(self.brep.surface(face))?;
+            let patches = patch::surface_patches(self.brep.surface(face));
             FaceGeometry::new(&self.brep, face, patches, double.cuts.clone())
         };
         let slot = &self.faces[face].double_double;
-        slot.get_or_init(make).as_ref().map_err(|e| *e)
+        slot.get_or_init(make)
     }
 }

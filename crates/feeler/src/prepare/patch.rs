@@ -1,10 +1,11 @@
 //! Rational Bezier patches of a face's surface, with bounds.
 
-use super::spline::{Unsupported, bezier_of_span};
+use super::circle::{Span, normalized, spans};
+use super::spline::{bezier_of_span, curve_pieces};
 use super::{Box3, Homogeneous, Net, ParamMap};
 use crate::numeric::bernstein::Bidegree;
-use crate::numeric::{Ball, Real};
-use crate::nurbs::{NurbsSurface, Plane, Surface};
+use crate::numeric::{Ball, Dd, Interval, Real};
+use crate::nurbs::{Curve3, NurbsSurface, Plane, Revolution, Sum, Surface};
 
 /// A rational Bezier patch on the unit square, and the native parameters it covers.
 #[derive(Clone, Debug)]
@@ -15,13 +16,124 @@ pub struct Patch<T> {
     pub maps: [ParamMap; 2],
 }
 
-/// The patches of a surface, in order of u, then v.
-pub(crate) fn surface_patches<T: Real>(surface: &Surface) -> Result<Vec<Patch<T>>, Unsupported> {
+/// The patches of a surface, in order of u, then v: a grid.
+pub(crate) fn surface_patches<T: Real>(surface: &Surface) -> Vec<Patch<T>> {
     match surface {
-        Surface::Nurbs(s) => Ok(nurbs_patches(s)),
-        Surface::Plane(s) => Ok(vec![plane_patch(s)]),
-        Surface::Revolution(_) | Surface::Sum(_) => Err(Unsupported),
+        Surface::Nurbs(s) => nurbs_patches(s),
+        Surface::Plane(s) => vec![plane_patch(s)],
+        Surface::Revolution(s) => revolution_patches(s),
+        Surface::Sum(s) => sum_patches(s),
     }
+}
+
+/// `O + along + cos a r + sin a (axis x r)` for each point of the profile, split into its part along the
+/// axis and its part `r` across it: linear in homogeneous points, so it maps control points.
+fn revolution_patches<T: Real>(s: &Revolution) -> Vec<Patch<T>> {
+    let axis: [Ball<Dd>; 3] = normalized(&std::array::from_fn(|c| Ball::exact(s.axis[c])));
+    let axis = axis.map(|b| Ball::<T>::from_dd(b.mid, b.rad));
+    let mut profile = Vec::new();
+    let domain = s.profile.domain();
+    curve_pieces(&s.profile, domain.start, domain.end, &mut profile);
+    let turns = spans::<T>(
+        s.angle,
+        s.angle_domain,
+        s.angle_domain.start,
+        s.angle_domain.end,
+    );
+    let point = |turn: &Span<T>, i: usize, p: &Homogeneous<T, 4>| -> Homogeneous<T, 4> {
+        let q: [Ball<T>; 3] = std::array::from_fn(|c| p[c] - p[3] * Ball::exact(s.origin[c]));
+        let height = q[0] * axis[0] + q[1] * axis[1] + q[2] * axis[2];
+        std::array::from_fn(|c| {
+            if c == 3 {
+                return p[3];
+            }
+            let (j, k) = ((c + 1) % 3, (c + 2) % 3);
+            let along = height * axis[c];
+            let across = q[c] - along;
+            let turned = axis[j] * q[k] - axis[k] * q[j];
+            p[3] * Ball::exact(s.origin[c]) + along + turn.cos[i] * across + turn.sin[i] * turned
+        })
+    };
+    let map = |r: Interval| ParamMap {
+        start: r.start,
+        end: r.end,
+    };
+    let mut out = Vec::new();
+    if s.transposed {
+        for piece in &profile {
+            for turn in &turns {
+                let points = &piece.points;
+                let net = points
+                    .iter()
+                    .flat_map(|p| (0..turn.cos.len()).map(move |i| point(turn, i, p)))
+                    .collect();
+                let degree = Bidegree {
+                    u: points.len() - 1,
+                    v: turn.cos.len() - 1,
+                };
+                out.push(Patch {
+                    net: Net::centered(degree, net),
+                    maps: [piece.map, map(turn.range)],
+                });
+            }
+        }
+        return out;
+    }
+    for turn in &turns {
+        for piece in &profile {
+            let points = &piece.points;
+            let net = (0..turn.cos.len())
+                .flat_map(|i| points.iter().map(move |p| point(turn, i, p)))
+                .collect();
+            let degree = Bidegree {
+                u: turn.cos.len() - 1,
+                v: points.len() - 1,
+            };
+            out.push(Patch {
+                net: Net::centered(degree, net),
+                maps: [map(turn.range), piece.map],
+            });
+        }
+    }
+    out
+}
+
+/// `base + X_1 / w_1 + X_2 / w_2`: a rational patch with weights `w_1 w_2`.
+fn sum_patches<T: Real>(s: &Sum) -> Vec<Patch<T>> {
+    let pieces = |c: &Curve3| {
+        let mut out = Vec::new();
+        let domain = c.domain();
+        curve_pieces::<T, 3, 4>(c, domain.start, domain.end, &mut out);
+        out
+    };
+    let (first, second) = (pieces(&s.first), pieces(&s.second));
+    let mut out = Vec::new();
+    for a in &first {
+        for b in &second {
+            let mut net = Vec::with_capacity(a.points.len() * b.points.len());
+            for p in &a.points {
+                for q in &b.points {
+                    let w = p[3] * q[3];
+                    net.push(std::array::from_fn(|c| {
+                        if c == 3 {
+                            w
+                        } else {
+                            p[c] * q[3] + q[c] * p[3] + Ball::exact(s.base[c]) * w
+                        }
+                    }));
+                }
+            }
+            let degree = Bidegree {
+                u: a.points.len() - 1,
+                v: b.points.len() - 1,
+            };
+            out.push(Patch {
+                net: Net::centered(degree, net),
+                maps: [a.map, b.map],
+            });
+        }
+    }
+    out
 }
 
 fn plane_patch<T: Real>(plane: &Plane) -> Patch<T> {
@@ -101,6 +213,16 @@ pub(crate) fn surface_box(surface: &Surface) -> Option<Box3> {
             whole.bounding_box()
         }
         Surface::Plane(s) => plane_patch::<f64>(s).net.bounding_box(),
-        Surface::Revolution(_) | Surface::Sum(_) => None,
+        Surface::Revolution(_) | Surface::Sum(_) => {
+            let mut out: Option<Box3> = None;
+            for patch in surface_patches::<f64>(surface) {
+                let b = patch.net.bounding_box()?;
+                let all = out.get_or_insert(b);
+                for c in 0..3 {
+                    all[c] = [all[c][0].min(b[c][0]), all[c][1].max(b[c][1])];
+                }
+            }
+            out
+        }
     }
 }

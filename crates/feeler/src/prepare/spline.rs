@@ -1,6 +1,7 @@
 //! Bezier pieces of splines, with bounds.
 
 use super::ParamMap;
+use super::circle::arc_pieces;
 use crate::numeric::{Ball, Interval, Real};
 use crate::nurbs::{Curve, KnotVector};
 use nalgebra::{Point, SVector};
@@ -75,17 +76,13 @@ fn on_segment<T: Real, const D: usize, const H: usize>(
     out
 }
 
-/// Why a curve could not be cut into Bezier pieces.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct Unsupported;
-
 /// The Bezier pieces of `curve` over `[from, to]`, in order.
 pub(crate) fn curve_pieces<T: Real, const D: usize, const H: usize>(
     curve: &Curve<D, H>,
     from: f64,
     to: f64,
     out: &mut Vec<BezierCurve<T, H>>,
-) -> Result<(), Unsupported> {
+) {
     let mut segment = |a: &Point<f64, D>, b: &Point<f64, D>, span: Interval| {
         let (s, e) = (from.max(span.start), to.min(span.end));
         if s < e {
@@ -142,10 +139,9 @@ pub(crate) fn curve_pieces<T: Real, const D: usize, const H: usize>(
                             .clamp(own.start, own.end)
                     }
                 };
-                curve_pieces(piece, at(s), at(e), out)?;
+                curve_pieces(piece, at(s), at(e), out);
             }
         }
-        Curve::Arc(_) => return Err(Unsupported),
+        Curve::Arc(c) => arc_pieces(c, from, to, out),
     }
-    Ok(())
 }

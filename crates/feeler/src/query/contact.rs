@@ -283,7 +283,7 @@ fn other_contact(
 fn place_of(brep: &PreparedBrep, s: &Settled) -> Option<Place> {
     match s.source {
         Source::Patch { face, index } => {
-            let maps = &brep.double(face).ok()?.patches[index].maps;
+            let maps = &brep.double(face).patches[index].maps;
             Some(Place {
                 face,
                 trim: None,
@@ -293,7 +293,7 @@ fn place_of(brep: &PreparedBrep, s: &Settled) -> Option<Place> {
             })
         }
         Source::Piece { face, index } => {
-            let geometry = brep.double_double(face).ok()?;
+            let geometry = brep.double_double(face);
             let piece = geometry.piece(index);
             let (p, _) = crate::prepare::curve_jet(&piece.local, Ball::exact(s.at[0]));
             let local = [p[0] / p[2], p[1] / p[2]];
@@ -315,9 +315,7 @@ fn place_of(brep: &PreparedBrep, s: &Settled) -> Option<Place> {
 /// Whether a small step downhill from the point leaves every face there: of its own face, only (the
 /// other faces at an edge have nodes of their own). Not proven.
 fn is_local_minimum(brep: &PreparedBrep, objective: &Objective, place: &Place) -> bool {
-    let Ok(geometry) = brep.double(place.face) else {
-        return true;
-    };
+    let geometry = brep.double(place.face);
     let patch = &geometry.patches[place.patch];
     let at = place.local.map(|x| x.mid.hi);
     let g = objective.guide(&patch.net, at[0], at[1]);
@@ -345,7 +343,7 @@ fn make_contact(
     separation: Separation,
     material: bool,
 ) -> Option<Contact> {
-    let geometry = brep.double_double(place.face).ok()?;
+    let geometry = brep.double_double(place.face);
     let net = &geometry.patches[place.patch].net;
     let jet = net.jet(place.local[0], place.local[1]);
     let w = jet.value[3];
@@ -434,9 +432,7 @@ fn bound_contact(
     if place.face != foot.face {
         return;
     }
-    let Ok(geometry) = brep.double(place.face) else {
-        return;
-    };
+    let geometry = brep.double(place.face);
     let net = &geometry.patches[place.patch].net;
     let local = place.local.map(|x| Ball::<f64>::exact(x.mid.hi));
     let jet = net.jet(local[0], local[1]);

@@ -124,9 +124,7 @@ impl Search<'_> {
 
     /// Whether a part of a boundary piece is proven to lie off its patch, by its control points.
     fn piece_is_off_patch(&self, face: usize, index: usize, range: [f64; 2]) -> bool {
-        let Ok(geometry) = self.brep.double_double(face) else {
-            return false;
-        };
+        let geometry = self.brep.double_double(face);
         let part = restrict(&geometry.piece(index).local, range[0], range[1]);
         (0..2).any(|c| {
             part.iter().all(|p| p[c].upper() < 0.0)
@@ -136,9 +134,7 @@ impl Search<'_> {
 
     /// Whether some control point of a boundary piece lies off its patch, roughly.
     fn piece_leaves_patch(&self, face: usize, index: usize) -> bool {
-        let Ok(geometry) = self.brep.double_double(face) else {
-            return false;
-        };
+        let geometry = self.brep.double_double(face);
         geometry.piece(index).local.iter().any(|p| {
             (0..2).any(|c| {
                 let beyond = (p[c].mid - p[2].mid).hi;

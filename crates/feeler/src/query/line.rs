@@ -315,7 +315,7 @@ pub(super) fn face_hits(
     face: usize,
     budget: &mut usize,
 ) -> Option<FaceHits> {
-    let geometry = brep.double(face).ok()?;
+    let geometry = brep.double(face);
     let mut out = FaceHits {
         hits: Vec::new(),
         open: Vec::new(),
@@ -355,9 +355,7 @@ fn patch_hits(
     budget: &mut usize,
     out: &mut FaceHits,
 ) {
-    let Ok(geometry) = brep.double(face) else {
-        return;
-    };
+    let geometry = brep.double(face);
     let maps = &geometry.patches[patch].maps;
     let classify = |u: [f64; 2], v: [f64; 2]| {
         brep.region(face).classify_box(
@@ -500,7 +498,7 @@ fn certify(
     patch: usize,
     node: &Forms,
 ) -> Option<(RawHit, Solved)> {
-    let geometry = brep.double_double(face).ok()?;
+    let geometry = brep.double_double(face);
     let net = &geometry.patches[patch].net;
     let offsets = [0, 1].map(|k| stab.offset(k, &net.origin));
     let mut p = [
@@ -546,11 +544,7 @@ fn certify(
     };
     let (u, v) = (zone(0, node.u), zone(1, node.v));
     let widths = [u[1] - u[0], v[1] - v[0]];
-    let near = restrict(
-        &stab.forms(&brep.double(face).ok()?.patches[patch].net),
-        u,
-        v,
-    );
+    let near = restrict(&stab.forms(&brep.double(face).patches[patch].net), u, v);
     // Y for coordinates that run over the zone from 0 to 1.
     let scaled = [0, 1].map(|k| y[k].map(|x| x / widths[k]));
     let e = contraction(&near, &scaled);
@@ -680,9 +674,7 @@ fn near_boundary(
     clearance: f64,
     budget: &mut usize,
 ) -> bool {
-    let Ok(geometry) = brep.double(face) else {
-        return true;
-    };
+    let geometry = brep.double(face);
     let norms = [0, 1].map(|k| stab.normals[k].norm() * UP);
     for index in 0..geometry.piece_count() {
         let trim = geometry.piece_trim(index);
@@ -906,9 +898,7 @@ fn on_border(h: &RawHit) -> bool {
 /// Whether the hit lies so near the border of its region that the other face of the edge may
 /// be hit too.
 fn close_to_border(brep: &PreparedBrep, h: &RawHit) -> bool {
-    let Ok(geometry) = brep.double(h.face) else {
-        return true;
-    };
+    let geometry = brep.double(h.face);
     let patch = &geometry.patches[h.patch];
     let jet = patch
         .net
@@ -940,7 +930,7 @@ fn passes_crack(brep: &PreparedBrep, stab: &Stabber, hits: &[RawHit], budget: &m
 }
 
 fn dress(brep: &PreparedBrep, stab: &Stabber, h: &RawHit) -> Option<Hit> {
-    let geometry = brep.double_double(h.face).ok()?;
+    let geometry = brep.double_double(h.face);
     let patch = &geometry.patches[h.patch];
     let jet = patch.net.jet(ball(h.local[0]), ball(h.local[1]));
     let w = jet.value[3];

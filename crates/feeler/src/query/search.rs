@@ -334,9 +334,7 @@ impl Search<'_> {
         face: usize,
         lo: Dd,
     ) {
-        let Ok(geometry) = T::geometry(self.brep, face) else {
-            return self.lower(lo);
-        };
+        let geometry = T::geometry(self.brep, face);
         for (index, b) in geometry.patch_boxes.iter().enumerate() {
             let lo = b.as_ref().map_or(self.nothing(), |b| self.box_bound(b));
             self.push(heap, lo, Kind::Root(Source::Patch { face, index }));
@@ -352,7 +350,7 @@ impl Search<'_> {
     /// The root node of a source.
     fn root<T: Real + Arithmetic>(&self, source: Source) -> Option<Node<T>> {
         let (Source::Patch { face, index } | Source::Piece { face, index }) = source;
-        let geometry = T::geometry(self.brep, face).ok()?;
+        let geometry = T::geometry(self.brep, face);
         let quotient = match source {
             Source::Patch { .. } => self.objective.quotient(&geometry.patches[index].net, || {
                 geometry.patch_products(index)
@@ -375,12 +373,12 @@ impl Search<'_> {
         let Some(mut node) = self.root::<T>(source) else {
             // A trim of too high a degree: the patch below bounds it.
             let (Source::Patch { face, .. } | Source::Piece { face, .. }) = source;
-            let patch = T::geometry(self.brep, face)
-                .ok()
-                .and_then(|g| match source {
-                    Source::Piece { index, .. } => Some(g.piece_patch(index)),
-                    Source::Patch { .. } => None,
-                });
+            let patch = match source {
+                Source::Piece { index, .. } => {
+                    Some(T::geometry(self.brep, face).piece_patch(index))
+                }
+                Source::Patch { .. } => None,
+            };
             let bound = patch
                 .and_then(|index| self.root::<T>(Source::Patch { face, index }))
                 .map_or(lo, |n| n.lo);
@@ -507,9 +505,7 @@ impl Search<'_> {
 
     /// Whether a box of a patch meets the region.
     pub(super) fn classify(&self, face: usize, patch: usize, u: [f64; 2], v: [f64; 2]) -> BoxSide {
-        let Ok(geometry) = self.brep.double(face) else {
-            return BoxSide::Mixed;
-        };
+        let geometry = self.brep.double(face);
         let maps = &geometry.patches[patch].maps;
         self.brep.region(face).classify_box(
             maps[0].to_native_range(u[0], u[1]),
@@ -519,7 +515,7 @@ impl Search<'_> {
 
     pub(super) fn net(&self, source: Source) -> Option<&Net<f64>> {
         let (Source::Patch { face, index } | Source::Piece { face, index }) = source;
-        let geometry = self.brep.double(face).ok()?;
+        let geometry = self.brep.double(face);
         match source {
             Source::Patch { .. } => Some(&geometry.patches[index].net),
             Source::Piece { .. } => geometry.piece(index).space.as_ref(),
@@ -528,7 +524,7 @@ impl Search<'_> {
 
     pub(super) fn net_dd(&self, source: Source) -> Option<&Net<Dd>> {
         let (Source::Patch { face, index } | Source::Piece { face, index }) = source;
-        let geometry = self.brep.double_double(face).ok()?;
+        let geometry = self.brep.double_double(face);
         match source {
             Source::Patch { .. } => Some(&geometry.patches[index].net),
             Source::Piece { .. } => geometry.piece(index).space.as_ref(),
@@ -647,9 +643,7 @@ impl Search<'_> {
     }
 
     fn try_patch_point(&mut self, face: usize, patch: usize, p: [Dd; 2], trim: Option<usize>) {
-        let Ok(geometry) = self.brep.double_double(face) else {
-            return;
-        };
+        let geometry = self.brep.double_double(face);
         let surface = &geometry.patches[patch];
         let at = |k: usize| surface.maps[k].to_native(p[k].hi.clamp(0.0, 1.0));
         let center = [at(0), at(1)];
@@ -682,9 +676,7 @@ impl Search<'_> {
 
     /// Evaluates a point of a patch that is known to be in the region.
     fn keep_patch_point(&mut self, face: usize, patch: usize, local: [Ball<Dd>; 2]) {
-        let Ok(geometry) = self.brep.double_double(face) else {
-            return;
-        };
+        let geometry = self.brep.double_double(face);
         let surface = &geometry.patches[patch];
         let sample = self.objective.sample(&surface.net, local[0], local[1]);
         let foot = Foot {
@@ -701,9 +693,7 @@ impl Search<'_> {
     }
 
     fn try_piece_point(&mut self, face: usize, index: usize, t: Dd) {
-        let Ok(geometry) = self.brep.double_double(face) else {
-            return;
-        };
+        let geometry = self.brep.double_double(face);
         let piece = geometry.piece(index);
         let Some(space) = &piece.space else { return };
         let t = Ball { mid: t, rad: 0.0 };
@@ -852,26 +842,17 @@ fn split_along_u<T>(node: &Node<T>, shape: &Shape) -> bool {
 
 /// Which arithmetic's geometry a node type works on.
 pub(crate) trait Arithmetic: Sized {
-    fn geometry(
-        brep: &PreparedBrep,
-        face: usize,
-    ) -> Result<&FaceGeometry<Self>, crate::prepare::Unsupported>;
+    fn geometry(brep: &PreparedBrep, face: usize) -> &FaceGeometry<Self>;
 }
 
 impl Arithmetic for f64 {
-    fn geometry(
-        brep: &PreparedBrep,
-        face: usize,
-    ) -> Result<&FaceGeometry<Self>, crate::prepare::Unsupported> {
+    fn geometry(brep: &PreparedBrep, face: usize) -> &FaceGeometry<Self> {
         brep.double(face)
     }
 }
 
 impl Arithmetic for Dd {
-    fn geometry(
-        brep: &PreparedBrep,
-        face: usize,
-    ) -> Result<&FaceGeometry<Self>, crate::prepare::Unsupported> {
+    fn geometry(brep: &PreparedBrep, face: usize) -> &FaceGeometry<Self> {
         brep.double_double(face)
     }
 }

@@ -1,0 +1,215 @@
+//! Circular arcs as polynomial pieces with a proven error.
+//!
+//! Native arcs and revolutions are parametrised by the angle, and so are the trims on them; a
+//! rational circle has another parametrisation. So cosine and sine are replaced by their Taylor
+//! polynomials on short spans, and what is left out goes into the radius of the coefficients.
+
+use super::spline::{BezierCurve, Homogeneous};
+use crate::numeric::sin_cos;
+use crate::numeric::{Ball, Dd, Interval, Real};
+use crate::nurbs::Arc;
+
+/// Degree of the Taylor polynomials.
+pub(crate) const DEGREE: usize = 14;
+/// Longest span, in radians: a little more than a sixteenth of a turn, so that whole turns
+/// need 16 and no seventeenth for rounding.
+const LONGEST_SPAN: f64 = std::f64::consts::FRAC_PI_8 * (1.0 + 1.0 / 1024.0);
+
+/// Bernstein coefficients of cosine and sine over a span, and the native parameters it covers.
+pub(crate) struct Span<T> {
+    pub(crate) cos: Vec<Ball<T>>,
+    pub(crate) sin: Vec<Ball<T>>,
+    pub(crate) range: Interval,
+}
+
+/// Cuts `[from, to]` of a domain, over which the angle runs linearly, into spans.
+///
+/// On a span with middle `m` and half-width `h`, `cos(m + h x) = sum_i c_i h^i x^i / i! + e(x)`, the `c_i` being
+/// `cos m, -sin m, -cos m, sin m, ...` and `|e| <= h^(n+1) / (n+1)!` with `n` = [`DEGREE`] (Lagrange). The Bernstein
+/// coefficient `j` of `x^i` is the polar form of `x^i` at `n - j` times -1 and `j` times +1: the coefficient of
+/// `z^i` in `(1-z)^(n-j) (1+z)^j`, over `C(n, i)` (Ramshaw).
+///
+/// The function is then `sum (b_j +- r) B_j` as far as its values go. The search also uses first and second
+/// differences of coefficients as bounds of derivatives, allowing `2 n r` and `4 n (n-1) r` for their error
+/// (with the composed degree for `n`). `e' <= h^n/n!` and `e'' <= h^(n-1)/(n-1)!` in `x`, so in the local parameter
+/// (`dx = 2 ds`) `2 (n+1) |e|` and `4 n (n+1) |e|`: less than what is allowed if `r >= 4 |e|`. Products and compositions
+/// keep the relation, since they multiply both sides by the same factors.
+pub(crate) fn spans<T: Real>(
+    angle: Interval,
+    domain: Interval,
+    from: f64,
+    to: f64,
+) -> Vec<Span<T>> {
+    let width = Ball::<Dd>::difference(domain.end, domain.start);
+    let turn = Ball::<Dd>::difference(angle.end, angle.start);
+    let at = |t: f64| {
+        if t == domain.end {
+            return Ball::exact(angle.end);
+        }
+        let s = Ball::difference(t, domain.start) / width;
+        Ball::exact(angle.start) + s * turn
+    };
+    let total = (at(to) - at(from)).mid.hi;
+    // The angle of a BREP is finite; a coil of so many turns is cut coarsely and gets wide radii.
+    const MOST: f64 = 4096.0;
+    let count = (total / LONGEST_SPAN).ceil().clamp(1.0, MOST) as usize;
+    let cut = |k: usize| {
+        if k == 0 {
+            from
+        } else if k == count {
+            to
+        } else {
+            let s = k as f64 / count as f64;
+            ((1.0 - s) * from + s * to).clamp(from, to)
+        }
+    };
+    (0..count)
+        .map(|k| {
+            let range = Interval {
+                start: cut(k),
+                end: cut(k + 1),
+            };
+            let (a, b) = (at(range.start), at(range.end));
+            let middle = (a + b).half();
+            let half = (b - a).half();
+            let (sin, cos) = sin_cos(middle);
+            Span {
+                cos: taylor(cos, -sin, half),
+                sin: taylor(sin, cos, half),
+                range,
+            }
+        })
+        .collect()
+}
+
+/// Bernstein coefficients of the function with value `f` and derivative `g` in the middle and `f'' = -f`.
+fn taylor<T: Real>(f: Ball<Dd>, g: Ball<Dd>, half: Ball<Dd>) -> Vec<Ball<T>> {
+    let n = DEGREE;
+    let mut terms = Vec::with_capacity(n + 1);
+    let mut power = Ball::<Dd>::ONE;
+    for i in 0..=n {
+        let c = match i % 4 {
+            0 => f,
+            1 => g,
+            2 => -f,
+            _ => -g,
+        };
+        terms.push(c * power);
+        power = power * half / Ball::exact((i + 1) as f64);
+    }
+    // `power` is now h^(n+1) / (n+1)!; the fourfold of it, see `spans`.
+    let left_out = 4.0 * power.magnitude();
+    let binomial = row(n, 0);
+    (0..=n)
+        .map(|j| {
+            let polar = row(n - j, j);
+            let mut sum = Ball::<Dd>::ZERO;
+            for i in 0..=n {
+                sum = sum + terms[i] * Ball::exact(polar[i]) / Ball::exact(binomial[i].abs());
+            }
+            Ball::from_dd(sum.mid, sum.rad + left_out)
+        })
+        .collect()
+}
+
+/// The coefficients of `(1 - z)^minus (1 + z)^plus`: whole numbers below 2^14.
+fn row(minus: usize, plus: usize) -> Vec<f64> {
+    let mut c = vec![1.0];
+    for k in 0..minus + plus {
+        let sign = if k < minus { -1.0 } else { 1.0 };
+        let mut next = vec![0.0; c.len() + 1];
+        for (i, x) in c.iter().enumerate() {
+            next[i] += x;
+            next[i + 1] += sign * x;
+        }
+        c = next;
+    }
+    c
+}
+
+/// A vector with bounds.
+pub(crate) type Vector<const D: usize> = [Ball<Dd>; D];
+
+pub(crate) fn dot<const D: usize>(a: &Vector<D>, b: &Vector<D>) -> Ball<Dd> {
+    let mut sum = Ball::ZERO;
+    for c in 0..D {
+        sum = sum + a[c] * b[c];
+    }
+    sum
+}
+
+/// `a / |a|`.
+pub(crate) fn normalized<const D: usize>(a: &Vector<D>) -> Vector<D> {
+    let length = dot(a, a).sqrt();
+    a.map(|x| x / length)
+}
+
+pub(crate) fn cross(a: &Vector<3>, b: &Vector<3>) -> Vector<3> {
+    std::array::from_fn(|c| {
+        let (i, j) = ((c + 1) % 3, (c + 2) % 3);
+        a[i] * b[j] - a[j] * b[i]
+    })
+}
+
+/// The exact axes `x'`, `y'` of an arc (see [`Arc`]).
+fn axes<const D: usize>(arc: &Arc<D>) -> [Vector<D>; 2] {
+    let exact = |v: &[f64]| -> Vector<D> { std::array::from_fn(|c| Ball::exact(v[c])) };
+    let x = exact(arc.x.as_slice());
+    if D == 3 {
+        let three = |v: &Vector<D>| -> Vector<3> { std::array::from_fn(|c| v[c]) };
+        let z = normalized(&three(&exact(arc.z.as_slice())));
+        let x = three(&x);
+        let along = dot(&x, &z);
+        let x = normalized(&std::array::from_fn(|c| x[c] - along * z[c]));
+        let y = cross(&z, &x);
+        let back = |v: Vector<3>| -> Vector<D> { std::array::from_fn(|c| v[c]) };
+        return [back(x), back(y)];
+    }
+    let x = normalized(&x);
+    // +90 degrees, or -90 where the stored y lies on that side (the sign of an exact cross product).
+    let turn = Dd::product(arc.x[0], arc.y[1]) - Dd::product(arc.x[1], arc.y[0]);
+    let sign = if turn < Dd::ZERO {
+        -Ball::ONE
+    } else {
+        Ball::ONE
+    };
+    let y = std::array::from_fn(|c| match c {
+        0 => -(sign * x[1]),
+        _ => sign * x[0],
+    });
+    [x, y]
+}
+
+/// The pieces of an arc over `[from, to]` of its domain.
+pub(crate) fn arc_pieces<T: Real, const D: usize, const H: usize>(
+    arc: &Arc<D>,
+    from: f64,
+    to: f64,
+    out: &mut Vec<BezierCurve<T, H>>,
+) {
+    let [x, y] = axes(arc);
+    let convert = |b: Ball<Dd>| Ball::<T>::from_dd(b.mid, b.rad);
+    let radius = Ball::exact(arc.radius);
+    let x = x.map(|b| convert(radius * b));
+    let y = y.map(|b| convert(radius * b));
+    for span in spans::<T>(arc.angle, arc.domain, from, to) {
+        let points: Vec<Homogeneous<T, H>> = (0..=DEGREE)
+            .map(|j| {
+                std::array::from_fn(|c| {
+                    if c < D {
+                        Ball::exact(arc.center[c]) + span.cos[j] * x[c] + span.sin[j] * y[c]
+                    } else {
+                        Ball::ONE
+                    }
+                })
+            })
+            .collect();
+        out.push(BezierCurve {
+            points,
+            map: super::ParamMap {
+                start: span.range.start,
+                end: span.range.end,
+            },
+        });
+    }
+}
