@@ -10,6 +10,8 @@ use crate::numeric::roots::Roots;
 #[derive(Debug, Clone)]
 pub(super) struct Part {
     pub(super) piece: u32,
+    /// Whether it joins two ends that do not meet.
+    pub(super) join: bool,
     pub(super) trends: [Trend; 2],
     pub(super) t: [f64; 2],
     /// Enclosures of the two end points, `[end][axis][lo, hi]`.
@@ -38,6 +40,12 @@ impl Crossing {
 }
 
 impl Part {
+    /// Whether both coordinates are strictly monotone or constant.
+    #[inline]
+    pub(super) fn is_monotone(&self) -> bool {
+        self.trends[0] != Trend::Mixed && self.trends[1] != Trend::Mixed
+    }
+
     /// The transitions of `[h(t) > q_h]` at points with `r(t) > q_r`, modulo 2, where `r` is
     /// coordinate `ray` and `h` the other; `On` where the point is on the part (in which case nothing
     /// else matters). `piece` is the part's piece.
@@ -62,7 +70,7 @@ impl Part {
             }
         };
         let states = [state(0), state(1)];
-        let monotone = self.trends[0] != Trend::Mixed && self.trends[1] != Trend::Mixed;
+        let monotone = self.is_monotone();
         if let [Some(a), Some(b)] = states {
             if q[ray] < self.hull[ray][0] {
                 // All of the part is beyond the point: only the states at its ends count.
@@ -248,8 +256,7 @@ impl Part {
             Parameter::from_f64(self.t[0])?,
             Parameter::from_f64(self.t[1])?,
         );
-        let monotone = self.trends.iter().all(|t| *t != Trend::Mixed);
-        if monotone {
+        if self.is_monotone() {
             Some(monotone_crossing(&gr, &gh, lo, hi, near))
         } else {
             Some(general_crossing(

@@ -239,6 +239,20 @@ impl Piece {
         })
     }
 
+    /// The same from f64 alone; unbounded where that is out of range.
+    pub(super) fn coarse_enclosure(&self, t: f64) -> [[f64; 2]; 2] {
+        let p = self.coarse.eval(t);
+        [0, 1].map(|i| {
+            let e = (self.coarse.error[i] + self.coarse.shift[i]) * INFLATE;
+            let (lo, hi) = ((p[i] - e).next_down(), (p[i] + e).next_up());
+            if lo.is_nan() || hi.is_nan() {
+                [f64::NEG_INFINITY, f64::INFINITY]
+            } else {
+                [lo, hi]
+            }
+        })
+    }
+
     /// Box of one coordinate over `[a, b]`, from the control points of that part (blossoms).
     pub(super) fn sub_hull(&self, axis: usize, a: f64, b: f64) -> [f64; 2] {
         let points = self.source.balls();

@@ -1,6 +1,7 @@
 //! The trimmed region of a face.
 
 use super::Side;
+use super::cells::{Cells, Local};
 use super::decide::{Crossing, Part};
 use super::piece::Piece;
 use super::source::{End, Source, segment, trim_runs};
@@ -8,6 +9,7 @@ use super::split::{Trend, split};
 use crate::brep::Brep;
 use crate::numeric::Interval;
 use nalgebra::Point2;
+use std::sync::OnceLock;
 
 /// The answer of [`TrimRegion::side`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -80,6 +82,9 @@ pub struct TrimRegion {
     pieces: Vec<Piece>,
     boundary: Vec<BoundaryPiece>,
     parts: Vec<Part>,
+    /// Whether no two ends had to be joined.
+    gapless: bool,
+    cells: OnceLock<Cells>,
 }
 
 fn push_piece(region: &mut TrimRegion, origin: PieceOrigin, source: Source, params: [f64; 2]) {
@@ -111,6 +116,7 @@ fn push_piece(region: &mut TrimRegion, origin: PieceOrigin, source: Source, para
             });
             region.parts.push(Part {
                 piece: index,
+                join: matches!(origin, PieceOrigin::Join { .. }),
                 trends: *trends,
                 t: [parts.t[i], parts.t[i + 1]],
                 ends: [a, b],
@@ -177,11 +183,14 @@ impl TrimRegion {
             pieces: Vec::new(),
             boundary: Vec::new(),
             parts: Vec::new(),
+            gapless: true,
+            cells: OnceLock::new(),
         }
     }
 
     fn join(&mut self, a: &End, b: &End, trim_loop: usize, trim: usize) {
         if a.same(b) != Some(true) {
+            self.gapless = false;
             let origin = PieceOrigin::Join { trim_loop, trim };
             push_piece(self, origin, segment(a, b), [0.0, 1.0]);
         }
@@ -258,7 +267,26 @@ impl TrimRegion {
         RegionSide { side, in_gap }
     }
 
+    fn cells(&self) -> &Cells {
+        self.cells
+            .get_or_init(|| Cells::new(&self.pieces, &self.parts))
+    }
+
     fn parity(&self, q: [f64; 2]) -> Crossing {
+        let cells = self.cells();
+        if cells.beyond(q) {
+            return Crossing::Even;
+        }
+        match cells.parity(&self.pieces, &self.parts, q) {
+            Local::Odd(odd) => Crossing::odd(odd),
+            Local::On => Crossing::On,
+            Local::Elsewhere => self.parity_of_all(q),
+        }
+    }
+
+    /// By all parts: the definition itself.
+    #[cold]
+    fn parity_of_all(&self, q: [f64; 2]) -> Crossing {
         let mut odd = false;
         let mut unknown = false;
         for part in &self.parts {
@@ -269,20 +297,24 @@ impl TrimRegion {
                 Crossing::Unknown => unknown = true,
             }
         }
-        match (unknown, odd) {
-            (true, _) => Crossing::Unknown,
-            (false, true) => Crossing::Odd,
-            (false, false) => Crossing::Even,
+        if unknown {
+            Crossing::Unknown
+        } else {
+            Crossing::odd(odd)
         }
     }
 
     fn in_gap(&self, q: [f64; 2]) -> bool {
-        self.parts.iter().any(|part| {
-            let piece = part.piece as usize;
-            (0..2).all(|i| q[i] >= part.hull[i][0] && q[i] <= part.hull[i][1])
-                && matches!(self.boundary[piece].origin, PieceOrigin::Join { .. })
-                && self.pieces[piece].in_box(q)
-        })
+        // A gap's box is that of the segment that joins its ends.
+        let cells = self.cells();
+        !self.gapless
+            && !cells.beyond(q)
+            && cells.near(q).iter().any(|k| {
+                let part = &self.parts[*k as usize];
+                part.join
+                    && (0..2).all(|i| q[i] >= part.hull[i][0] && q[i] <= part.hull[i][1])
+                    && self.pieces[part.piece as usize].in_box(q)
+            })
     }
 
     /// Where the closed box `[u[0], u[1]] x [v[0], v[1]]` lies. Conservative: `Inside` and `Outside` are
@@ -300,7 +332,8 @@ impl TrimRegion {
             return BoxSide::Inside;
         }
         let mut along_border = false;
-        for part in &self.parts {
+        for k in self.cells().meeting([u, v]).flatten() {
+            let part = &self.parts[*k as usize];
             if !part.misses(&self.pieces[part.piece as usize], [u, v]) {
                 if !self.is_on_border(part) {
                     return BoxSide::Mixed;
@@ -338,7 +371,7 @@ const END_INSET: f64 = 1.0 / (1u64 << 20) as f64;
 
 impl Part {
     /// Proven: the part does not meet the closed box.
-    fn misses(&self, piece: &Piece, b: [[f64; 2]; 2]) -> bool {
+    pub(super) fn misses(&self, piece: &Piece, b: [[f64; 2]; 2]) -> bool {
         let h = &self.hull;
         if (0..2).any(|i| b[i][1] < h[i][0] || b[i][0] > h[i][1]) {
             return true;

@@ -24,7 +24,7 @@ pub(super) enum Source {
     /// A piece of a native arc: at most a quarter, from angle to angle.
     Arc(Box<ArcSpan>),
     /// A straight segment whose ends are known in enclosures only.
-    Blurred([Blur; 2]),
+    Blurred(Box<[Blur; 2]>),
 }
 
 /// Part of one span of a spline.
@@ -586,7 +586,7 @@ pub(super) fn segment(a: &End, b: &End) -> Source {
     }
     match (a.exact(), b.exact()) {
         (Some(a), Some(b)) => Source::Exact(vec![a, b]),
-        _ => Source::Blurred([a.blur(), b.blur()]),
+        _ => Source::Blurred(Box::new([a.blur(), b.blur()])),
     }
 }
 
