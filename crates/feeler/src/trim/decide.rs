@@ -2,9 +2,9 @@
 
 use super::piece::{Exact, Horner, Piece};
 use super::split::Trend;
-use crate::numeric::Dd;
 use crate::numeric::polynomial::{Parameter, Polynomial};
 use crate::numeric::roots::Roots;
+use crate::numeric::{Ball, Dd};
 
 /// A part of a piece between two parameters, with boxes.
 #[derive(Debug, Clone)]
@@ -18,6 +18,29 @@ pub(super) struct Part {
     pub(super) ends: [[[f64; 2]; 2]; 2],
     /// Box of the part, rounded outward, `[axis][lo, hi]`.
     pub(super) hull: [[f64; 2]; 2],
+    /// Proven range of [`Chord::level`] over the part; unbounded where it is not known.
+    pub(super) band: [f64; 2],
+}
+
+/// The line through two points, any two: `level(p) = (u - u0) dv - (v - v0) du`, exactly, is what it says.
+struct Chord {
+    base: [f64; 2],
+    step: [f64; 2],
+}
+
+impl Chord {
+    /// The level of a point in f64, and a bound on its error: two differences, two products and their
+    /// difference are each off by at most u = 2^-53 relative, so the sum is off by
+    /// at most 4u (1 + 4u) times the magnitudes of the two products; 6u leaves room for the comparison's own rounding.
+    #[inline]
+    fn level(&self, q: [f64; 2]) -> (f64, f64) {
+        let a = (q[0] - self.base[0]) * self.step[1];
+        let b = (q[1] - self.base[1]) * self.step[0];
+        (
+            a - b,
+            3.0 * f64::EPSILON * (a.abs() + b.abs()) + f64::MIN_POSITIVE,
+        )
+    }
 }
 
 /// What a part does to the parity along the ray.
@@ -81,6 +104,9 @@ impl Part {
                     // h never takes the value q_h.
                     return Crossing::Even;
                 }
+                if let Some(odd) = self.by_chord(q, ray) {
+                    return Crossing::odd(odd);
+                }
                 let first = self.solve(piece.coarse(), q, ray);
                 return match first {
                     Ok(odd) => Crossing::odd(odd),
@@ -102,7 +128,58 @@ impl Part {
     /// f64 alone: `None` where that does not settle it. Only for monotone parts.
     #[inline]
     pub(super) fn crossing_coarse(&self, piece: &Piece, q: [f64; 2], ray: usize) -> Option<bool> {
-        self.solve(piece.coarse(), q, ray).ok()
+        self.by_chord(q, ray)
+            .or_else(|| self.solve(piece.coarse(), q, ray).ok())
+    }
+
+    #[inline]
+    fn chord(&self) -> Chord {
+        let [a, b] = [0, 1].map(|e| [self.ends[e][0][0], self.ends[e][1][0]]);
+        Chord {
+            base: a,
+            step: [b[0] - a[0], b[1] - a[1]],
+        }
+    }
+
+    /// Finds the range of levels over the part from the control points of just this part (blossoms), as a
+    /// quotient of positive weights is within the range of its terms.
+    pub(super) fn set_band(&mut self, piece: &Piece) {
+        let chord = self.chord();
+        let exact = Ball::<f64>::exact;
+        let mut band = [f64::INFINITY, f64::NEG_INFINITY];
+        for p in piece.sub_points(self.t) {
+            let along =
+                |i: usize, k: usize| (p[i] - p[2] * exact(chord.base[i])) * exact(chord.step[k]);
+            let level = (along(0, 1) - along(1, 0)) / p[2];
+            let (lo, hi) = (level.lower(), level.upper());
+            if lo.is_nan() || hi.is_nan() || !p[2].is_above(0.0) {
+                return;
+            }
+            band = [band[0].min(lo), band[1].max(hi)];
+        }
+        self.band = band;
+    }
+
+    /// Decides by the chord alone where the point is outside the band of levels that the part keeps to. At
+    /// the same height, levels grow with u where dv > 0, and with v where du < 0.
+    #[inline]
+    fn by_chord(&self, q: [f64; 2], ray: usize) -> Option<bool> {
+        let chord = self.chord();
+        let (level, error) = chord.level(q);
+        let above = if level - error > self.band[1] {
+            true
+        } else if level + error < self.band[0] {
+            false
+        } else {
+            return None;
+        };
+        let grows = if ray == 0 {
+            chord.step[1] > 0.0
+        } else {
+            chord.step[0] < 0.0
+        };
+        // Above the band with levels that grow along the ray: the part is behind.
+        Some(above != grows)
     }
 
     /// On a monotone part whose end states differ, the crossing is where `h(t) = q_h`. Let `g_r`, `g_h` be

@@ -253,6 +253,37 @@ impl Piece {
         })
     }
 
+    /// The control points of the part over `[t[0], t[1]]`, by blossoms in f64.
+    pub(super) fn sub_points(&self, t: [f64; 2]) -> Vec<[Ball<f64>; 3]> {
+        let points: Vec<[Ball<f64>; 3]> = self
+            .bezier
+            .iter()
+            .map(|p| {
+                [0, 1, 2].map(|i| Ball {
+                    mid: p[i],
+                    rad: self.radius[i],
+                })
+            })
+            .collect();
+        if t == [0.0, 1.0] {
+            return points;
+        }
+        let p = points.len() - 1;
+        (0..=p)
+            .map(|k| {
+                let mut d = points.clone();
+                for r in 1..=p {
+                    let x = if r > p - k { t[1] } else { t[0] };
+                    let (s, x) = (Ball::difference(1.0, x), Ball::exact(x));
+                    for j in 0..=p - r {
+                        d[j] = [0, 1, 2].map(|i| s * d[j][i] + x * d[j + 1][i]);
+                    }
+                }
+                d[0]
+            })
+            .collect()
+    }
+
     /// Box of one coordinate over `[a, b]`, from the control points of that part (blossoms).
     pub(super) fn sub_hull(&self, axis: usize, a: f64, b: f64) -> [f64; 2] {
         let points = self.source.balls();

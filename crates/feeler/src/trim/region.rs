@@ -114,14 +114,19 @@ fn push_piece(region: &mut TrimRegion, origin: PieceOrigin, source: Source, para
                     [a[axis][0].min(b[axis][0]), a[axis][1].max(b[axis][1])]
                 }
             });
-            region.parts.push(Part {
+            let mut part = Part {
                 piece: index,
                 join: matches!(origin, PieceOrigin::Join { .. }),
                 trends: *trends,
                 t: [parts.t[i], parts.t[i + 1]],
                 ends: [a, b],
                 hull,
-            });
+                band: [f64::NEG_INFINITY, f64::INFINITY],
+            };
+            if part.is_monotone() {
+                part.set_band(&piece);
+            }
+            region.parts.push(part);
         }
     }
     region.pieces.push(piece);
