@@ -571,6 +571,36 @@ fn gaps_count_in_the_bound() {
     assert_eq!(other.point(1.0), Point3::new(1., 0.25, 0.));
 }
 
+/// Plain f64 is close to what is proven. (128 roundings of the largest number in play: the a-priori
+/// bound of a degree-9 curve, far above these forms'.)
+#[test]
+fn plain_points_are_close() {
+    let limit = |size: f64| 64.0 * f64::EPSILON * size;
+    for c in curves() {
+        for i in 0..=40 {
+            let t = c.domain().lerp(f64::from(i) / 40.0);
+            let (p, bound) = c.point_with_bound(t);
+            assert!(bound <= f64::EPSILON * 1e3);
+            assert!((c.point(t) - p).amax() <= limit(1e3), "{}", c.type_name());
+        }
+    }
+    for s in surfaces() {
+        let [du, dv] = s.domain();
+        for i in 0..=10 {
+            for j in 0..=10 {
+                let (u, v) = (du.lerp(f64::from(i) / 10.0), dv.lerp(f64::from(j) / 10.0));
+                let (p, bound) = s.point_with_bound(u, v);
+                assert!(bound <= f64::EPSILON * 1e3);
+                assert!(
+                    (s.point(u, v) - p).amax() <= limit(1e3),
+                    "{}",
+                    s.type_name()
+                );
+            }
+        }
+    }
+}
+
 #[test]
 fn what_cannot_be_is_refused() {
     let arc = |start: f64, end: f64| {
@@ -593,6 +623,16 @@ fn what_cannot_be_is_refused() {
         arc(0.0, f64::NAN),
         Err(GeometryError::EmptyInterval { .. })
     ));
+    let parallel = Arc::new(Arc {
+        center: Point3::origin(),
+        x: Vector3::new(0.1, 0.2, 0.3),
+        y: Vector3::y(),
+        z: Vector3::new(0.1, 0.2, 0.3) * 4.0,
+        radius: 1.0,
+        angle: interval(0.0, 1.0),
+        domain: interval(0.0, 1.0),
+    });
+    assert!(matches!(parallel, Err(GeometryError::Degenerate { .. })));
     // A million turns have a point but no NURBS form.
     let c: Curve3 = Curve::Arc(arc(0.0, 6e6).unwrap());
     assert!(c.point(0.5).coords.norm() < 1.000_001);

@@ -245,7 +245,7 @@ struct Allowed(Option<f64>);
 impl fmt::Display for Allowed {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self.0 {
-            Some(t) => write!(f, " (the file allows {t})"),
+            Some(t) => write!(f, " (the file allows {t:?})"),
             None => Ok(()),
         }
     }

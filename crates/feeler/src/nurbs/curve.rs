@@ -1,5 +1,6 @@
 //! Curves in their native form.
 
+use super::eval::frame;
 use super::{GeometryError, NurbsCurve};
 use crate::numeric::{Interval, MAX_ANGLE};
 use nalgebra::{Point, SVector};
@@ -152,6 +153,15 @@ impl<const D: usize> Arc<D> {
         check_angle("an arc", arc.angle)?;
         check_interval("an arc's domain", arc.domain)?;
         if arc.x.norm() == 0.0 || (D == 3 && arc.z.norm() == 0.0) {
+            return Err(GeometryError::Degenerate {
+                what: "an arc's frame",
+            });
+        }
+        /// 2^-60: a direction known worse than that in double-double (106 bits) is none: x and z
+        /// parallel up to their last digits.
+        const UNKNOWN: f64 = 1.0 / (1u64 << 60) as f64;
+        let (x, _) = frame(&arc);
+        if !x.iter().all(|c| c.rad <= UNKNOWN) {
             return Err(GeometryError::Degenerate {
                 what: "an arc's frame",
             });

@@ -29,7 +29,9 @@
 //! coordinate, whatever the weights. Where the active weights are equal the quotient has no error of its
 //! own: gamma_{6p} for weights 1. For a surface of degrees p and q read p + q for p. Arcs: 4 u times
 //! (|centre coordinate| + radius); the other forms follow by their formulas.
-//! These hold while no product overflows or falls below 2^-1022.
+//! These hold while no product overflows or falls below 2^-1022. Beyond (coordinates above 1e300, spans so
+//! short that a derivative is that large) plain f64 results may be infinite or NaN; those with a bound are
+//! then 0 with an infinite bound.
 
 mod curve;
 mod parameter;
