@@ -1,9 +1,39 @@
 //! Writes small .3dm files byte by byte.
 
 use crc32fast::Hasher;
+use std::cell::Cell;
 
 pub(crate) const ANONYMOUS: u32 = 0x4000_8000;
 pub(crate) const UNSET: f64 = -1.234_321_012_343_21e308;
+
+thread_local! {
+    /// How many numbers have been written, and the one to replace.
+    static COUNT: Cell<usize> = const { Cell::new(0) };
+    static WILD: Cell<Option<(usize, (i32, f64))>> = const { Cell::new(None) };
+}
+
+/// What the next number is to be replaced with.
+fn wild() -> Option<(i32, f64)> {
+    let at = COUNT.get();
+    COUNT.set(at + 1);
+    WILD.get()
+        .filter(|(place, _)| *place == at)
+        .map(|(_, wild)| wild)
+}
+
+/// The bytes that `write` makes with its number `place` (an i32 or an f64) replaced, checksums
+/// correct; `None` if it writes fewer.
+pub(crate) fn with_wild(
+    place: usize,
+    value: (i32, f64),
+    write: impl FnOnce() -> Vec<u8>,
+) -> Option<Vec<u8>> {
+    COUNT.set(0);
+    WILD.set(Some((place, value)));
+    let bytes = write();
+    WILD.set(None);
+    (place < COUNT.get()).then_some(bytes)
+}
 
 /// The bytes of one chunk's body, and the checksum of those that are its own.
 pub(crate) struct Writer {
@@ -31,11 +61,17 @@ impl Writer {
     }
 
     pub(crate) fn i32s(&mut self, all: &[i32]) {
-        all.iter().for_each(|x| self.raw(&x.to_le_bytes()));
+        for x in all {
+            let wild = wild().map(|w| w.0);
+            self.raw(&wild.unwrap_or(*x).to_le_bytes());
+        }
     }
 
     pub(crate) fn f64s(&mut self, all: &[f64]) {
-        all.iter().for_each(|x| self.raw(&x.to_le_bytes()));
+        for x in all {
+            let wild = wild().map(|w| w.1);
+            self.raw(&wild.unwrap_or(*x).to_le_bytes());
+        }
     }
 
     /// A count and the items.

@@ -104,6 +104,50 @@ fn wild_counts_are_refused() {
     }
 }
 
+/// Every number of the file in turn becomes a wild one, its checksum made to fit: what is read is
+/// refused or valid, and valid geometry evaluates.
+#[test]
+fn wild_numbers_never_panic() {
+    let wild = [
+        (i32::MAX, f64::MAX),
+        (i32::MIN, f64::MIN),
+        (-1, f64::NAN),
+        (0, 0.0),
+        (1, f64::INFINITY),
+        (2, 5e-324),
+        (3, -1e-300),
+        (4, 1e17),
+    ];
+    let (mut read, mut refused) = (0, 0);
+    for value in wild {
+        for place in 0.. {
+            let Some(bytes) = f::with_wild(place, value, || f::file(60, simple)) else {
+                break;
+            };
+            let Ok(document) = read_3dm(&bytes) else {
+                continue;
+            };
+            for object in &document.objects {
+                match &object.kind {
+                    ObjectKind::Refused { .. } => refused += 1,
+                    ObjectKind::Brep(brep) | ObjectKind::Surface(brep) => {
+                        let [u, v] = brep.surface(0).domain();
+                        brep.surface(0).point(u.mid(), v.mid());
+                        read += 1;
+                    }
+                    ObjectKind::Curve(curve) => {
+                        curve.point(curve.domain().mid());
+                        read += 1;
+                    }
+                    _ => {}
+                }
+            }
+        }
+    }
+    eprintln!("{read} objects read, {refused} refused");
+    assert!(refused > 1000 && read > 10 * refused);
+}
+
 #[test]
 fn counts_are_checked_before_anything_is_allocated() {
     let counted = |data: &dyn Fn(&mut Writer), id: &str| {

@@ -44,8 +44,7 @@ const END_OF_OBJECT: u32 = 0x8200_007F;
 /// What a .3dm file holds.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Document {
-    /// The archive version, as in the file: 3, 4, 5, 50, 60, 70 or 80 (2 too, whose BREPs are
-    /// refused).
+    /// The archive version, as in the file: 3, 4, 5, 50, 60, 70 or 80 (2 too, with a warning).
     pub version: u32,
     /// Version of the library that wrote the file, as stored; 0 if not said.
     pub opennurbs_version: u32,
@@ -156,7 +155,8 @@ fn load(path: &Path) -> Result<Document, FileProblem> {
 /// Reads a .3dm file of version 3 to 8 from memory.
 ///
 /// A bad object does not lose the others: it becomes [`ObjectKind::Refused`] with the reason.
-/// A file of version 2 is read too; its BREPs, of an older layout, are refused one by one.
+/// A file of version 2 is read too, with a warning; BREPs of an older layout (Brep 2.x) are refused one
+/// by one.
 ///
 /// # Errors
 /// [`ReadError`], which names the chunk, its byte offset and the remedy: no .3dm file, a version that is
@@ -206,6 +206,15 @@ struct DocumentReader {
 
 impl DocumentReader {
     fn new(version: u32, start: usize) -> Self {
+        let mut warnings = Vec::new();
+        if version == 2 {
+            warnings.push(
+                "a file of version 2: programs that write it may turn surfaces of revolution into \
+                 NURBS and leave their trims as they were, so that edges come apart; save the original as \
+                 version 3 or later"
+                    .into(),
+            );
+        }
         Self {
             start,
             document: Document {
@@ -214,7 +223,7 @@ impl DocumentReader {
                 units: Units::None,
                 tolerance: None,
                 objects: Vec::new(),
-                warnings: Vec::new(),
+                warnings,
             },
             has_objects: false,
             layers: HashMap::new(),
