@@ -335,6 +335,9 @@ impl Polynomial {
     /// zero leading coefficients) are not seen: deflate first. Zero with p gives p.
     #[must_use]
     pub fn gcd(&self, other: &Self) -> Self {
+        if coprime_modulo(&self.coefficients, &other.coefficients) {
+            return Self::new(vec![IBig::ONE]);
+        }
         let (mut a, mut b) = (self.clone().primitive(), other.clone().primitive());
         if a.degree() < b.degree() {
             std::mem::swap(&mut a, &mut b);
@@ -432,6 +435,71 @@ impl Polynomial {
         }
         factors
     }
+}
+
+/// 2^61 - 1.
+const PRIME: u64 = (1 << 61) - 1;
+
+fn times_modulo(a: u64, b: u64) -> u64 {
+    (u128::from(a) * u128::from(b) % u128::from(PRIME)) as u64
+}
+
+/// By Fermat's little theorem; `a` is not 0.
+fn inverse_modulo(a: u64) -> u64 {
+    let (mut base, mut e, mut result) = (a, PRIME - 2, 1);
+    while e > 0 {
+        if e & 1 == 1 {
+            result = times_modulo(result, base);
+        }
+        base = times_modulo(base, base);
+        e >>= 1;
+    }
+    result
+}
+
+/// Whether two polynomials in x are proven coprime by their images modulo a prime. A common factor g over the
+/// integers has its leading coefficient divide those of both; where the prime does not divide `a`'s, the
+/// image of g has g's degree and divides both images. So images that are coprime leave no room for it.
+/// It is much cheaper than the integers' own gcd, whose coefficients grow; `false` tells nothing.
+fn coprime_modulo(a: &[IBig], b: &[IBig]) -> bool {
+    let prime = IBig::from(PRIME);
+    let image = |p: &[IBig]| -> Vec<u64> {
+        p.iter()
+            .map(|c| {
+                let r = i64::try_from(c % &prime).unwrap_or(0);
+                r.rem_euclid(PRIME as i64) as u64
+            })
+            .collect()
+    };
+    let used = |p: &[IBig]| p.iter().rposition(|c| *c != IBig::ZERO);
+    let (Some(na), Some(nb)) = (used(a), used(b)) else {
+        return false;
+    };
+    let (mut f, mut g) = (image(&a[..=na]), image(&b[..=nb]));
+    if f[na] == 0 {
+        return false;
+    }
+    let trim = |p: &mut Vec<u64>| {
+        while p.last() == Some(&0) {
+            p.pop();
+        }
+    };
+    trim(&mut g);
+    while !g.is_empty() {
+        let inverse = inverse_modulo(g[g.len() - 1]);
+        while f.len() >= g.len() {
+            let factor = times_modulo(f[f.len() - 1], inverse);
+            let base = f.len() - g.len();
+            for (i, c) in g.iter().enumerate() {
+                let d = times_modulo(factor, *c);
+                f[base + i] = (f[base + i] + PRIME - d) % PRIME;
+            }
+            f.pop();
+            trim(&mut f);
+        }
+        std::mem::swap(&mut f, &mut g);
+    }
+    f.len() == 1
 }
 
 /// `p(1 + 2x)`: a Taylor shift by additions, then powers of two.

@@ -1,0 +1,174 @@
+//! What must not change a side, and numbers that must not break one.
+
+use super::shapes::*;
+use crate::trim::{Side, TrimRegion};
+use proptest::prelude::*;
+
+const WIDE: [f64; 4] = [-4096.0, 4096.0, -4096.0, 4096.0];
+
+/// Halves of a Bezier curve at 1/2; exact for small dyadics.
+fn halves(points: &[[f64; 3]]) -> [Vec<[f64; 3]>; 2] {
+    let mut d = points.to_vec();
+    let (mut left, mut right) = (vec![], vec![]);
+    while !d.is_empty() {
+        left.push(d[0]);
+        right.push(d[d.len() - 1]);
+        d = d
+            .windows(2)
+            .map(|w| [0, 1, 2].map(|i| 0.5 * (w[0][i] + w[1][i])))
+            .collect();
+    }
+    right.reverse();
+    [left, right]
+}
+
+/// Homogeneous control points on a coarse grid, with weights 1/2 .. 2.
+fn net() -> impl Strategy<Value = Vec<[f64; 3]>> {
+    let point = (-64i32..=64, -64i32..=64, 2i32..=8).prop_map(|(x, y, w)| {
+        let w = f64::from(w) / 4.0;
+        [f64::from(x) * w / 4.0, f64::from(y) * w / 4.0, w]
+    });
+    proptest::collection::vec(point, 3..=6)
+}
+
+/// Points of the curve itself, nudged, and points anywhere on the grid.
+fn asked(points: &[[f64; 3]], seeds: &[(u8, u8, i8, i8)]) -> Vec<[f64; 2]> {
+    seeds
+        .iter()
+        .map(|(kind, t, i, j)| {
+            if *kind < 64 {
+                return [f64::from(*i) / 8.0, f64::from(*j) / 8.0];
+            }
+            let t = f64::from(*t) / 255.0;
+            let mut d = points.to_vec();
+            while d.len() > 1 {
+                d = d
+                    .windows(2)
+                    .map(|w| [0, 1, 2].map(|i| w[0][i] * (1.0 - t) + w[1][i] * t))
+                    .collect();
+            }
+            let nudge = |x: f64, n: i8| {
+                (0..n.unsigned_abs() % 4)
+                    .fold(x, |x, _| if n > 0 { x.next_up() } else { x.next_down() })
+            };
+            [nudge(d[0][0] / d[0][2], *i), nudge(d[0][1] / d[0][2], *j)]
+        })
+        .collect()
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 48, ..ProptestConfig::default() })]
+
+    /// A curve, its two halves as two trims, the same with a knot inserted, and the same moved by whole numbers.
+    #[test]
+    fn subdivision_knot_insertion_and_translation(
+        points in net(),
+        seeds in proptest::collection::vec(any::<(u8, u8, i8, i8)>(), 24),
+        shift in (-512i32..512, -512i32..512),
+    ) {
+        let [left, right] = halves(&points);
+        let p = points.len() - 1;
+        let whole = TrimRegion::new(&face(WIDE, Some(vec![vec![bezier(&points).into()]])), 0);
+        let split = TrimRegion::new(
+            &face(WIDE, Some(vec![vec![bezier(&left).into(), bezier(&right).into()]])), 0);
+        // The knot 1/2 with multiplicity p: the halves in one spline.
+        let mut net = left.clone();
+        net.extend(&right[1..]);
+        let mut knots = vec![0.0; p + 1];
+        knots.extend(vec![0.5; p]);
+        knots.extend(vec![1.0; p + 1]);
+        let inserted = TrimRegion::new(&face(WIDE, Some(vec![vec![nurbs(p, &net, &knots).into()]])), 0);
+        let d = [f64::from(shift.0), f64::from(shift.1)];
+        let moved: Vec<_> = points.iter().map(|q| [q[0] + d[0] * q[2], q[1] + d[1] * q[2], q[2]]).collect();
+        let moved = TrimRegion::new(&face(WIDE, Some(vec![vec![bezier(&moved).into()]])), 0);
+        for q in asked(&points, &seeds) {
+            let side = whole.side(q.into());
+            prop_assert!(side.side.is_some());
+            prop_assert_eq!(side.side, split.side(q.into()).side, "halves, {:?}", q);
+            prop_assert_eq!(side.side, inserted.side(q.into()).side, "knot, {:?}", q);
+            let at = [q[0] + d[0], q[1] + d[1]];
+            // Only where the point itself moves exactly.
+            if at[0] - d[0] == q[0] && at[1] - d[1] == q[1] {
+                prop_assert_eq!(side.side, moved.side(at.into()).side, "moved, {:?}", q);
+            }
+        }
+    }
+}
+
+#[test]
+fn numbers_at_the_edge_of_range() {
+    let huge = 1e300;
+    for s in [huge, 1e-300, 1e160, 5e-324 * 1e8] {
+        let corners = [
+            [0.0, 0.0],
+            [4.0 * s, 0.0],
+            [4.0 * s, 4.0 * s],
+            [0.0, 4.0 * s],
+        ];
+        let domain = [-8.0 * s, 8.0 * s, -8.0 * s, 8.0 * s];
+        let region = TrimRegion::new(&face(domain, Some(vec![polygon(&corners)])), 0);
+        let side = |q: [f64; 2]| region.side(q.into()).side;
+        assert_eq!(side([s, s]), Some(Side::Inside), "{s}");
+        assert_eq!(side([4.0 * s, s]), Some(Side::Boundary), "{s}");
+        assert_eq!(side([5.0 * s, s]), Some(Side::Outside), "{s}");
+        assert_eq!(side([-s, s]), Some(Side::Outside), "{s}");
+        let round = TrimRegion::new(&face(domain, Some(vec![circle([0.0, 0.0], 5.0 * s)])), 0);
+        let side = |q: [f64; 2]| round.side(q.into()).side;
+        assert_eq!(side([3.0 * s, 2.0 * s]), Some(Side::Inside), "{s}");
+        assert_eq!(side([5.0 * s, 0.0]), Some(Side::Boundary), "{s}");
+        assert_eq!(side([4.0 * s, 4.0 * s]), Some(Side::Outside), "{s}");
+    }
+    // Weights at both ends of the range of f64 in one curve.
+    let w = [1e300, 1e-300, 1.0];
+    let p = [[-2.0, 0.0], [0.0, 2.0], [2.0, 0.0]];
+    let net: Vec<[f64; 3]> = (0..3)
+        .map(|i| [p[i][0] * w[i], p[i][1] * w[i], w[i]])
+        .collect();
+    let region = TrimRegion::new(&face(WIDE, Some(vec![vec![bezier(&net).into()]])), 0);
+    assert_eq!(region.side([-1.0, 0.5].into()).side, Some(Side::Outside));
+    assert_eq!(region.side([0.0, 0.0].into()).side, Some(Side::Boundary));
+    for q in [[f64::INFINITY, 0.0], [f64::NEG_INFINITY, f64::INFINITY]] {
+        assert_eq!(region.side(q.into()).side, Some(Side::Outside));
+    }
+}
+
+#[test]
+fn irregular_knots_at_high_degree_stay_affordable() {
+    let mut x = 0.123_456_789_f64;
+    let mut random = || {
+        x = (x * 997.0 + 0.318_309_886).fract();
+        x
+    };
+    for degree in [8usize, 25] {
+        let n = degree + 4;
+        let mut knots: Vec<f64> = (0..n + degree + 1)
+            .map(|_| random() * 10f64.powi((random() * 6.0) as i32))
+            .collect();
+        knots.sort_by(f64::total_cmp);
+        let net: Vec<[f64; 3]> = (0..n)
+            .map(|_| {
+                let w = 0.5 + random();
+                [(random() * 8.0 - 4.0) * w, (random() * 8.0 - 4.0) * w, w]
+            })
+            .collect();
+        let start = std::time::Instant::now();
+        let region = TrimRegion::new(
+            &face(WIDE, Some(vec![vec![nurbs(degree, &net, &knots).into()]])),
+            0,
+        );
+        let mut undecided = 0;
+        for p in region.pieces() {
+            // Ends of pieces: as close to the boundary as f64 comes.
+            for c in [
+                p.control_points[0],
+                p.control_points[p.control_points.len() - 1],
+            ] {
+                let side = region.side([c[0] / c[2], c[1] / c[2]].into());
+                undecided += usize::from(side.side.is_none());
+            }
+        }
+        assert_eq!(undecided, 0);
+        eprintln!("degree {degree}: {:?}", start.elapsed());
+        assert!(start.elapsed().as_secs() < 20, "{:?}", start.elapsed());
+    }
+}
