@@ -13,5 +13,6 @@ mod topology;
 pub use builder::{BrepBuilder, BuildError, TrimSpec};
 pub use defect::{Defect, Part, Severity};
 pub use topology::{
-    Brep, BrepError, BrepParts, Edge, Face, Iso, LoopKind, TrimCurve, TrimKind, TrimLoop, Vertex,
+    Brep, BrepError, BrepParts, Edge, Face, Iso, LARGEST_COORDINATE, LoopKind, TrimCurve, TrimKind,
+    TrimLoop, Vertex,
 };

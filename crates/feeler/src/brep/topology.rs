@@ -1,7 +1,7 @@
 //! The parts of a BREP and how they refer to each other.
 
 use crate::numeric::Interval;
-use crate::nurbs::{Curve2, Curve3, Surface};
+use crate::nurbs::{Curve, Curve2, Curve3, Surface};
 use nalgebra::Point3;
 
 /// A point where edges meet.
@@ -172,6 +172,16 @@ pub enum BrepError {
         /// Which number.
         what: &'static str,
     },
+    /// A number too large, or a weight too far from 1, for the kernel's bounds to hold.
+    #[error(
+        "{owner} {index}: a coordinate is above 1e60 or a weight outside 1e-60..1e60 (rescale the model)"
+    )]
+    Range {
+        /// What holds the number.
+        owner: &'static str,
+        /// Which one.
+        index: usize,
+    },
     /// A span that is not inside its curve's domain.
     #[error("{owner} {index} uses [{start}, {end}] of a curve with domain [{from}, {to}]")]
     Span {
@@ -266,7 +276,66 @@ fn span(owner: &'static str, index: usize, s: Interval, domain: Interval) -> Res
     }
 }
 
+/// No coordinate of a BREP or a probe may be larger, and no weight larger or below its inverse: then
+/// no product of the search overflows (the largest are squares of weighted coordinates, 1e240),
+/// and none of a size that matters underflows.
+pub const LARGEST_COORDINATE: f64 = 1e60;
+
+/// Whether homogeneous points, and what they stand for, are in range.
+fn points_in_range<const H: usize>(points: &[nalgebra::SVector<f64, H>]) -> bool {
+    points.iter().all(|p| {
+        let w = p[H - 1];
+        let usable = (1.0 / LARGEST_COORDINATE..=LARGEST_COORDINATE).contains(&w);
+        usable && (0..H - 1).all(|c| p[c].abs() <= LARGEST_COORDINATE * w.min(1.0))
+    })
+}
+
+fn curve_in_range<const D: usize, const H: usize>(curve: &Curve<D, H>) -> bool {
+    let small = |x: f64| x.abs() <= LARGEST_COORDINATE;
+    let point = |p: &nalgebra::Point<f64, D>| p.iter().all(|x| small(*x));
+    match curve {
+        Curve::Line(c) => point(&c.from) && point(&c.to),
+        Curve::Arc(c) => point(&c.center) && small(c.radius),
+        Curve::Polyline(c) => c.points().iter().all(point),
+        Curve::Nurbs(c) => points_in_range(c.control_points()),
+        // Segments are never poly-curves themselves: this goes one level deep.
+        Curve::Poly(c) => c.segments().iter().all(curve_in_range),
+    }
+}
+
+fn surface_in_range(surface: &Surface) -> bool {
+    match surface {
+        Surface::Plane(s) => {
+            let reach = |k: usize| s.extents[k].start.abs().max(s.extents[k].end.abs());
+            (0..3).all(|c| {
+                let x = s.origin[c].abs() + s.x[c].abs() * reach(0) + s.y[c].abs() * reach(1);
+                x <= LARGEST_COORDINATE
+            })
+        }
+        Surface::Revolution(s) => {
+            curve_in_range(&s.profile) && s.origin.iter().all(|x| x.abs() <= LARGEST_COORDINATE)
+        }
+        Surface::Sum(s) => curve_in_range(&s.first) && curve_in_range(&s.second),
+        Surface::Nurbs(s) => points_in_range(s.control_net()),
+    }
+}
+
+fn check_range(p: &BrepParts) -> Result<(), BrepError> {
+    let range = |owner, index| Err(BrepError::Range { owner, index });
+    if let Some(i) = p.surfaces.iter().position(|s| !surface_in_range(s)) {
+        return range("surface", i);
+    }
+    if let Some(i) = p.curves2.iter().position(|c| !curve_in_range(c)) {
+        return range("uv curve", i);
+    }
+    if let Some(i) = p.curves3.iter().position(|c| !curve_in_range(c)) {
+        return range("space curve", i);
+    }
+    Ok(())
+}
+
 fn check(p: &BrepParts) -> Result<(), BrepError> {
+    check_range(p)?;
     for (i, v) in p.vertices.iter().enumerate() {
         if v.point.iter().any(|x| !x.is_finite()) {
             return Err(BrepError::NotFinite {

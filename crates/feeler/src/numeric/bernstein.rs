@@ -18,7 +18,7 @@ pub struct Bidegree {
 
 impl Bidegree {
     /// How many coefficients there are.
-    pub fn len(self) -> usize {
+    pub fn count(self) -> usize {
         (self.u + 1) * (self.v + 1)
     }
 }
@@ -90,7 +90,7 @@ fn multiply_scaled<T: Real>(x: &[T], a: Bidegree, y: &[T], b: Bidegree, sum: &mu
 /// The product of two polynomials; see [`product_units`] for its error.
 pub fn product<T: Real>(x: &[T], a: Bidegree, y: &[T], b: Bidegree) -> Vec<T> {
     let degree = a + b;
-    let mut sum = vec![T::ZERO; degree.len()];
+    let mut sum = vec![T::ZERO; degree.count()];
     multiply_scaled(&scale(x, a), a, &scale(y, b), b, &mut sum);
     let (bu, bv) = (binomials::<T>(degree.u), binomials::<T>(degree.v));
     for (i, row) in sum.chunks_exact_mut(degree.v + 1).enumerate() {
@@ -158,7 +158,7 @@ mod tests {
 
     fn sample(degree: Bidegree, seed: u64) -> Vec<f64> {
         let mut s = seed;
-        (0..degree.len())
+        (0..degree.count())
             .map(|_| {
                 s = s.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
                 (s >> 40) as f64 / (1u64 << 23) as f64 - 1.0

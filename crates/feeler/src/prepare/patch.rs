@@ -179,7 +179,7 @@ fn nurbs_patches<T: Real>(surface: &NurbsSurface) -> Vec<Patch<T>> {
             })
             .collect();
         for (iv, va, vb) in kv.spans() {
-            let mut net = Vec::with_capacity(degree.len());
+            let mut net = Vec::with_capacity(degree.count());
             for i in 0..=degree.u {
                 net.extend(bezier_of_span(kv, iv, va, vb, |j| columns[j][i]));
             }

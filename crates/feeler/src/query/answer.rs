@@ -1,5 +1,6 @@
 //! Probes, options and answers.
 
+use crate::brep::LARGEST_COORDINATE;
 use crate::numeric::Enclosure;
 use crate::trim::Side;
 use nalgebra::{Point2, Point3, Vector3};
@@ -20,7 +21,7 @@ pub enum ProbeError {
     #[error("the normal is not a unit vector (|n|^2 must be within 2^-50 of 1)")]
     NotUnit,
     /// A number so large or so small that the bounds would not hold.
-    #[error("{0} is outside the range in which bounds hold (1e-100 to 1e100)")]
+    #[error("{0} is outside the range in which bounds hold (up to 1e60)")]
     Range(&'static str),
 }
 
@@ -236,16 +237,12 @@ pub struct SideAnswer {
     pub undecided: Option<Undecided>,
 }
 
-/// Numbers beyond this magnitude (or, not being zero, below its inverse) are
-/// refused, so that no product of the search overflows or underflows.
-pub(super) const LARGEST: f64 = 1e100;
-
 fn in_range(what: &'static str, values: &[f64]) -> Result<(), ProbeError> {
     for x in values {
         if !x.is_finite() {
             return Err(ProbeError::NotFinite(what));
         }
-        if x.abs() > LARGEST {
+        if x.abs() > LARGEST_COORDINATE {
             return Err(ProbeError::Range(what));
         }
     }

@@ -86,7 +86,7 @@ impl Stabber {
         let w = net.coordinate(3);
         let form = |n: &Vector3<f64>, offset: Ball<Dd>| {
             let offset = Ball::<f64>::from_dd(offset.mid, offset.rad);
-            let values: Vec<f64> = (0..net.degree.len())
+            let values: Vec<f64> = (0..net.degree.count())
                 .map(|i| {
                     n[0] * x[0].values[i]
                         + n[1] * x[1].values[i]

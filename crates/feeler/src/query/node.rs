@@ -166,7 +166,7 @@ impl<T: Real> Node<T> {
             .zip(&self.f.c)
             .map(|(n, c)| *n - tau * *c)
             .collect();
-        let c = self.f.c.iter().map(|c| c.approximate()).sum::<f64>() / d.len() as f64;
+        let c = self.f.c.iter().map(|c| c.approximate()).sum::<f64>() / d.count() as f64;
         let widths = [self.u[1] - self.u[0], self.v[1] - self.v[0]];
         let mean = |du: usize, dv: usize, factor: usize, area: f64| {
             let (low, high) = Self::second_differences(&g, d, du, dv);

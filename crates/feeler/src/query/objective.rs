@@ -75,7 +75,7 @@ impl Objective {
                 let offset = local_offset(n, *h, &net.origin);
                 let h = Ball::<T>::from_dd(offset.mid, offset.rad);
                 let normal: [T; 3] = std::array::from_fn(|c| T::from_f64(n[c]));
-                let values = (0..net.degree.len())
+                let values = (0..net.degree.count())
                     .map(|i| {
                         normal[0] * x[0].values[i]
                             + normal[1] * x[1].values[i]
@@ -181,7 +181,7 @@ fn squared_distance<T: Real>(q: &Point3<f64>, net: &Net<T>, products: &Products<
     let q: [Ball<T>; 3] = std::array::from_fn(|c| Ball::difference(q[c], net.origin[c]));
     let q2 = q[0].square() + q[1].square() + q[2].square();
     let two = T::from_f64(2.0);
-    let values = (0..products.degree.len())
+    let values = (0..products.degree.count())
         .map(|i| {
             let cross = q[0].mid * products.b[0].values[i]
                 + q[1].mid * products.b[1].values[i]

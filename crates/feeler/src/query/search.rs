@@ -272,7 +272,8 @@ impl Search<'_> {
 
     /// Takes a bound into the result.
     pub(super) fn lower(&mut self, lo: Dd) {
-        if !(lo >= self.out.lo) {
+        let lo = if lo.hi.is_nan() { self.nothing() } else { lo };
+        if lo < self.out.lo {
             self.out.lo = lo;
         }
     }
@@ -419,7 +420,7 @@ impl Search<'_> {
                 BoxSide::Mixed => {}
             }
         }
-        if node.f.degree.len() == 1 {
+        if node.f.degree.count() == 1 {
             // A single point.
             let p = [Dd::from(node.u[0]), Dd::from(node.v[0])];
             self.try_point(source, p, inside);
