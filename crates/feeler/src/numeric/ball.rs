@@ -11,7 +11,7 @@ use std::ops::{Add, Div, Mul, Neg, Sub};
 /// Each operation adds its own rounding (Higham, *Accuracy and Stability*, section 3.3,
 /// running error analysis). Radii are f64, rounded up: every radius formula below has
 /// at most 8 operations, each off by a factor of at most 1 + 2^-53, and is multiplied by
-/// [`ROUND_UP`] >= (1 + 2^-53)^9.
+/// `ROUND_UP` >= (1 + 2^-53)^9.
 #[derive(Clone, Copy, Debug)]
 pub struct Ball<T> {
     /// The computed value.

@@ -75,7 +75,7 @@ impl Dd {
         Self::sum(a, -b)
     }
 
-    /// `a b` exactly (see [`two_prod`] for the range).
+    /// `a b` exactly unless something overflows or underflows.
     pub fn product(a: f64, b: f64) -> Self {
         let (hi, lo) = two_prod(a, b);
         Self { hi, lo }
