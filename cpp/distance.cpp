@@ -310,7 +310,22 @@ class Search {
         return (d.p == 0 || at.lu >= kDeepest) && (d.q == 0 || at.lv >= kDeepest);
     }
 
+    // Trim curves first: their points need no decision of the region, so that they give a tight
+    // upper bound before any box is put to it (a box along the domain's border, which a loop
+    // follows but for rounding, would otherwise be cut to pieces in vain).
     void first_phase() {
+        for (size_t i = 0; i < model_.pieces.size(); ++i) {
+            const Piece& s = piece(int(i));
+            if (s.kind == PieceKind::Point && s.attained && !s.regional)
+                lower_best64(hull_bounds(o_, s.box).hi, int(i));
+        }
+        const auto on_trims = [](const Piece& s) { return s.kind == PieceKind::Trim; };
+        first_phase([&](const Piece& s) { return on_trims(s); });
+        first_phase([&](const Piece& s) { return !on_trims(s); });
+    }
+
+    template <class Filter>
+    void first_phase(Filter wanted) {
         using Item = std::unique_ptr<Box64>;
         const auto later = [](const Item& a, const Item& b) { return a->lo > b->lo; };
         std::vector<Item> queue;
@@ -320,10 +335,8 @@ class Search {
             std::push_heap(queue.begin(), queue.end(), later);
         };
         for (size_t i = 0; i < model_.pieces.size(); ++i) {
-            const Piece& s = model_.pieces[i];
-            // The ends of trim curves are on their faces: a first upper bound.
-            if (s.kind == PieceKind::Point && s.attained && !s.regional)
-                lower_best64(hull_bounds(o_, s.box).hi, int(i));
+            const Piece& s = piece(int(i));
+            if (!wanted(s)) continue;
             queue.push_back(std::make_unique<Box64>(
                 Box64{int(i), {}, {}, hull_bounds(o_, s.box).lo, !s.regional}));
         }
@@ -350,7 +363,20 @@ class Search {
                 (monotone64(b->net, d, true, t, ma, mb) || monotone64(b->net, d, false, t, ma, mb)))
                 continue;
             if (!b->inside) {
-                const BoxSide where = region_side(s, b->at, {0, 1}, {0, 1});
+                BoxSide where = region_side(s, b->at, {0, 1}, {0, 1});
+                if (where == BoxSide::Mixed) {
+                    // A loop may follow the border of the domain but for rounding: box_side cannot
+                    // tell then. Joints are few; of patches only a point that would help is asked.
+                    const Real half(0.5), none(0.0);
+                    const Interval unit(none, Real(1.0));
+                    const double value = value_up64(*b, d, 0.5, 0.5);
+                    bool held = false;
+                    if (s.kind == PieceKind::Joint)
+                        where = exact_side(s, b->at, unit, Interval(none), half, none, held);
+                    else if (s.kind == PieceKind::Patch && value < best64_)
+                        held = holds(s, b->at, half, half);
+                    if (held) lower_best64(value, b->piece);
+                }
                 if (where == BoxSide::Outside) continue;
                 if (where == BoxSide::Inside) {
                     b->inside = true;
@@ -399,12 +425,16 @@ class Search {
         const double t = best64_ < kInfinity ? best64_ : b.lo;
         for (size_t i = 0; i < h.size(); ++i) h[i] -= t * b.net.b[i];
         const Newton64 at = newton64(h, d, 0.5, 0.5);
-        // Evaluated by subdivision-free de Casteljau: each of the p + q levels rounds three times.
-        const double errors = 4 * (d.p + d.q + 1) * 0x1p-53;
-        const double a = value64(b.net.a, d, at.x, at.y), w = value64(b.net.b, d, at.x, at.y);
-        lower_best64(value_up64(a, next_up(b.net.ra + 2 * errors * magnitude(b.net.a)), w,
-                                next_up(b.net.rb + 2 * errors * magnitude(b.net.b))),
-                     b.piece);
+        lower_best64(value_up64(b, d, at.x, at.y), b.piece);
+    }
+
+    // Above the value at a local point.
+    static double value_up64(const Box64& b, Degrees d, double x, double y) {
+        // de Casteljau: each of the p + q levels rounds three times; twice that is allowed for.
+        const double errors = 8 * (d.p + d.q + 1) * 0x1p-53;
+        return value_up64(
+            value64(b.net.a, d, x, y), next_up(b.net.ra + errors * magnitude(b.net.a)),
+            value64(b.net.b, d, x, y), next_up(b.net.rb + errors * magnitude(b.net.b)));
     }
 
     static double value64(std::vector<double> b, Degrees d, double x, double y) {

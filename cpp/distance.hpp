@@ -50,7 +50,7 @@ struct DistanceAnswer {
 };
 
 struct DistanceBudget {
-    long nodes64 = 200000;
+    long nodes64 = 50000;
     long nodes = 20000;
 };
 
