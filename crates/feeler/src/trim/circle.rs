@@ -8,7 +8,8 @@
 
 use super::decide::Crossing;
 use super::piece::Piece;
-use super::source::{Ball3, End, Param, Run, Source, SourcePiece};
+use super::source::{Ball3, End, Run, Source, SourcePiece};
+use super::spline::Param;
 use super::split::Trend;
 use crate::numeric::{Ball, Dd, Dyadic, sin_cos};
 use crate::nurbs::Arc;

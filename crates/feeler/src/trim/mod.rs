@@ -27,6 +27,7 @@ mod derivative;
 mod piece;
 mod region;
 mod source;
+mod spline;
 mod split;
 
 pub use derivative::{AxisRoots, PieceRoots, derivative_roots};

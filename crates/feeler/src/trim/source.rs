@@ -1,11 +1,12 @@
 //! What a loop is made of, as stored: the exact data that every decision goes back to.
 
 use super::circle::{ArcSpan, Blur};
+use super::spline::{Param, SplineSpan};
 use crate::brep::TrimCurve;
 use crate::numeric::{Ball, Dd, Dyadic};
 use crate::nurbs::{Curve2, NurbsCurve2, PolyCurve};
-use dashu_int::ops::{BitTest, Gcd, UnsignedAbs};
-use dashu_int::{IBig, UBig};
+use dashu_int::IBig;
+use dashu_int::ops::BitTest;
 
 /// Homogeneous `(wu, wv, w)` up to a positive factor common to all control points.
 pub(super) type Exact3 = [IBig; 3];
@@ -27,95 +28,6 @@ pub(super) enum Source {
     Blurred(Box<[Blur; 2]>),
 }
 
-/// Part of one span of a spline.
-#[derive(Clone, Debug)]
-pub(super) struct SplineSpan {
-    /// `2p` knots, `knots[p - 1] <= .. <= knots[p]` the span.
-    pub(super) knots: Vec<f64>,
-    /// `p + 1` homogeneous control points.
-    pub(super) points: Vec<[f64; 3]>,
-    /// Parameter at t = 0.
-    pub(super) from: Param,
-    /// Parameter at t = 1.
-    pub(super) to: Param,
-}
-
-/// A parameter: a f64, or a quotient of integers that is none.
-#[derive(Clone, Debug)]
-pub(super) struct Param {
-    /// The f64, or one near.
-    pub(super) near: f64,
-    /// Numerator and positive denominator where `near` is not exact.
-    ratio: Option<Box<(IBig, IBig)>>,
-}
-
-impl Param {
-    pub(super) fn f64(x: f64) -> Self {
-        Self {
-            near: x,
-            ratio: None,
-        }
-    }
-
-    /// `to[0] + (to[1] - to[0]) (t - from[0]) / (from[1] - from[0])`, exactly; the ends go to the ends.
-    pub(super) fn mapped(t: f64, from: [f64; 2], to: [f64; 2]) -> Self {
-        if t <= from[0] {
-            return Self::f64(to[0]);
-        }
-        if t >= from[1] {
-            return Self::f64(to[1]);
-        }
-        if from == to {
-            return Self::f64(t);
-        }
-        let s = (t - from[0]) / (from[1] - from[0]);
-        let near = (to[0] + s * (to[1] - to[0])).clamp(to[0], to[1]);
-        let Some(n) = integers(&[[t, from[0], from[1]], [to[0], to[1], 1.0]]) else {
-            return Self::f64(near);
-        };
-        let den = &n[0][2] - &n[0][1];
-        let num = &n[1][0] * &den + (&n[1][1] - &n[1][0]) * (&n[0][0] - &n[0][1]);
-        Self {
-            near,
-            ratio: Some(Box::new((num, den * &n[1][2]))),
-        }
-    }
-
-    /// The sign of `self - x`.
-    fn compare(&self, x: f64) -> std::cmp::Ordering {
-        match &self.ratio {
-            None => self
-                .near
-                .partial_cmp(&x)
-                .unwrap_or(std::cmp::Ordering::Equal),
-            Some(r) => match integers(&[[x, 1.0, 0.0]]) {
-                Some(n) => (&r.0 * &n[0][1]).cmp(&(&n[0][0] * &r.1)),
-                None => std::cmp::Ordering::Less,
-            },
-        }
-    }
-
-    /// `k - self`.
-    pub(super) fn below(&self, k: f64) -> Ball<Dd> {
-        match &self.ratio {
-            None => Ball::difference(k, self.near),
-            Some(r) => {
-                let b = to_balls(&[[r.0.clone(), r.1.clone(), IBig::ZERO]]);
-                Ball::exact(k) - b[0][0] / b[0][1]
-            }
-        }
-    }
-
-    /// Whether it is exactly `k`.
-    pub(super) fn is(&self, k: f64) -> bool {
-        self.ratio.is_none() && self.near == k
-    }
-
-    fn denominator(&self) -> IBig {
-        self.ratio.as_ref().map_or(IBig::ONE, |r| r.1.clone())
-    }
-}
-
 /// An end point of a run of a trim.
 #[derive(Clone, Debug)]
 pub(super) enum End {
@@ -131,7 +43,7 @@ pub(super) enum End {
 
 impl End {
     /// From a homogeneous control point.
-    fn weighted(p: [f64; 3]) -> Self {
+    pub(super) fn weighted(p: [f64; 3]) -> Self {
         if p[2] == 1.0 {
             Self::Point([p[0], p[1]])
         } else {
@@ -186,7 +98,7 @@ fn quotient(p: &Ball3) -> [Ball<Dd>; 2] {
 }
 
 /// Integers proportional to finite numbers; `None` if one is not finite.
-fn integers(points: &[[f64; 3]]) -> Option<Vec<Exact3>> {
+pub(super) fn integers(points: &[[f64; 3]]) -> Option<Vec<Exact3>> {
     let dyadics: Option<Vec<Dyadic>> = points
         .iter()
         .flatten()
@@ -282,127 +194,6 @@ pub(super) fn to_balls(points: &[Exact3]) -> Vec<Ball3> {
         .iter()
         .map(|p| [0, 1, 2].map(|i| to_ball(&p[i], -(bits as i64))))
         .collect()
-}
-
-impl SplineSpan {
-    fn degree(&self) -> usize {
-        self.points.len() - 1
-    }
-
-    /// Bezier control points by blossoms: `b_k = f(from^(p-k), to^k)` (Ramshaw; *The NURBS Book*
-    /// has it as knot insertion). Level r of de Boor's algorithm replaces
-    /// `d_j` by `((hi - x) d_(j-1) + (x - lo) d_j) / (hi - lo)` with `lo` and `hi` the knots p + 1 - r apart around it;
-    /// every factor is >= 0, so weights stay positive.
-    pub(super) fn balls(&self) -> Vec<Ball3> {
-        let p = self.degree();
-        let mut out = Vec::with_capacity(p + 1);
-        for k in 0..=p {
-            let mut d: Vec<Ball3> = self.points.iter().map(|c| c.map(Ball::exact)).collect();
-            for r in 1..=p {
-                // The last k arguments are `to`, taken last: earlier levels see the same values.
-                let x = if r > p - k { &self.to } else { &self.from };
-                for j in (r..=p).rev() {
-                    let (lo, hi) = (self.knots[j - 1], self.knots[j + p - r]);
-                    if x.is(lo) {
-                        d[j] = d[j - 1];
-                        continue;
-                    }
-                    if x.is(hi) {
-                        continue;
-                    }
-                    let width = Ball::<Dd>::difference(hi, lo);
-                    let a = x.below(hi) / width;
-                    let b = -x.below(lo) / width;
-                    d[j] = [0, 1, 2].map(|i| a * d[j - 1][i] + b * d[j][i]);
-                }
-            }
-            out.push(d[p]);
-        }
-        out
-    }
-
-    /// The same in integers, up to a common positive factor: at each level all points are multiplied
-    /// by the least common multiple of the knot differences, which do not depend on x.
-    pub(super) fn exact(&self) -> Option<Vec<Exact3>> {
-        let p = self.degree();
-        // Everything is multiplied by `unit`, and by the denominators of the two ends.
-        let mut line: Vec<[f64; 3]> = self.knots.iter().map(|k| [*k, 0.0, 0.0]).collect();
-        let near = |x: &Param| if x.ratio.is_none() { x.near } else { 0.0 };
-        line.push([near(&self.from), near(&self.to), 1.0]);
-        let mut line = integers(&line)?;
-        let (dens, unit) = (
-            [self.from.denominator(), self.to.denominator()],
-            line[2 * p][2].clone(),
-        );
-        let common = &dens[0] * &dens[1];
-        for x in line.iter_mut().flatten() {
-            *x *= &common;
-        }
-        let (knots, ends) = line.split_at(2 * p);
-        let value = |x: &Param, plain: &IBig, other: &IBig| match &x.ratio {
-            Some(r) => &r.0 * &unit * other,
-            None => plain.clone(),
-        };
-        let from = &value(&self.from, &ends[0][0], &dens[1]);
-        let to = &value(&self.to, &ends[0][1], &dens[0]);
-        let points = integers(&self.points)?;
-        // multipliers[r - 1][j - r] = lcm / (hi - lo).
-        let mut multipliers = Vec::with_capacity(p);
-        for r in 1..=p {
-            let widths: Vec<UBig> = (r..=p)
-                .map(|j| (&knots[j + p - r][0] - &knots[j - 1][0]).unsigned_abs())
-                .collect();
-            let mut lcm = UBig::ONE;
-            for w in &widths {
-                if *w == UBig::ZERO {
-                    return None;
-                }
-                lcm = &lcm / (&lcm).gcd(w) * w;
-            }
-            multipliers.push(
-                widths
-                    .iter()
-                    .map(|w| IBig::from(&lcm / w))
-                    .collect::<Vec<_>>(),
-            );
-        }
-        let mut out = Vec::with_capacity(p + 1);
-        for k in 0..=p {
-            let mut d = points.clone();
-            for r in 1..=p {
-                let x = if r > p - k { to } else { from };
-                for j in (r..=p).rev() {
-                    let m = &multipliers[r - 1][j - r];
-                    let a = (&knots[j + p - r][0] - x) * m;
-                    let b = (x - &knots[j - 1][0]) * m;
-                    d[j] = [0, 1, 2].map(|i| &a * &d[j - 1][i] + &b * &d[j][i]);
-                }
-            }
-            out.push(d.swap_remove(p));
-        }
-        Some(reduced(out))
-    }
-}
-
-/// Divided by the greatest common divisor of all coordinates.
-fn reduced(mut points: Vec<Exact3>) -> Vec<Exact3> {
-    let mut g = UBig::ZERO;
-    for x in points.iter().flatten() {
-        if *x != IBig::ZERO {
-            let m = x.clone().unsigned_abs();
-            g = if g == UBig::ZERO { m } else { g.gcd(m) };
-            if g == UBig::ONE {
-                return points;
-            }
-        }
-    }
-    if g != UBig::ZERO {
-        let g = IBig::from(g);
-        for x in points.iter_mut().flatten() {
-            *x /= &g;
-        }
-    }
-    points
 }
 
 impl Source {
@@ -628,22 +419,4 @@ fn nurbs_run(curve: &NurbsCurve2, from: &Param, to: &Param) -> Option<Run> {
     let start = end_of(pieces.first()?, false)?;
     let end = end_of(pieces.last()?, true)?;
     Some(Run { pieces, start, end })
-}
-
-impl SplineSpan {
-    /// The end point at t = 0 or at t = 1, exactly.
-    fn end(&self, last: bool) -> Option<End> {
-        let p = self.degree();
-        let x = if last { &self.to } else { &self.from };
-        // Clamped: the last p knots at or before the span's start (or after its end) coincide.
-        if self.knots[..p].iter().all(|k| x.is(*k)) {
-            return Some(End::weighted(self.points[0]));
-        }
-        if self.knots[p..].iter().all(|k| x.is(*k)) {
-            return Some(End::weighted(self.points[p]));
-        }
-        let mut exact = self.exact()?;
-        let k = if last { exact.len() - 1 } else { 0 };
-        Some(End::Rational(exact.swap_remove(k)))
-    }
 }
