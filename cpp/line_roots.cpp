@@ -15,6 +15,8 @@ struct Node {
 constexpr int kDeepest = 180;
 // Narrower than this a root box is good: Real has 320 bits.
 constexpr double kNarrow = 0x1p-240;
+// A wider one is searched on: its t would be no truth of 160 bits.
+constexpr double kUsable = 0x1p-180;
 
 Real sum(const Real& a, const Real& b) {
     // Exact here: dyadics of the search.
@@ -66,14 +68,17 @@ bool contains(const std::array<Real, 4>& outer, const std::array<Real, 4>& inner
            inner[3] <= outer[3];
 }
 
-// The operator on the nets' unit square; false where it proves nothing.
+// The operator on the nets' unit square. Whether it lies inside, and so proves a root; a root in
+// the square is in K in any case, where K was computed.
 struct Step {
     Interval u, v;
     int orientation;
+    bool computed = false;
 };
 bool krawczyk(const Net& f1, const Net& f2, Step& step) {
-    auto a = gradient(f1), b = gradient(f2);
+    const auto a = gradient(f1), b = gradient(f2);
     double m = 0;
+    step.computed = false;
     for (double x : {a[0], a[1], b[0], b[1]}) m = std::max(m, std::abs(x));
     if (!(m > 0) || !std::isfinite(1 / m)) return false;
     const double det = (a[0] / m) * (b[1] / m) - (a[1] / m) * (b[0] / m);
@@ -83,6 +88,7 @@ bool krawczyk(const Net& f1, const Net& f2, Step& step) {
     const Net g1 = combine(y00, f1, y01, f2), g2 = combine(y10, f1, y11, f2);
     const Interval one(1.0), half(0.5), reach{Real(-0.5), Real(0.5)};
     const Interval j00 = hull_du(g1), j01 = hull_dv(g1), j10 = hull_du(g2), j11 = hull_dv(g2);
+    step.computed = true;
     step.u = half - at_middle(g1) + (one - j00) * reach - j01 * reach;
     step.v = half - at_middle(g2) - j10 * reach + (one - j11) * reach;
     // K inside the box proves Y and J regular and I - Y J of norm < 1, so that det(Y J) > 0.
@@ -97,7 +103,7 @@ bool krawczyk(const Net& f1, const Net& f2, Step& step) {
 // A box that is flat in one direction (K may be a point there) has no Jacobian to speak of: it is
 // widened to a part of the other's width.
 void inflate(Interval& u, Interval& v) {
-    constexpr double kPart = 0x1p-16, kLeast = 0x1p-200;
+    constexpr double kPart = 0.25, kLeast = 0x1p-200;
     const double wu = sub_up(u.hi, u.lo).up(), wv = sub_up(v.hi, v.lo).up();
     const double least = std::max(kPart * std::max(wu, wv), kLeast);
     for (auto* x : {&u, &v})
@@ -107,6 +113,10 @@ void inflate(Interval& u, Interval& v) {
         }
 }
 
+double width_of(const std::array<Real, 4>& box) {
+    return std::max(sub_up(box[1], box[0]).up(), sub_up(box[3], box[2]).up());
+}
+
 // Tries the node's box enlarged by half its size to each side.
 bool certify(const Node& n, PatchRoot& root) {
     Real lo(-0.5), hi(1.5);
@@ -114,6 +124,10 @@ bool certify(const Node& n, PatchRoot& root) {
     Net f2 = restrict_v(restrict_u(n.f2, lo, hi), lo, hi);
     Step step;
     if (!krawczyk(f1, f2, step)) return false;
+    const auto cut = [](Interval& x) {
+        if (x.lo < Real(-0.25)) x.lo = Real(-0.25);
+        if (Real(1.25) < x.hi) x.hi = Real(1.25);
+    };
     const auto& b = n.box;
     root.unique = {scaled(b[0], b[1], 3, -1, 1), scaled(b[0], b[1], -1, 3, 1),
                    scaled(b[2], b[3], 3, -1, 1), scaled(b[2], b[3], -1, 3, 1)};
@@ -126,9 +140,9 @@ bool certify(const Node& n, PatchRoot& root) {
     for (int round = 0;; ++round) {
         const Interval u = start_u + size_u * step.u, v = start_v + size_v * step.v;
         root.box = {u.lo, u.hi, v.lo, v.hi};
-        const double now = std::max(sub_up(u.hi, u.lo).up(), sub_up(v.hi, v.lo).up());
+        const double now = width_of(root.box);
         // Newton's convergence ends at the width of the coefficients.
-        if (now <= kNarrow || now > 0.5 * width || round == 12) break;
+        if (now <= kNarrow || now > 0.5 * width || round == 20) break;
         width = now;
         inflate(step.u, step.v);
         f1 = restrict_v(restrict_u(f1, step.u.lo, step.u.hi), step.v.lo, step.v.hi);
@@ -137,10 +151,13 @@ bool certify(const Node& n, PatchRoot& root) {
         start_v = start_v + size_v * Interval(step.v.lo);
         size_u = size_u * (Interval(step.u.hi) - Interval(step.u.lo));
         size_v = size_v * (Interval(step.v.hi) - Interval(step.v.lo));
-        // Without a proof on the smaller box the last one stands.
-        if (!krawczyk(f1, f2, step)) break;
+        krawczyk(f1, f2, step);
+        if (!step.computed) break;
+        // The root is in the square and in K.
+        cut(step.u);
+        cut(step.v);
     }
-    return true;
+    return width_of(root.box) <= kUsable;
 }
 
 bool known(const PatchRoots& found, const std::array<Real, 4>& box) {

@@ -301,3 +301,65 @@ fn parts_have_an_inside() {
         }
     }
 }
+
+/// Lines that cross a closed part do so an even number of times, and between the hits the side
+/// (found with rays in other directions) alternates.
+#[test]
+fn sides_alternate_along_lines() {
+    for name in [
+        "thesis/3dm/cube_corner_sphere_cut_nurbs.3dm",
+        "thesis/3dm/ball_joint_socket_nurbs.3dm",
+        "thesis/3dm/geneva6_wheel_nurbs.3dm",
+        "thesis/3dm/shift_gate_nurbs.3dm",
+        "real/v4_MechPartB.3dm",
+    ] {
+        let Some(breps) = model(name) else { continue };
+        let Ok(o) = Oracle::new(&[&breps[0]]) else {
+            println!("{name}: not treated");
+            continue;
+        };
+        assert!(breps[0].is_closed());
+        let points: Vec<_> = breps[0].parts().vertices.iter().map(|v| v.point).collect();
+        let range = |k: usize| {
+            let all = points.iter().map(|p| p[k]);
+            let lo = all.clone().fold(f64::INFINITY, f64::min);
+            (lo - 1.0, all.fold(f64::NEG_INFINITY, f64::max) + 1.0)
+        };
+        let mut g = scene::Random(17);
+        let (mut known, mut hits, mut undecided, mut sides) = (0, 0, 0, 0);
+        let start = Instant::now();
+        for _ in 0..30 {
+            let mut at = || [0, 1, 2].map(|k| g.range(range(k).0, range(k).1));
+            let (from, to) = (at(), at());
+            let direction = [0, 1, 2].map(|k| to[k] - from[k]);
+            let t = o.line(from, direction, LineKind::Line).unwrap();
+            let Some(crossings) = t.crossings else {
+                continue;
+            };
+            known += 1;
+            hits += crossings;
+            // t grows to hundreds of units at most here.
+            let narrow: Dyadic = "1p-140".parse().unwrap();
+            assert!(t.hits.iter().all(|h| h.t.width() <= narrow), "{name} {t:?}");
+            assert_eq!(crossings % 2, 0, "{name} {from:?} {direction:?} {t:?}");
+            for k in 1..t.hits.len() {
+                let s = 0.5 * (t.hits[k - 1].t.hi.approximate() + t.hits[k].t.lo.approximate());
+                let between = [0, 1, 2].map(|i| from[i] + s * direction[i]);
+                match o.inside(between).unwrap() {
+                    InsideTruth::Undecided(_) => undecided += 1,
+                    side => {
+                        let expected = [InsideTruth::Outside, InsideTruth::Inside][k % 2].clone();
+                        assert_eq!(side, expected, "{name} {from:?} {direction:?} {k}");
+                        sides += 1;
+                    }
+                }
+            }
+        }
+        println!(
+            "{name}: {known} of 30 lines settled, {hits} hits, {sides} sides, \
+             {undecided} undecided, {:?}",
+            start.elapsed()
+        );
+        assert!(known > 10, "{name}");
+    }
+}
