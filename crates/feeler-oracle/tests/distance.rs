@@ -443,6 +443,7 @@ fn a_small_budget_still_holds() {
 #[test]
 fn trimmed_bicubic_faces_against_samples() {
     let mut random = Random(11);
+    let (mut descents, mut arrived) = (0, 0);
     for case in 0..4 {
         let rational = case % 2 == 1;
         let knots = vec![0.0, 0.0, 0.0, 0.0, 0.3, 0.7, 1.0, 1.0, 1.0, 1.0];
@@ -467,12 +468,14 @@ fn trimmed_bicubic_faces_against_samples() {
         // Samples: points of a grid inside the region, to doubles.
         let n = 48;
         let mut points = Vec::new();
+        let mut parameters = Vec::new();
         for i in 0..=n {
             for j in 0..=n {
                 let uv = [i as f64 / n as f64, j as f64 / n as f64];
                 if o.side(0, uv).unwrap().side != Side::Outside {
                     let p = o.evaluate(0, uv).unwrap().point;
                     points.push(Vector3::from_fn(|k, _| p[k].lo.approximate()));
+                    parameters.push(uv);
                 }
             }
         }
@@ -498,8 +501,49 @@ fn trimmed_bicubic_faces_against_samples() {
                 t.enclosure.width().approximate()
             );
             assert_ne!(t.status, DistanceStatus::Budget);
+            if t.status == DistanceStatus::Regular && descents < 10 {
+                // Downhill from the best sample, within the region (on a trim curve such a search
+                // stops short where both axes lead out).
+                let near = |i: &usize, j: &usize| {
+                    (points[*i] - q).norm().total_cmp(&(points[*j] - q).norm())
+                };
+                let best = (0..points.len()).min_by(near).unwrap();
+                let found = descend(&o, &q, parameters[best], 0.5 / n as f64);
+                assert!(found >= lo * (1.0 - 1e-14), "{q:?}: {found} {t:?}");
+                descents += 1;
+                arrived += usize::from(found <= hi + 1e-6);
+            }
         }
     }
+    // A few may end in another valley.
+    assert!(
+        descents > 4 && 4 * arrived >= 3 * descents,
+        "{arrived} of {descents}"
+    );
+}
+
+/// The distance that a pattern search over the region of face 0 comes to.
+fn descend(o: &Oracle, q: &Vector3<f64>, mut uv: [f64; 2], mut step: f64) -> f64 {
+    let distance = |uv: [f64; 2]| {
+        let p = o.evaluate(0, uv).unwrap().point;
+        (Vector3::from_fn(|k, _| p[k].lo.approximate()) - q).norm()
+    };
+    let mut best = distance(uv);
+    while step > 1e-7 {
+        let from = uv;
+        for (du, dv) in [(1.0, 0.0), (-1.0, 0.0), (0.0, 1.0), (0.0, -1.0)] {
+            let to = [from[0] + du * step, from[1] + dv * step];
+            let inside = to.iter().all(|x| (0.0..=1.0).contains(x))
+                && o.side(0, to).unwrap().side != Side::Outside;
+            if inside && distance(to) < best {
+                (best, uv) = (distance(to), to);
+            }
+        }
+        if uv == from {
+            step *= 0.5;
+        }
+    }
+    best
 }
 
 /// A closed loop of rational cubics around (0.5, 0.5).
