@@ -70,10 +70,12 @@ pub enum Truth {
     Line {
         /// In the order of t.
         hits: Vec<HitTruth>,
-        /// How often it passes through the faces.
-        crossings: usize,
-        /// Whether it passes an edge within its crack.
-        in_crack: bool,
+        /// How often it passes through the faces; `None` where the oracle does not say, near edges.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        crossings: Option<usize>,
+        /// Whether it passes an edge within its crack; `None` likewise.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        in_crack: Option<bool>,
     },
     /// Of an evaluation.
     Evaluate {
@@ -145,8 +147,8 @@ mod tests {
                     face: 3,
                     tangential: Some(true),
                 }],
-                crossings: 1,
-                in_crack: false,
+                crossings: Some(1),
+                in_crack: None,
             },
         ] {
             let text = serde_json::to_string(&truth).unwrap();

@@ -207,12 +207,14 @@ pub fn judge(asked: &Asked, answer: &Body, truth: &Truth) -> Judgement {
                 Judgement::new(Verdict::Undecided, why)
             } else {
                 let mut all = hits_verdict(asked, hits, true_hits);
-                if crossings != true_crossings {
+                if let Some(true_crossings) = true_crossings
+                    && crossings != true_crossings
+                {
                     let reason =
                         format!("{crossings} crossings, and the truth is {true_crossings}");
                     all = all.and(Judgement::new(Verdict::Wrong, reason));
                 }
-                if in_crack != true_crack {
+                if true_crack.is_some_and(|c| c != *in_crack) {
                     let reason = format!("in_crack is {in_crack}");
                     all = all.and(Judgement::new(Verdict::Wrong, reason));
                 }
@@ -564,8 +566,8 @@ mod tests {
         let one = truth("1p0", "1p0");
         let t = Truth::Line {
             hits: vec![hit(&third(), 0), hit(&one, 1), hit(&one, 2)],
-            crossings: 2,
-            in_crack: false,
+            crossings: Some(2),
+            in_crack: Some(false),
         };
         let x = 1.0 / 3.0;
         let verdict = |a: &Body| judge(&ASKED, a, &t).verdict;

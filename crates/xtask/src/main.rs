@@ -1,7 +1,12 @@
 //! What people run while developing: `cargo xtask help`.
 
+mod agree;
+mod generate;
+mod random;
+mod scenes;
 mod setup;
 mod test;
+mod truth;
 
 use clap::{Parser, Subcommand};
 use std::process::ExitCode;
@@ -17,11 +22,20 @@ struct Arguments {
 enum Task {
     /// Install what the tests need, then run all of them.
     Test,
+    /// Write the corpus's queries again, from fixed seeds; then run `truth`.
+    Scenes,
+    /// Compute the truth of the corpus, or of one suite, with the oracle.
+    Truth(truth::Args),
+    /// Ask the kernel and the oracle the same random queries about a file, and compare.
+    Agree(agree::Args),
 }
 
 fn main() -> ExitCode {
     let result = match Arguments::parse().task {
         Task::Test => test::run(),
+        Task::Scenes => scenes::run(&test::root().join("corpora")),
+        Task::Truth(args) => truth::run(&args),
+        Task::Agree(args) => agree::run(&args),
     };
     match result {
         Ok(()) => ExitCode::SUCCESS,

@@ -6,7 +6,7 @@ use std::process::Command;
 use std::time::Instant;
 
 /// The feature that builds the oracle.
-const ORACLE: &str = "feeler-oracle/cgal";
+const ORACLE: &str = "feeler-oracle/cgal,xtask/cgal";
 
 /// Installs what is missing and runs all checks, in order of what fails fastest.
 pub(crate) fn run() -> Result<(), String> {
@@ -73,7 +73,7 @@ pub(crate) fn run() -> Result<(), String> {
 }
 
 /// The workspace's folder.
-fn root() -> PathBuf {
+pub(crate) fn root() -> PathBuf {
     let here = Path::new(env!("CARGO_MANIFEST_DIR"));
     here.ancestors().nth(2).unwrap_or(here).to_path_buf()
 }
