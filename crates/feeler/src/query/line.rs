@@ -420,17 +420,19 @@ fn patch_hits(
             if contraction(&node, &y) < 1.0
                 && let Some((hit, zone)) = certify(brep, stab, face, patch, &node)
             {
-                let known = solved.iter().any(|s| {
-                    s.u[0] <= hit.local[0].hi
-                        && hit.local[0].hi <= s.u[1]
-                        && s.v[0] <= hit.local[1].hi
-                        && hit.local[1].hi <= s.v[1]
-                });
                 let settled = within(&zone);
-                solved.push(zone);
-                if !known {
-                    accept(stab, hit, classify, inside, out);
+                if let Some(hit) = hit {
+                    let known = solved.iter().any(|s| {
+                        s.u[0] <= hit.local[0].hi
+                            && hit.local[0].hi <= s.u[1]
+                            && s.v[0] <= hit.local[1].hi
+                            && hit.local[1].hi <= s.v[1]
+                    });
+                    if !known {
+                        accept(stab, hit, classify, inside, out);
+                    }
                 }
+                solved.push(zone);
                 if settled {
                     continue;
                 }
@@ -463,11 +465,12 @@ fn accept(
             (hit.local[k].hi + r).min(1.0),
         ]
     };
-    hit.inside = match classify(around(0), around(1)) {
+    let side = match classify(around(0), around(1)) {
         BoxSide::Outside => return,
         BoxSide::Inside => true,
         BoxSide::Mixed => inside,
     };
+    hit.inside &= side;
     if hit.t.upper() < stab.range[0] || hit.t.lower() > stab.range[1] {
         return;
     }
@@ -497,7 +500,7 @@ fn certify(
     face: usize,
     patch: usize,
     node: &Forms,
-) -> Option<(RawHit, Solved)> {
+) -> Option<(Option<RawHit>, Solved)> {
     let geometry = brep.double_double(face);
     let net = &geometry.patches[patch].net;
     let offsets = [0, 1].map(|k| stab.offset(k, &net.origin));
@@ -523,11 +526,11 @@ fn certify(
         for k in 0..2 {
             let step = -(y[k][0] * l[0].mid.hi + y[k][1] * l[1].mid.hi);
             let next = p[k] + Dd::from(step);
-            // Stay on the patch: zeros of its extension are of no use.
-            p[k] = if next.hi < 0.0 {
-                Dd::ZERO
-            } else if next > Dd::ONE {
-                Dd::ONE
+            // Stay near the patch: zeros far off are of no use.
+            p[k] = if next.hi < -0.5 * EXTENSION {
+                Dd::from(-0.5 * EXTENSION)
+            } else if next.hi > 1.0 + 0.5 * EXTENSION {
+                Dd::from(1.0 + 0.5 * EXTENSION)
             } else {
                 next
             };
@@ -537,10 +540,13 @@ fn certify(
             break;
         }
     }
-    // The zone: twice the node's width about p, within the patch.
+    // The zone: twice the node's width about p, within the extended patch.
     let zone = |k: usize, r: [f64; 2]| {
         let h = r[1] - r[0];
-        [(p[k].hi - h).max(0.0), (p[k].hi + h).min(1.0)]
+        [
+            (p[k].hi - h).max(-EXTENSION),
+            (p[k].hi + h).min(1.0 + EXTENSION),
+        ]
     };
     let (u, v) = (zone(0, node.u), zone(1, node.v));
     let widths = [u[1] - u[0], v[1] - v[0]];
@@ -565,19 +571,30 @@ fn certify(
     if apart(p[0].hi, node.u) > 0.5 || apart(p[1].hi, node.v) > 0.5 {
         return None;
     }
-    // A zero exists if its ball is in the zone, or the zone ends with the patch (then the
-    // neighbouring patch may hold it: hits on a shared border are merged).
+    // A zero exists if its ball is in the zone.
+    let reach = |k: usize| Dd::from(rho * widths[k] * UP);
     let exists = (0..2).all(|k| {
         let r = if k == 0 { u } else { v };
-        let x = p[k].hi;
-        let reach = rho * widths[k] * UP;
-        (x - reach > r[0] || r[0] == 0.0) && (x + reach < r[1] || r[1] == 1.0)
+        (p[k] - reach(k)).hi > r[0] && (p[k] + reach(k)).hi < r[1]
     });
-    // On the border of the patch a large residual means that the zero is beyond it.
-    let on_border = (0..2).any(|k| p[k] == Dd::ZERO || p[k] == Dd::ONE);
-    if !exists || (on_border && rho > BORDER_RHO) {
+    if !exists {
         return None;
     }
+    // It counts if it is on the patch. One that is not is on the next patch, or nowhere: on a joint the
+    // two patches are the same curve, so that they agree on which side of it the line passes.
+    let off = |k: usize| p[k] + reach(k) < Dd::ZERO || p[k] - reach(k) > Dd::ONE;
+    if off(0) || off(1) {
+        return Some((None, Solved { u, v }));
+    }
+    // Within rounding of the border of the whole surface the hit cannot be settled; on a joint it is
+    // found on both sides and listed once.
+    let domain = brep.brep().surface(face).domain();
+    let maps = &geometry.patches[patch].maps;
+    let on_edge = (0..2).any(|k| {
+        let low = p[k] - reach(k) < Dd::ZERO && maps[k].start == domain[k].start;
+        let high = p[k] + reach(k) > Dd::ONE && maps[k].end == domain[k].end;
+        low || high
+    });
     let t = stab.parameter(&jet.value, &net.origin);
     // t moves with the point: bounded by the slopes over the zone.
     let reach = parameter_slope(&near, stab) * rho * UP;
@@ -585,22 +602,19 @@ fn certify(
         mid: t.mid,
         rad: (t.rad + reach) * UP,
     };
-    Some((
-        RawHit {
-            face,
-            patch,
-            local: p,
-            rho: local_rho,
-            t,
-            inside: false,
-        },
-        Solved { u, v },
-    ))
+    let hit = RawHit {
+        face,
+        patch,
+        local: p,
+        rho: local_rho,
+        t,
+        inside: !on_edge,
+    };
+    Some((Some(hit), Solved { u, v }))
 }
 
-/// A point pinned to the border of its patch counts as a zero there if its ball is smaller than this
-/// (in units of its zone): beyond that the zero is on the neighbouring patch.
-const BORDER_RHO: f64 = 1.0 / (1u64 << 48) as f64;
+/// How far the polynomials of a patch are followed past its border, in local parameters.
+const EXTENSION: f64 = 1.0 / 1024.0;
 
 /// `|dt/dx|` over a zone, summed over both directions: `t = T / (w d)`.
 fn parameter_slope(near: &Forms, stab: &Stabber) -> f64 {
@@ -631,7 +645,9 @@ fn restrict(root: &Forms, u: [f64; 2], v: [f64; 2]) -> Forms {
         c = restrict_along(&c, d, true, u);
         c = restrict_along(&c, d, false, v);
         let steps = 3 * (d.u + d.v) + 2;
-        out.error[k] = (root.error[k] + steps as f64 * f64::UNIT * size) * UP;
+        // Past the border a step is no average but grows by 1 + 2 EXTENSION at most: less than twofold
+        // over 50 steps.
+        out.error[k] = 2.0 * (root.error[k] + steps as f64 * f64::UNIT * size) * UP;
         out.c[k] = c;
     }
     out.u = u;
@@ -763,7 +779,12 @@ pub fn line(
         }
         last = Some(hit);
     }
-    let hits: Vec<Hit> = raw.iter().filter_map(|h| dress(brep, &stab, h)).collect();
+    // Only what is certain is listed.
+    let hits: Vec<Hit> = raw
+        .iter()
+        .filter(|h| h.inside)
+        .filter_map(|h| dress(brep, &stab, h))
+        .collect();
     let in_crack = passes_crack(brep, &stab, &raw, &mut budget);
     LineAnswer {
         hits,
