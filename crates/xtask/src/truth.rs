@@ -181,6 +181,19 @@ mod with_oracle {
         Oracle::new(&breps).map_err(|e| e.to_string())
     }
 
+    /// A truth must be narrower than the floor of full accuracy, 2^-96 of the model's size; the
+    /// models are larger than 4.
+    const LARGEST_WIDTH: f64 = 4.0 / (1u128 << 100) as f64;
+
+    fn narrow(e: &feeler_oracle::TruthEnclosure) -> Result<TruthEnclosure, String> {
+        let width = e.width().approximate();
+        if width <= LARGEST_WIDTH {
+            Ok(enclosure(e))
+        } else {
+            Err(format!("the truth is {width:e} wide (an undecided side?)"))
+        }
+    }
+
     fn enclosure(e: &feeler_oracle::TruthEnclosure) -> TruthEnclosure {
         TruthEnclosure {
             lo: e.lo.clone(),
@@ -199,7 +212,7 @@ mod with_oracle {
                     Probe::HalfSpace(h) => oracle.half_space(h.normal.into(), h.offset, None),
                 };
                 let found = found.map_err(text)?.ok_or("the model has no face")?;
-                Ok(Truth::Separation(enclosure(&found.enclosure)))
+                Ok(Truth::Separation(narrow(&found.enclosure)?))
             }
             Ask::Line(l) => {
                 let found = oracle
@@ -208,18 +221,20 @@ mod with_oracle {
                 if let Some(open) = found.open.first() {
                     return Err(open.why.clone());
                 }
-                let hits = found.hits.iter().map(|h| HitTruth {
-                    t: enclosure(&h.t),
-                    t_end: h.t_end.as_ref().map(enclosure),
-                    face: h.face,
-                    tangential: match (h.tangential, h.transversal) {
-                        (true, _) => Some(true),
-                        (_, true) => Some(false),
-                        _ => None,
-                    },
+                let hits = found.hits.iter().map(|h| {
+                    Ok(HitTruth {
+                        t: narrow(&h.t)?,
+                        t_end: h.t_end.as_ref().map(narrow).transpose()?,
+                        face: h.face,
+                        tangential: match (h.tangential, h.transversal) {
+                            (true, _) => Some(true),
+                            (_, true) => Some(false),
+                            _ => None,
+                        },
+                    })
                 });
                 Ok(Truth::Line {
-                    hits: hits.collect(),
+                    hits: hits.collect::<Result<_, String>>()?,
                     crossings: found.crossings,
                     in_crack: found.in_crack,
                 })

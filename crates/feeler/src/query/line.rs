@@ -19,12 +19,15 @@
 use super::answer::{
     Feature, Hit, LineAnswer, LineKind, LineProbe, Options, Separation, Undecided,
 };
+use super::search::Arithmetic;
 use crate::numeric::bernstein::{Bidegree, largest, split, split_error};
 use crate::numeric::{Ball, Dd, Enclosure, Real};
 use crate::prepare::{Net, PreparedBrep};
 use crate::trim::{BoxSide, Side};
 use nalgebra::{Point2, Point3, Vector3};
 
+/// Boxes on which a form is below this many of its error bounds are left to the next arithmetic.
+const NOISE_FACTOR: f64 = 8.0;
 /// Boxes are not split below this width in local parameters.
 const LEAST_WIDTH: f64 = 1.0 / (1u64 << 40) as f64;
 /// Steps of Newton's method; each double-double step gains about 50 bits.
@@ -81,16 +84,17 @@ impl Stabber {
     }
 
     /// `L_k` and the numerator of `t`: coefficients and one bound for each of the three.
-    fn forms(&self, net: &Net<f64>) -> Forms {
+    fn forms<T: Real>(&self, net: &Net<T>) -> Forms<T> {
         let x: [_; 3] = std::array::from_fn(|c| net.coordinate(c));
         let w = net.coordinate(3);
         let form = |n: &Vector3<f64>, offset: Ball<Dd>| {
-            let offset = Ball::<f64>::from_dd(offset.mid, offset.rad);
-            let values: Vec<f64> = (0..net.degree.count())
+            let offset = Ball::<T>::from_dd(offset.mid, offset.rad);
+            let m: [T; 3] = std::array::from_fn(|c| T::from_f64(n[c]));
+            let values: Vec<T> = (0..net.degree.count())
                 .map(|i| {
-                    n[0] * x[0].values[i]
-                        + n[1] * x[1].values[i]
-                        + n[2] * x[2].values[i]
+                    m[0] * x[0].values[i]
+                        + m[1] * x[1].values[i]
+                        + m[2] * x[2].values[i]
                         + offset.mid * w.values[i]
                 })
                 .collect();
@@ -101,7 +105,7 @@ impl Stabber {
                 error += n[c].abs() * x[c].error;
             }
             // At most eight roundings of parts no larger than the sum of the largest.
-            (values, (error + 8.0 * f64::UNIT * size) * UP)
+            (values, (error + 8.0 * T::UNIT * size) * UP)
         };
         let (l1, e1) = form(&self.normals[0], self.offset(0, &net.origin));
         let (l2, e2) = form(&self.normals[1], self.offset(1, &net.origin));
@@ -161,24 +165,28 @@ impl Stabber {
 
 /// `L_1`, `L_2`, the numerator of `t d_axis`, and `w`, over a box.
 #[derive(Clone, Debug)]
-struct Forms {
+struct Forms<T> {
     degree: Bidegree,
-    c: [Vec<f64>; 4],
+    c: [Vec<T>; 4],
     error: [f64; 4],
     u: [f64; 2],
     v: [f64; 2],
 }
 
-/// `(min, max)` of coefficients, widened by their error.
-fn range(c: &[f64], error: f64) -> [f64; 2] {
+/// `(min, max)` of coefficients, widened by their error and by the rounding to f64.
+fn range<T: Real>(c: &[T], error: f64) -> [f64; 2] {
     let r = c.iter().fold([f64::INFINITY, f64::NEG_INFINITY], |r, x| {
-        [r[0].min(*x), r[1].max(*x)]
+        let x = x.approximate();
+        [r[0].min(x), r[1].max(x)]
     });
-    [r[0] - error * UP, r[1] + error * UP]
+    [
+        r[0] - error * UP - f64::EPSILON * r[0].abs(),
+        r[1] + error * UP + f64::EPSILON * r[1].abs(),
+    ]
 }
 
 /// Range of the derivative along u or v, in coordinates that run over the box from 0 to 1.
-fn slope_range(c: &[f64], degree: Bidegree, along_u: bool, error: f64) -> [f64; 2] {
+fn slope_range<T: Real>(c: &[T], degree: Bidegree, along_u: bool, error: f64) -> [f64; 2] {
     let width = degree.v + 1;
     let (step, factor) = if along_u {
         (width, degree.u)
@@ -192,7 +200,7 @@ fn slope_range(c: &[f64], degree: Bidegree, along_u: bool, error: f64) -> [f64; 
                 continue;
             }
             let at = i * width + j;
-            let d = c[at + step] - c[at];
+            let d = (c[at + step] - c[at]).approximate();
             out = [out[0].min(d), out[1].max(d)];
         }
     }
@@ -217,7 +225,7 @@ fn signed_up(x: f64, high: bool) -> f64 {
     }
 }
 
-impl Forms {
+impl<T: Real> Forms<T> {
     fn has_no_zero(&self) -> bool {
         (0..2).any(|k| {
             let r = range(&self.c[k], self.error[k]);
@@ -234,13 +242,14 @@ impl Forms {
         let d = stab.direction[stab.axis];
         // t - low = (T - low d w) / (d w): the sign of T - low d w times that of d.
         let side = |bound: f64| {
-            let values: Vec<f64> = self.c[2]
+            let (limit, sign) = (T::from_f64(bound) * T::from_f64(d), T::from_f64(d.signum()));
+            let values: Vec<T> = self.c[2]
                 .iter()
                 .zip(&self.c[3])
-                .map(|(t, w)| (t - bound * d * w) * d.signum())
+                .map(|(t, w)| (*t - limit * *w) * sign)
                 .collect();
             let size = largest(&self.c[2]) + (bound * d).abs() * largest(&self.c[3]);
-            let error = self.error[2] + (bound * d).abs() * self.error[3] + 8.0 * f64::UNIT * size;
+            let error = self.error[2] + (bound * d).abs() * self.error[3] + 8.0 * T::UNIT * size;
             range(&values, error * UP)
         };
         side(low)[1] < 0.0 || (high.is_finite() && side(high)[0] > 0.0)
@@ -251,7 +260,7 @@ impl Forms {
         let mut high = self.clone();
         for k in 0..4 {
             let (a, b) = split(&self.c[k], self.degree, along_u);
-            let e = self.error[k] + split_error::<f64>(self.degree, along_u, largest(&self.c[k]));
+            let e = self.error[k] + split_error::<T>(self.degree, along_u, largest(&self.c[k]));
             (low.c[k], high.c[k]) = (a, b);
             (low.error[k], high.error[k]) = (e * UP, e * UP);
         }
@@ -276,15 +285,16 @@ impl Forms {
     }
 
     /// A linear combination of `L_1` and `L_2`, and its error.
-    fn combine(&self, y: [f64; 2]) -> (Vec<f64>, f64) {
+    fn combine(&self, y: [f64; 2]) -> (Vec<T>, f64) {
+        let [p, q] = y.map(T::from_f64);
         let values = self.c[0]
             .iter()
             .zip(&self.c[1])
-            .map(|(a, b)| y[0] * a + y[1] * b)
+            .map(|(a, b)| p * *a + q * *b)
             .collect();
         let size: f64 = (0..2).map(|k| y[k].abs() * largest(&self.c[k])).sum();
         let error: f64 = (0..2).map(|k| y[k].abs() * self.error[k]).sum();
-        (values, (error + 4.0 * f64::UNIT * size) * UP)
+        (values, (error + 4.0 * T::UNIT * size) * UP)
     }
 }
 
@@ -327,15 +337,19 @@ pub(super) fn face_hits(
         {
             continue;
         }
-        patch_hits(
-            brep,
-            stab,
-            face,
-            index,
-            stab.forms(&patch.net),
-            budget,
-            &mut out,
-        );
+        let roots = vec![stab.forms(&patch.net)];
+        patch_hits(brep, stab, face, index, roots, budget, &mut out);
+    }
+    // What f64 cannot settle (a line nearly tangent to the face) is tried again in double-double.
+    let open = std::mem::take(&mut out.open);
+    for (index, _) in geometry.patches.iter().enumerate() {
+        let boxes: Vec<_> = open.iter().filter(|o| o.0 == index).collect();
+        if boxes.is_empty() {
+            continue;
+        }
+        let root = stab.forms(&brep.double_double(face).patches[index].net);
+        let roots = boxes.iter().map(|o| narrow(&root, o.1, o.2)).collect();
+        patch_hits(brep, stab, face, index, roots, budget, &mut out);
     }
     Some(out)
 }
@@ -346,12 +360,32 @@ struct Solved {
     v: [f64; 2],
 }
 
-fn patch_hits(
+/// The part of a root over a box that was reached by halving it.
+fn narrow(root: &Forms<Dd>, u: [f64; 2], v: [f64; 2]) -> Forms<Dd> {
+    let mut node = root.clone();
+    for (along_u, target) in [(true, u), (false, v)] {
+        loop {
+            let r = if along_u { node.u } else { node.v };
+            if r[1] - r[0] <= target[1] - target[0] {
+                break;
+            }
+            let [low, high] = node.halves(along_u);
+            node = if target[1] <= 0.5 * (r[0] + r[1]) {
+                low
+            } else {
+                high
+            };
+        }
+    }
+    node
+}
+
+fn patch_hits<T: Real + Arithmetic>(
     brep: &PreparedBrep,
     stab: &Stabber,
     face: usize,
     patch: usize,
-    root: Forms,
+    roots: Vec<Forms<T>>,
     budget: &mut usize,
     out: &mut FaceHits,
 ) {
@@ -364,7 +398,7 @@ fn patch_hits(
         )
     };
     let mut solved: Vec<Solved> = Vec::new();
-    let mut stack = vec![(root, false)];
+    let mut stack: Vec<_> = roots.into_iter().map(|r| (r, false)).collect();
     while let Some((node, mut inside)) = stack.pop() {
         let within = |s: &Solved| {
             s.u[0] <= node.u[0] && node.u[1] <= s.u[1] && s.v[0] <= node.v[0] && node.v[1] <= s.v[1]
@@ -404,6 +438,7 @@ fn patch_hits(
         if r[0] > 0.0 || r[1] < 0.0 {
             continue;
         }
+        let noise = largest(&c) <= NOISE_FACTOR * e;
         if det.abs() > 64.0 * f64::EPSILON * size {
             let y = [
                 [j[1][1] / det, -j[0][1] / det],
@@ -428,7 +463,14 @@ fn patch_hits(
                             && s.v[0] <= hit.local[1].hi
                             && hit.local[1].hi <= s.v[1]
                     });
-                    if !known {
+                    // Or an earlier pass found it: then the balls overlap.
+                    let listed = out.hits.iter().any(|o| {
+                        o.patch == patch
+                            && (0..2).all(|k| {
+                                (o.local[k] - hit.local[k]).hi.abs() <= UP * (o.rho + hit.rho)
+                            })
+                    });
+                    if !known && !listed {
                         accept(stab, hit, classify, inside, out);
                     }
                 }
@@ -439,7 +481,7 @@ fn patch_hits(
             }
         }
         let wide = (node.u[1] - node.u[0]).max(node.v[1] - node.v[0]);
-        if wide <= LEAST_WIDTH {
+        if noise || wide <= LEAST_WIDTH {
             out.open.push((patch, node.u, node.v));
             continue;
         }
@@ -478,7 +520,7 @@ fn accept(
 }
 
 /// `|I - K'|` in the maximum norm over the box, for `K = Y L`.
-fn contraction(node: &Forms, y: &[[f64; 2]; 2]) -> f64 {
+fn contraction<T: Real>(node: &Forms<T>, y: &[[f64; 2]; 2]) -> f64 {
     let mut worst: f64 = 0.0;
     for k in 0..2 {
         let (c, e) = node.combine(y[k]);
@@ -494,12 +536,12 @@ fn contraction(node: &Forms, y: &[[f64; 2]; 2]) -> f64 {
 }
 
 /// The zero near a node, and a box about it in which it is the only one.
-fn certify(
+fn certify<T: Real + Arithmetic>(
     brep: &PreparedBrep,
     stab: &Stabber,
     face: usize,
     patch: usize,
-    node: &Forms,
+    node: &Forms<T>,
 ) -> Option<(Option<RawHit>, Solved)> {
     let geometry = brep.double_double(face);
     let net = &geometry.patches[patch].net;
@@ -550,7 +592,11 @@ fn certify(
     };
     let (u, v) = (zone(0, node.u), zone(1, node.v));
     let widths = [u[1] - u[0], v[1] - v[0]];
-    let near = restrict(&stab.forms(&brep.double(face).patches[patch].net), u, v);
+    let near = restrict(
+        &stab.forms(&T::geometry(brep, face).patches[patch].net),
+        u,
+        v,
+    );
     // Y for coordinates that run over the zone from 0 to 1.
     let scaled = [0, 1].map(|k| y[k].map(|x| x / widths[k]));
     let e = contraction(&near, &scaled);
@@ -617,7 +663,7 @@ fn certify(
 const EXTENSION: f64 = 1.0 / 1024.0;
 
 /// `|dt/dx|` over a zone, summed over both directions: `t = T / (w d)`.
-fn parameter_slope(near: &Forms, stab: &Stabber) -> f64 {
+fn parameter_slope<T: Real>(near: &Forms<T>, stab: &Stabber) -> f64 {
     let w = range(&near.c[3], near.error[3]);
     if !(w[0] > 0.0) {
         return f64::INFINITY;
@@ -636,7 +682,7 @@ fn parameter_slope(near: &Forms, stab: &Stabber) -> f64 {
 
 /// The forms over `[u] x [v]` of a root, by blossoming; each of the `degree` steps in each
 /// direction adds three roundings of numbers no larger than the largest coefficient.
-fn restrict(root: &Forms, u: [f64; 2], v: [f64; 2]) -> Forms {
+fn restrict<T: Real>(root: &Forms<T>, u: [f64; 2], v: [f64; 2]) -> Forms<T> {
     let mut out = root.clone();
     for k in 0..4 {
         let d = root.degree;
@@ -647,7 +693,7 @@ fn restrict(root: &Forms, u: [f64; 2], v: [f64; 2]) -> Forms {
         let steps = 3 * (d.u + d.v) + 2;
         // Past the border a step is no average but grows by 1 + 2 EXTENSION at most: less than twofold
         // over 50 steps.
-        out.error[k] = 2.0 * (root.error[k] + steps as f64 * f64::UNIT * size) * UP;
+        out.error[k] = 2.0 * (root.error[k] + steps as f64 * T::UNIT * size) * UP;
         out.c[k] = c;
     }
     out.u = u;
@@ -655,7 +701,7 @@ fn restrict(root: &Forms, u: [f64; 2], v: [f64; 2]) -> Forms {
     out
 }
 
-fn restrict_along(c: &[f64], d: Bidegree, along_u: bool, r: [f64; 2]) -> Vec<f64> {
+fn restrict_along<T: Real>(c: &[T], d: Bidegree, along_u: bool, r: [f64; 2]) -> Vec<T> {
     let (stride, count, lines, step) = if along_u {
         (d.v + 1, d.u, d.v + 1, 1)
     } else {
@@ -664,11 +710,12 @@ fn restrict_along(c: &[f64], d: Bidegree, along_u: bool, r: [f64; 2]) -> Vec<f64
     let mut out = c.to_vec();
     for line in 0..lines {
         for k in 0..=count {
-            let mut row: Vec<f64> = (0..=count).map(|i| c[line * step + i * stride]).collect();
+            let mut row: Vec<T> = (0..=count).map(|i| c[line * step + i * stride]).collect();
             for level in 0..count {
-                let x = if level < count - k { r[0] } else { r[1] };
+                let x = T::from_f64(if level < count - k { r[0] } else { r[1] });
+                let y = T::ONE - x;
                 for i in 0..count - level {
-                    row[i] = (1.0 - x) * row[i] + x * row[i + 1];
+                    row[i] = y * row[i] + x * row[i + 1];
                 }
             }
             out[line * step + k * stride] = row[0];
