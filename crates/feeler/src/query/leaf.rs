@@ -31,7 +31,7 @@ pub(crate) struct Leaf {
     /// Whether there are provably none.
     pub(crate) empty: bool,
     /// `f(p)`, rounded.
-    pub(crate) value: f64,
+    pub(crate) tau: Dd,
     /// `sqrt(2 C / lambda)`: how far `f` may be followed before it grows by one, in node coordinates.
     pub(crate) reach: f64,
 }
@@ -61,6 +61,15 @@ impl Search<'_> {
         };
         if self.hopeless(leaf.lo) {
             return true;
+        }
+        let narrowest = (node.u[1] - node.u[0]).max(node.v[1] - node.v[0]);
+        if leaf.lo < self.enough()
+            && leaf.tau - leaf.lo > (self.out.hi - self.enough())
+            && narrowest > SMALL_BALL
+        {
+            // Convex, but only just: halves have better bounds.
+            self.try_point(source, leaf.p, false);
+            return false;
         }
         let mut minimum_inside = true;
         if let Source::Patch { face, index } = source
@@ -115,7 +124,7 @@ impl Search<'_> {
             lo: leaf.lo,
             at: [leaf.p[0].hi, leaf.p[1].hi],
             radius: (minimum_inside && !leaf.empty).then_some(leaf.rho * size * UP),
-            value: leaf.value,
+            value: leaf.tau.hi,
             reach: leaf.reach * size,
             local_minimum: !leaf.empty,
         });
@@ -288,7 +297,7 @@ impl Search<'_> {
             lo: if node.lo > best { node.lo } else { best },
             rho,
             empty,
-            value: tau.hi,
+            tau,
             reach: (2.0 * shape.c_range[1] / lambda).sqrt(),
         })
     }

@@ -832,7 +832,7 @@ pub fn line(
         .filter(|h| h.inside)
         .filter_map(|h| dress(brep, &stab, h))
         .collect();
-    let in_crack = passes_crack(brep, &stab, &raw, &mut budget);
+    let in_crack = passes_crack(brep, &stab, &raw);
     LineAnswer {
         hits,
         crossings,
@@ -989,12 +989,14 @@ fn close_to_border(brep: &PreparedBrep, h: &RawHit) -> bool {
 }
 
 /// Whether the line passes an edge within the width of its crack where it hits no face.
-fn passes_crack(brep: &PreparedBrep, stab: &Stabber, hits: &[RawHit], budget: &mut usize) -> bool {
+fn passes_crack(brep: &PreparedBrep, stab: &Stabber, hits: &[RawHit]) -> bool {
     if brep.widest_crack() == 0.0 || !brep.brep().is_closed() {
         return false;
     }
     let touched = hits.iter().any(|h| close_to_border(brep, h));
-    !touched && (0..brep.brep().faces().len()).any(|f| near_boundary(brep, stab, f, 0.0, budget))
+    let mut budget = PARITY_BUDGET;
+    !touched
+        && (0..brep.brep().faces().len()).any(|f| near_boundary(brep, stab, f, 0.0, &mut budget))
 }
 
 fn dress(brep: &PreparedBrep, stab: &Stabber, h: &RawHit) -> Option<Hit> {

@@ -280,7 +280,7 @@ impl Search<'_> {
 
     /// Nodes with a bound from here on need no more work: the enclosure is narrow
     /// enough, given the upper bound so far.
-    fn enough(&self) -> Dd {
+    pub(super) fn enough(&self) -> Dd {
         let hi = self.out.hi;
         if !hi.hi.is_finite() {
             return hi;
