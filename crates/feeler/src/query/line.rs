@@ -760,28 +760,50 @@ fn near_boundary(
         let Some(space) = &geometry.piece(index).space else {
             return true;
         };
-        let mut stack = vec![stab.forms(space)];
-        while let Some(node) = stack.pop() {
-            let clear = (0..2).any(|k| {
-                let r = range(&node.c[k], node.error[k]);
-                let w = range(&node.c[3], node.error[3]);
-                r[0] > reach[k] * w[1] * UP || r[1] < -reach[k] * w[1] * UP
-            });
-            if clear || node.beyond(stab) {
-                continue;
-            }
-            if *budget == 0 || node.u[1] - node.u[0] <= NEAR_WIDTH {
-                return true;
-            }
-            *budget -= 1;
-            stack.extend(node.halves(true));
+        if !near_curve(stab, space, reach, budget) {
+            continue;
+        }
+        // f64 sees only so far: what it finds near is looked at again.
+        let fine = &brep.double_double(face).piece(index).space;
+        if fine
+            .as_ref()
+            .is_none_or(|space| near_curve(stab, space, reach, budget))
+        {
+            return true;
         }
     }
     false
 }
 
-/// A boundary piece this short (in its own parameter) that is not clear of the line counts as near.
-const NEAR_WIDTH: f64 = 1.0 / (1u64 << 50) as f64;
+/// Whether both `|L_k| / w <= reach[k]` somewhere on a curve, as far as the arithmetic can tell.
+fn near_curve<T: Real>(
+    stab: &Stabber,
+    space: &Net<T>,
+    reach: [f64; 2],
+    budget: &mut usize,
+) -> bool {
+    let mut stack = vec![(stab.forms(space), 0)];
+    while let Some((node, depth)) = stack.pop() {
+        let w = range(&node.c[3], node.error[3]);
+        let clear = (0..2).any(|k| {
+            let r = range(&node.c[k], node.error[k]);
+            r[0] > reach[k] * w[1] * UP || r[1] < -reach[k] * w[1] * UP
+        });
+        if clear || node.beyond(stab) {
+            continue;
+        }
+        let noise = (0..2).all(|k| largest(&node.c[k]) <= NOISE_FACTOR * node.error[k]);
+        if *budget == 0 || noise || depth >= NEAR_DEPTH {
+            return true;
+        }
+        *budget -= 1;
+        stack.extend(node.halves(true).map(|half| (half, depth + 1)));
+    }
+    false
+}
+
+/// A part of a boundary piece this many halvings deep that is not clear of the line counts as near.
+const NEAR_DEPTH: usize = 64;
 
 /// All hits of a line with the trimmed faces.
 ///
