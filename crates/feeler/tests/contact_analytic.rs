@@ -1,8 +1,8 @@
 //! Contact queries on surfaces with known answers.
 
 use feeler::brep::{Brep, BrepParts, Face};
-use feeler::numeric::Interval;
-use feeler::nurbs::{NurbsSurface, Plane, Surface};
+use feeler::numeric::{Dyadic, Interval};
+use feeler::nurbs::{Arc, Curve3, Line, NurbsSurface, Plane, Revolution, Surface};
 use feeler::prepare::PreparedBrep;
 use feeler::query::{Accuracy, HalfSpace, Options, Probe, Sphere, Workspace, contact};
 use nalgebra::{Point3, Vector3, Vector4};
@@ -81,23 +81,8 @@ fn ball_in_a_nurbs_sphere() {
         0.0, 1e-15, 1e-12, 1e-9, 1e-6, 1e-3, 0.1, 2.4, 2.5, 3.0, 10.0,
     ] {
         let c = [e * 0.6, 0.0, e * 0.8];
-        let start = std::time::Instant::now();
         let a = ask(&brep, c, 2.51, Accuracy::Full);
-        let time = start.elapsed();
-        let start = std::time::Instant::now();
-        let _ = ask(&brep, c, 2.51, Accuracy::Full);
-        let again = start.elapsed();
         let coarse = ask(&brep, c, 2.51, Accuracy::Length(1e-11));
-        println!(
-            "{e:e}: {:?} width {:e} undecided {:?} continuum {} coarse {:e} {:?} first {time:?} again {again:?} contacts {}",
-            a.separation.value,
-            a.separation.bounds.width(),
-            a.undecided,
-            a.continuum,
-            coarse.separation.bounds.width(),
-            coarse.undecided,
-            a.contacts.len()
-        );
         // The net's own rounding: radii from 2.5 - 8.5e-16 to 2.5 + 1.2e-16.
         let norm = e;
         let truth = (norm - 2.5f64).abs() - 2.51;
@@ -106,8 +91,9 @@ fn ball_in_a_nurbs_sphere() {
             "{e}: {:?} {truth}",
             a.separation
         );
-        assert!(a.separation.bounds.width() < 1e-13);
+        assert!(a.undecided.is_none(), "{e}: {:?}", a.separation);
         assert!(coarse.undecided.is_none());
+        assert!(coarse.separation.bounds.width() <= 1e-11);
     }
 }
 
@@ -149,12 +135,6 @@ fn point_over_a_rectangle() {
         (2.0, -1e-3, 0.0, 1e-3),
     ] {
         let a = ask(&brep, at(u, v, z), 0.25, Accuracy::Full);
-        println!(
-            "{:?} {:?} {:?}",
-            a.separation,
-            a.undecided,
-            a.contacts.first()
-        );
         assert!(
             (a.separation.value - (d - 0.25)).abs() < 1e-14,
             "{u} {v} {z}"
@@ -178,8 +158,95 @@ fn half_space_under_a_sphere() {
             &Options::default(),
             &mut Workspace::default(),
         );
-        println!("{:?} {:?} {}", a.separation, a.undecided, a.continuum);
         assert!((a.separation.value - (-0.5)).abs() < 4e-15);
         assert!(a.undecided.is_none());
+    }
+}
+
+/// The sphere of this radius about the origin, as a native revolution of a half circle.
+fn native_sphere(radius: f64) -> Surface {
+    let arc = Arc {
+        center: Point3::origin(),
+        x: Vector3::x(),
+        y: Vector3::z(),
+        z: -Vector3::y(),
+        radius,
+        angle: interval(-std::f64::consts::FRAC_PI_2, std::f64::consts::FRAC_PI_2),
+        domain: interval(-std::f64::consts::FRAC_PI_2, std::f64::consts::FRAC_PI_2),
+    };
+    turned(Curve3::Arc(Arc::new(arc).unwrap()))
+}
+
+/// The cylinder of this radius about the z axis, from -5 to 5.
+fn native_cylinder(radius: f64) -> Surface {
+    let line = Line::new(
+        Point3::new(radius, 0.0, -5.0),
+        Point3::new(radius, 0.0, 5.0),
+        interval(0.0, 10.0),
+    );
+    turned(Curve3::Line(line.unwrap()))
+}
+
+fn interval(start: f64, end: f64) -> Interval {
+    Interval::new(start, end).unwrap()
+}
+
+fn turned(profile: Curve3) -> Surface {
+    let turn = interval(0.0, std::f64::consts::TAU);
+    let revolution = Revolution {
+        origin: Point3::origin(),
+        axis: Vector3::new(0.0, 0.0, 2.0),
+        angle: turn,
+        angle_domain: turn,
+        profile,
+        transposed: false,
+    };
+    Surface::Revolution(Revolution::new(revolution).unwrap())
+}
+
+fn exact(x: f64) -> Dyadic {
+    Dyadic::from_f64(x).unwrap()
+}
+
+/// Checks `lo <= |rho - radius| <= hi` in exact arithmetic, `rho` being the root of `square`.
+fn assert_distance(square: &Dyadic, radius: f64, lo: &Dyadic, hi: &Dyadic, outside: bool) {
+    let r = exact(radius);
+    // rho = radius +- d.
+    let (low, high) = if outside {
+        (&r + lo, &r + hi)
+    } else {
+        (&r - hi, &r - lo)
+    };
+    assert!(
+        low.signum() < 0 || &(&low * &low) <= square,
+        "rho below the claim"
+    );
+    assert!(&(&high * &high) >= square, "rho above the claim");
+}
+
+#[test]
+fn native_sphere_and_cylinder_are_exact() {
+    for (surface, axes) in [(native_sphere(2.5), 3), (native_cylinder(2.5), 2)] {
+        let brep = sheet(surface);
+        for c in [
+            [0.3, 0.4, 0.1],
+            [-1.7, 1.1, 1.3],
+            [3.0, -4.0, 2.0],
+            [2.5 + 1e-9, 0.0, 0.0],
+            [1.5, 2.0, 1e-7],
+            [0.0, 1e-3, 4.0],
+        ] {
+            let radius = 0.125;
+            let a = ask(&brep, c, radius, Accuracy::Full);
+            assert!(a.undecided.is_none(), "{c:?}: {:?}", a.separation);
+            let (lo, hi) = (exact(a.separation.bounds.lo), exact(a.separation.bounds.hi));
+            let (lo, hi) = (&lo + &exact(radius), &hi + &exact(radius));
+            let mut square = Dyadic::ZERO;
+            for x in &c[..axes] {
+                square = &square + &(&exact(*x) * &exact(*x));
+            }
+            let outside = square > &exact(2.5) * &exact(2.5);
+            assert_distance(&square, 2.5, &lo, &hi, outside);
+        }
     }
 }

@@ -396,7 +396,7 @@ fn unit(v: Vector3<f64>) -> Option<Vector3<f64>> {
 
 fn feature(brep: &PreparedBrep, place: &Place, point: &Point3<f64>) -> Feature {
     let parts = brep.brep().parts();
-    let Some(trim) = place.trim else {
+    let Some(trim) = place.trim.or_else(|| trim_at(brep, place)) else {
         return Feature::Face(place.face);
     };
     let near = ON_VERTEX * brep.size();
@@ -409,6 +409,50 @@ fn feature(brep: &PreparedBrep, place: &Place, point: &Point3<f64>) -> Feature {
         (None, Some(e)) => Feature::Edge(e),
         (None, None) => Feature::Vertex(parts.trims[trim].vertices[0]),
     }
+}
+
+/// The trim that a foot on the border of its region lies on: the one that comes nearest in uv.
+fn trim_at(brep: &PreparedBrep, place: &Place) -> Option<usize> {
+    if brep.region(place.face).side(place.uv).side != Some(Side::Boundary) {
+        return None;
+    }
+    let parts = brep.brep().parts();
+    let loops = parts.faces[place.face].loops.as_ref()?;
+    let trims = loops.iter().flat_map(|l| &parts.loops[*l].trims);
+    let distance = |t: usize| {
+        let trim = &parts.trims[t];
+        let curve = &parts.curves2[trim.curve];
+        let at = |s: f64| (curve.point(trim.span.lerp(s)) - place.uv).norm();
+        nearest(at)
+    };
+    let all = trims.map(|t| (distance(*t), *t));
+    all.min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, t)| t)
+}
+
+/// The least value of a function on [0, 1], roughly: the best of some samples, narrowed down.
+fn nearest(f: impl Fn(f64) -> f64) -> f64 {
+    const SAMPLES: usize = 32;
+    const ROUNDS: usize = 40;
+    let mut best = (f64::INFINITY, 0.0);
+    for k in 0..=SAMPLES {
+        let s = k as f64 / SAMPLES as f64;
+        let value = f(s);
+        if value < best.0 {
+            best = (value, s);
+        }
+    }
+    let mut step = 0.5 / SAMPLES as f64;
+    for _ in 0..ROUNDS {
+        for s in [best.1 - step, best.1 + step] {
+            let s = s.clamp(0.0, 1.0);
+            let value = f(s);
+            if value < best.0 {
+                best = (value, s);
+            }
+        }
+        step *= 0.5;
+    }
+    best.0
 }
 
 /// Bounds on foot and normal, where exactly one settled node can hold the minimum.
