@@ -218,7 +218,7 @@ impl Search<'_> {
                     || (p[k].hi <= ranges[k][0] && slope[k] > 0.0)
                     || (p[k].hi >= ranges[k][1] && slope[k] < 0.0)
             });
-            let step = super::search::newton_step(slope, h, blocked);
+            let step = super::upper::newton_step(slope, h, blocked);
             let mut moved = false;
             for k in 0..2 {
                 if blocked[k] || step[k].abs() > 0.5 * widths[k] {

@@ -2,11 +2,15 @@
 
 mod answer;
 mod contact;
+mod forms;
+mod inside;
 mod leaf;
 mod line;
 mod node;
 mod objective;
 mod search;
+mod upper;
+mod zeros;
 
 pub use answer::{
     Accuracy, Contact, ContactAnswer, Contacts, Feature, HalfSpace, Hit, LineAnswer, LineKind,
@@ -14,7 +18,8 @@ pub use answer::{
 };
 
 pub use contact::contact;
-pub use line::{inside, line};
+pub use inside::inside;
+pub use line::line;
 
 use crate::nurbs::SurfacePoint;
 use crate::prepare::PreparedBrep;

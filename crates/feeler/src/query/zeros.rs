@@ -1,0 +1,364 @@
+//! Hits of a line with the trimmed faces.
+//!
+//! # What is proven
+//! The line `o + t d` is the zero set of two linear forms `n_k.x - n_k.o` whose normals are exactly
+//! orthogonal to `d` (their entries are entries of `d`). On a patch each becomes a polynomial `L_k` in Bernstein form.
+//! A box of the patch is put aside when
+//! - some combination of `L_1`, `L_2` has one sign on it (then there is no zero), or
+//! - the box does not meet the region, or the line's parameter does not reach it, or
+//! - it lies within a box that is known to hold one zero only, which is already listed.
+//!
+//! One zero: let `K = Y L` with a constant matrix `Y` and `|I - K'| <= e < 1` (maximum norm) on a convex box. For two
+//! points `K(x) - K(p) = M (x - p)` with `|I - M| <= e` (mean values), so `|x - p| <= |K(x) - K(p)| / (1 - e)`: there is at most
+//! one zero, it is within `rho = |K(p)| / (1 - e)` of `p`, and if the ball of that radius lies in the box there
+//! is one (Brouwer's theorem on `x -> x - K(x)`, which maps the ball into itself).
+//!
+//! What cannot be settled so (a tangent line, a hit within rounding of the region's border) makes the answer
+//! `Undecided`; it is never dropped.
+
+use super::forms::{Forms, Stabber, contraction, narrow, parameter_slope, range, restrict};
+use super::search::Arithmetic;
+use crate::numeric::bernstein::largest;
+use crate::numeric::{Ball, Dd, Real};
+use crate::prepare::PreparedBrep;
+use crate::trim::BoxSide;
+
+/// A bound that is off by a few roundings.
+const UP: f64 = 1.0 + 64.0 * f64::EPSILON;
+/// Boxes on which a form is below this many of its error bounds are left to the next arithmetic.
+pub(super) const NOISE_FACTOR: f64 = 8.0;
+/// Boxes are not split below this width in local parameters.
+const LEAST_WIDTH: f64 = 1.0 / (1u64 << 40) as f64;
+/// Steps of Newton's method; each double-double step gains about 50 bits.
+const NEWTON_STEPS: usize = 12;
+/// A hit before it is dressed up.
+#[derive(Clone, Debug)]
+pub(super) struct RawHit {
+    pub(super) face: usize,
+    pub(super) patch: usize,
+    /// Local parameters on the patch, within `rho` of the true ones.
+    pub(super) local: [Dd; 2],
+    pub(super) rho: f64,
+    pub(super) t: Ball<Dd>,
+    /// Whether the hit is proven to be in the region's interior.
+    pub(super) inside: bool,
+}
+
+/// All hits with one face's patches, or what could not be settled.
+pub(super) struct FaceHits {
+    pub(super) hits: Vec<RawHit>,
+    /// Local boxes that may hold hits that could not be settled: patch, u, v.
+    pub(super) open: Vec<(usize, [f64; 2], [f64; 2])>,
+}
+
+/// Finds the hits of a line with one face.
+pub(super) fn face_hits(
+    brep: &PreparedBrep,
+    stab: &Stabber,
+    face: usize,
+    budget: &mut usize,
+) -> Option<FaceHits> {
+    let geometry = brep.double(face);
+    let mut out = FaceHits {
+        hits: Vec::new(),
+        open: Vec::new(),
+    };
+    for (index, patch) in geometry.patches.iter().enumerate() {
+        if geometry.patch_boxes[index]
+            .as_ref()
+            .is_some_and(|b| !stab.meets(b))
+        {
+            continue;
+        }
+        let roots = vec![stab.forms(&patch.net)];
+        patch_hits(brep, stab, face, index, roots, budget, &mut out);
+    }
+    // What f64 cannot settle (a line nearly tangent to the face) is tried again in double-double.
+    let open = std::mem::take(&mut out.open);
+    for (index, _) in geometry.patches.iter().enumerate() {
+        let boxes: Vec<_> = open.iter().filter(|o| o.0 == index).collect();
+        if boxes.is_empty() {
+            continue;
+        }
+        let root = stab.forms(&brep.double_double(face).patches[index].net);
+        let roots = boxes.iter().map(|o| narrow(&root, o.1, o.2)).collect();
+        patch_hits(brep, stab, face, index, roots, budget, &mut out);
+    }
+    Some(out)
+}
+
+/// A box that holds one zero at most, which is known.
+struct Solved {
+    u: [f64; 2],
+    v: [f64; 2],
+}
+
+fn patch_hits<T: Real + Arithmetic>(
+    brep: &PreparedBrep,
+    stab: &Stabber,
+    face: usize,
+    patch: usize,
+    roots: Vec<Forms<T>>,
+    budget: &mut usize,
+    out: &mut FaceHits,
+) {
+    let geometry = brep.double(face);
+    let maps = &geometry.patches[patch].maps;
+    let classify = |u: [f64; 2], v: [f64; 2]| {
+        brep.region(face).classify_box(
+            maps[0].to_native_range(u[0], u[1]),
+            maps[1].to_native_range(v[0], v[1]),
+        )
+    };
+    let mut solved: Vec<Solved> = Vec::new();
+    let mut stack: Vec<_> = roots.into_iter().map(|r| (r, false)).collect();
+    while let Some((node, mut inside)) = stack.pop() {
+        let within = |s: &Solved| {
+            s.u[0] <= node.u[0] && node.u[1] <= s.u[1] && s.v[0] <= node.v[0] && node.v[1] <= s.v[1]
+        };
+        if node.has_no_zero() || node.beyond(stab) || solved.iter().any(within) {
+            continue;
+        }
+        if *budget == 0 {
+            out.open.push((patch, node.u, node.v));
+            continue;
+        }
+        *budget -= 1;
+        if !inside {
+            match classify(node.u, node.v) {
+                BoxSide::Outside => continue,
+                BoxSide::Inside => inside = true,
+                BoxSide::Mixed => {}
+            }
+        }
+        let j = node.jacobian();
+        let det = j[0][0] * j[1][1] - j[0][1] * j[1][0];
+        let size = (j[0][0].abs() + j[0][1].abs()) * (j[1][0].abs() + j[1][1].abs());
+        // The combination with the least slope: a line that passes the patch has one sign there.
+        let flat = if j[0][0].abs() + j[0][1].abs() >= j[1][0].abs() + j[1][1].abs() {
+            let k = if j[0][0].abs() >= j[0][1].abs() { 0 } else { 1 };
+            if j[0][k] == 0.0 {
+                [1.0, 0.0]
+            } else {
+                [-j[1][k] / j[0][k], 1.0]
+            }
+        } else {
+            let k = if j[1][0].abs() >= j[1][1].abs() { 0 } else { 1 };
+            [1.0, -j[0][k] / j[1][k]]
+        };
+        let (c, e) = node.combine(flat);
+        let r = range(&c, e);
+        if r[0] > 0.0 || r[1] < 0.0 {
+            continue;
+        }
+        let noise = largest(&c) <= NOISE_FACTOR * e;
+        if det.abs() > 64.0 * f64::EPSILON * size {
+            let y = [
+                [j[1][1] / det, -j[0][1] / det],
+                [-j[1][0] / det, j[0][0] / det],
+            ];
+            let signs = (0..2).any(|k| {
+                let (c, e) = node.combine(y[k]);
+                let r = range(&c, e);
+                r[0] > 0.0 || r[1] < 0.0
+            });
+            if signs {
+                continue;
+            }
+            if contraction(&node, &y) < 1.0
+                && let Some((hit, zone)) = certify(brep, stab, face, patch, &node)
+            {
+                let settled = within(&zone);
+                if let Some(hit) = hit {
+                    let known = solved.iter().any(|s| {
+                        s.u[0] <= hit.local[0].hi
+                            && hit.local[0].hi <= s.u[1]
+                            && s.v[0] <= hit.local[1].hi
+                            && hit.local[1].hi <= s.v[1]
+                    });
+                    // Or an earlier pass found it: then the balls overlap.
+                    let listed = out.hits.iter().any(|o| {
+                        o.patch == patch
+                            && (0..2).all(|k| {
+                                (o.local[k] - hit.local[k]).hi.abs() <= UP * (o.rho + hit.rho)
+                            })
+                    });
+                    if !known && !listed {
+                        accept(stab, hit, classify, inside, out);
+                    }
+                }
+                solved.push(zone);
+                if settled {
+                    continue;
+                }
+            }
+        }
+        let wide = (node.u[1] - node.u[0]).max(node.v[1] - node.v[0]);
+        if noise || wide <= LEAST_WIDTH {
+            out.open.push((patch, node.u, node.v));
+            continue;
+        }
+        let along_u = node.u[1] - node.u[0] >= node.v[1] - node.v[0];
+        let [a, b] = node.halves(along_u);
+        stack.push((b, inside));
+        stack.push((a, inside));
+    }
+}
+
+/// Takes a certified zero in, unless it is outside the region or the line's range.
+fn accept(
+    stab: &Stabber,
+    mut hit: RawHit,
+    classify: impl Fn([f64; 2], [f64; 2]) -> BoxSide,
+    inside: bool,
+    out: &mut FaceHits,
+) {
+    let r = hit.rho * UP + 4.0 * f64::EPSILON;
+    let around = |k: usize| {
+        [
+            (hit.local[k].hi - r).max(0.0),
+            (hit.local[k].hi + r).min(1.0),
+        ]
+    };
+    let side = match classify(around(0), around(1)) {
+        BoxSide::Outside => return,
+        BoxSide::Inside => true,
+        BoxSide::Mixed => inside,
+    };
+    hit.inside &= side;
+    if hit.t.upper() < stab.range[0] || hit.t.lower() > stab.range[1] {
+        return;
+    }
+    out.hits.push(hit);
+}
+
+/// The zero near a node, and a box about it in which it is the only one.
+fn certify<T: Real + Arithmetic>(
+    brep: &PreparedBrep,
+    stab: &Stabber,
+    face: usize,
+    patch: usize,
+    node: &Forms<T>,
+) -> Option<(Option<RawHit>, Solved)> {
+    let geometry = brep.double_double(face);
+    let net = &geometry.patches[patch].net;
+    let offsets = [0, 1].map(|k| stab.offset(k, &net.origin));
+    let mut p = [
+        Dd::from(0.5 * (node.u[0] + node.u[1])),
+        Dd::from(0.5 * (node.v[0] + node.v[1])),
+    ];
+    let mut y = [[0.0; 2]; 2];
+    for _ in 0..NEWTON_STEPS {
+        let jet = net.jet(ball(p[0]), ball(p[1]));
+        let l = stab.apply(&jet.value, &offsets);
+        let (ls, lt) = (stab.apply(&jet.s, &offsets), stab.apply(&jet.t, &offsets));
+        let j = [[ls[0].mid.hi, lt[0].mid.hi], [ls[1].mid.hi, lt[1].mid.hi]];
+        let det = j[0][0] * j[1][1] - j[0][1] * j[1][0];
+        if det == 0.0 || !det.is_finite() {
+            return None;
+        }
+        y = [
+            [j[1][1] / det, -j[0][1] / det],
+            [-j[1][0] / det, j[0][0] / det],
+        ];
+        let mut moved: f64 = 0.0;
+        for k in 0..2 {
+            let step = -(y[k][0] * l[0].mid.hi + y[k][1] * l[1].mid.hi);
+            let next = p[k] + Dd::from(step);
+            // Stay near the patch: zeros far off are of no use.
+            p[k] = if next.hi < -0.5 * EXTENSION {
+                Dd::from(-0.5 * EXTENSION)
+            } else if next.hi > 1.0 + 0.5 * EXTENSION {
+                Dd::from(1.0 + 0.5 * EXTENSION)
+            } else {
+                next
+            };
+            moved = moved.max(step.abs());
+        }
+        if moved < f64::EPSILON * f64::EPSILON {
+            break;
+        }
+    }
+    // The zone: twice the node's width about p, within the extended patch.
+    let zone = |k: usize, r: [f64; 2]| {
+        let h = r[1] - r[0];
+        [
+            (p[k].hi - h).max(-EXTENSION),
+            (p[k].hi + h).min(1.0 + EXTENSION),
+        ]
+    };
+    let (u, v) = (zone(0, node.u), zone(1, node.v));
+    let widths = [u[1] - u[0], v[1] - v[0]];
+    let near = restrict(
+        &stab.forms(&T::geometry(brep, face).patches[patch].net),
+        u,
+        v,
+    );
+    // Y for coordinates that run over the zone from 0 to 1.
+    let scaled = [0, 1].map(|k| y[k].map(|x| x / widths[k]));
+    let e = contraction(&near, &scaled);
+    if !(e < 1.0) {
+        return None;
+    }
+    let jet = net.jet(ball(p[0]), ball(p[1]));
+    let l = stab.apply(&jet.value, &offsets);
+    let mut residual: f64 = 0.0;
+    for row in &scaled {
+        let k = Ball::exact(row[0]) * l[0] + Ball::exact(row[1]) * l[1];
+        residual = residual.max(k.magnitude());
+    }
+    let rho = residual / (1.0 - e) * UP / (1.0 - f64::EPSILON);
+    let local_rho = rho * widths[0].max(widths[1]) * UP;
+    // Within the node, or at least not far from it: else another node will find it.
+    let apart = |x: f64, r: [f64; 2]| (r[0] - x).max(x - r[1]).max(0.0) / (r[1] - r[0]);
+    if apart(p[0].hi, node.u) > 0.5 || apart(p[1].hi, node.v) > 0.5 {
+        return None;
+    }
+    // A zero exists if its ball is in the zone.
+    let reach = |k: usize| Dd::from(rho * widths[k] * UP);
+    let exists = (0..2).all(|k| {
+        let r = if k == 0 { u } else { v };
+        (p[k] - reach(k)).hi > r[0] && (p[k] + reach(k)).hi < r[1]
+    });
+    if !exists {
+        return None;
+    }
+    // It counts if it is on the patch. One that is not is on the next patch, or nowhere: on a joint the
+    // two patches are the same curve, so that they agree on which side of it the line passes.
+    let off = |k: usize| p[k] + reach(k) < Dd::ZERO || p[k] - reach(k) > Dd::ONE;
+    if off(0) || off(1) {
+        return Some((None, Solved { u, v }));
+    }
+    // Within rounding of the border of the whole surface the hit cannot be settled; on a joint it is
+    // found on both sides and listed once.
+    let domain = brep.brep().surface(face).domain();
+    let maps = &geometry.patches[patch].maps;
+    let on_edge = (0..2).any(|k| {
+        let low = p[k] - reach(k) < Dd::ZERO && maps[k].start == domain[k].start;
+        let high = p[k] + reach(k) > Dd::ONE && maps[k].end == domain[k].end;
+        low || high
+    });
+    let t = stab.parameter(&jet.value, &net.origin);
+    // t moves with the point: bounded by the slopes over the zone.
+    let reach = parameter_slope(&near, stab) * rho * UP;
+    let t = Ball {
+        mid: t.mid,
+        rad: (t.rad + reach) * UP,
+    };
+    let hit = RawHit {
+        face,
+        patch,
+        local: p,
+        rho: local_rho,
+        t,
+        inside: !on_edge,
+    };
+    Some((Some(hit), Solved { u, v }))
+}
+
+/// How far the polynomials of a patch are followed past its border, in local parameters.
+const EXTENSION: f64 = 1.0 / 1024.0;
+
+fn ball(x: Dd) -> Ball<Dd> {
+    Ball { mid: x, rad: 0.0 }
+}
