@@ -54,7 +54,7 @@ mod with_oracle {
         let mut wrong = Vec::new();
         for i in 0..args.queries {
             let (kind, ask) = KINDS[i % KINDS.len()];
-            let line = ask(&mut generator, (i / KINDS.len()) % 2 == 0);
+            let line = ask(&mut generator, (i / KINDS.len()).is_multiple_of(2));
             let query = line.query().map_err(|e| e.to_string())?;
             let row = counts.entry(kind).or_default();
             let truth = match truth_of(&oracle, &query) {
