@@ -8,12 +8,13 @@ mod contact;
 mod gate;
 mod inspect;
 
+use clap::error::ErrorKind;
 use clap::{Parser, Subcommand};
 use std::process::ExitCode;
 
 /// Measures gaps and overlaps between probes and solids of trimmed NURBS faces, with proven bounds.
 #[derive(Debug, Parser)]
-#[command(version, about)]
+#[command(version)]
 struct Cli {
     #[command(subcommand)]
     command: Command,
@@ -45,7 +46,11 @@ enum Outcome {
 struct Bad(String);
 
 fn main() -> ExitCode {
-    let outcome = match Cli::parse().command {
+    let cli = match Cli::try_parse() {
+        Ok(cli) => cli,
+        Err(error) => return usage(&error),
+    };
+    let outcome = match cli.command {
         Command::Inspect(args) => inspect::run(&args),
         Command::Contact(args) => contact::run(&args),
         Command::Gate(args) => gate::run(&args),
@@ -59,6 +64,24 @@ fn main() -> ExitCode {
             ExitCode::from(2)
         }
     }
+}
+
+/// Help and version as clap prints them; any other complaint in one line.
+fn usage(error: &clap::Error) -> ExitCode {
+    let help = ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand;
+    if !error.use_stderr() || error.kind() == help {
+        error.exit();
+    }
+    let text = error.to_string();
+    // clap says what is wrong in its first paragraph, what it would rather see after it.
+    let what: Vec<&str> = text
+        .lines()
+        .take_while(|l| !l.starts_with("Usage:") && !l.starts_with("For more"))
+        .map(str::trim)
+        .filter(|l| !l.is_empty())
+        .collect();
+    eprintln!("{}; see `feeler help`", what.join(" "));
+    ExitCode::from(2)
 }
 
 /// Writing to a pipe that was closed ends the command like any other bad input.

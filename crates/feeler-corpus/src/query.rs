@@ -190,7 +190,7 @@ fn identity() -> [f64; 4] {
 #[derive(Debug, thiserror::Error)]
 pub enum QueryError {
     /// Not JSON, or not of the format.
-    #[error("{0}")]
+    #[error("{}", json_message(.0))]
     Json(#[from] serde_json::Error),
     /// A list instead of an object.
     #[error("a query is an object, {{\"sphere\": ...}}, not a list")]
@@ -206,6 +206,20 @@ pub enum QueryError {
     /// A number that has no meaning here.
     #[error("{0}")]
     Number(&'static str),
+}
+
+/// What serde says, without its line number: a query is one line, and who reads it knows which.
+fn json_message(error: &serde_json::Error) -> String {
+    use serde_json::error::Category;
+    let text = error.to_string();
+    let (what, _) = text.rsplit_once(" at line ").unwrap_or((&text, ""));
+    let column = error.column();
+    match error.classify() {
+        Category::Data => format!("not a query: {what} (column {column})"),
+        _ => format!(
+            "not valid JSON: {what} (column {column}); write one object a line, and finite numbers only"
+        ),
+    }
 }
 
 /// What a query asks.

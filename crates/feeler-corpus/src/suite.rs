@@ -87,7 +87,7 @@ pub struct CorpusQuery {
 #[derive(Debug, thiserror::Error)]
 pub enum CorpusError {
     /// A file or folder cannot be read.
-    #[error("{}: {error}", path.display())]
+    #[error("{}: {error}; check the path and its permissions", path.display())]
     Io {
         /// Which.
         path: PathBuf,

@@ -237,7 +237,7 @@ pub struct FileError {
 #[derive(Debug, thiserror::Error)]
 pub enum FileProblem {
     /// The system says so.
-    #[error("{0}")]
+    #[error("cannot be read: {0}; check the path and its permissions")]
     Io(#[from] std::io::Error),
     /// Larger than [`MAX_FILE_SIZE`].
     #[error("larger than {MAX_FILE_SIZE} bytes; split the model or export only the part needed")]

@@ -9,16 +9,18 @@ use nalgebra::{Point2, Point3, Vector3};
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum ProbeError {
     /// A number is NaN or infinite.
-    #[error("{0} is not finite")]
+    #[error("{0} is not finite: give a number")]
     NotFinite(&'static str),
     /// The radius is negative.
-    #[error("the radius is negative")]
+    #[error("the radius is negative: give 0 or more")]
     Radius,
     /// The direction is zero.
-    #[error("the direction is zero")]
+    #[error("the direction is zero: give a vector that points somewhere")]
     ZeroDirection,
     /// The normal of a half-space is not of unit length: `|n|^2` must be within 2^-50 of 1.
-    #[error("the normal is not a unit vector (|n|^2 must be within 2^-50 of 1)")]
+    #[error(
+        "the normal is not a unit vector: divide it by its length (|n|^2 must be within 2^-50 of 1)"
+    )]
     NotUnit,
     /// A number so large or so small that the bounds would not hold.
     #[error("{0} is outside the range in which bounds hold (up to 1e60)")]
@@ -266,9 +268,6 @@ impl HalfSpace {
     pub fn new(normal: Vector3<f64>, offset: f64) -> Result<Self, ProbeError> {
         in_range("the normal", normal.as_slice())?;
         in_range("the offset", &[offset])?;
-        if normal == Vector3::zeros() {
-            return Err(ProbeError::ZeroDirection);
-        }
         // The rounded square is off by at most 4 * 2^-53 * 1.01 here: below 2^-50 / 1.9, so
         // a normal that was normalised in f64 always passes.
         const LIMIT: f64 = 1.0 / (1u64 << 50) as f64;

@@ -1,0 +1,267 @@
+//! Exit codes and error lines: bad input gives one line on standard error that names the file, the place
+//! and the remedy, and exit code 2; undecided answers give 1, all others 0.
+
+use crate::program::{Run, feeler, root};
+use serde_json::Value;
+use std::path::PathBuf;
+
+const PART: &str = "corpora/models/thesis/cube_corner_sphere_cut_nurbs.3dm";
+
+/// A file of this test alone, in the folder that cargo gives tests.
+fn scratch(name: &str, bytes: &[u8]) -> PathBuf {
+    let path = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join(name);
+    std::fs::write(&path, bytes).unwrap();
+    path
+}
+
+/// The run was refused as a whole, in one line that holds all these words.
+fn refused(run: &Run, words: &[&str]) {
+    assert_eq!(run.code, Some(2), "{run:?}");
+    assert_eq!(run.out, "", "{run:?}");
+    one_line(run, words);
+}
+
+fn one_line(run: &Run, words: &[&str]) {
+    assert_eq!(run.err.lines().count(), 1, "{run:?}");
+    assert!(run.err.starts_with("error: "), "{run:?}");
+    for word in words {
+        assert!(run.err.contains(word), "no `{word}` in {run:?}");
+    }
+}
+
+fn answers(run: &Run) -> Vec<Value> {
+    let lines = run.out.lines();
+    lines.map(|l| serde_json::from_str(l).unwrap()).collect()
+}
+
+#[test]
+fn good_queries_end_with_0() {
+    for probe in [
+        ["--half-space", "0,0,1,0.5"],
+        ["--line", "-5,5,5,1,0.25,0.125"],
+    ] {
+        let run = feeler(&["contact", PART, probe[0], probe[1]], "");
+        assert_eq!((run.code, run.err.as_str()), (Some(0), ""), "{run:?}");
+        let answer = &answers(&run)[0];
+        assert!(answer.get("error").is_none() && answer.get("undecided").is_none());
+    }
+    let run = feeler(
+        &["contact", PART],
+        "{\"inside\":{\"point\":[5,5,5]},\"id\":7}\n",
+    );
+    assert_eq!((run.code, run.err.as_str()), (Some(0), ""), "{run:?}");
+    assert_eq!(run.out, "{\"id\":7,\"side\":\"inside\",\"in_gap\":false}\n");
+    let run = feeler(&["inspect", PART], "");
+    assert_eq!((run.code, run.err.as_str()), (Some(0), ""), "{run:?}");
+    // Nothing asked, nothing answered.
+    let run = feeler(&["contact", PART], "");
+    assert_eq!((run.code, run.out.as_str()), (Some(0), ""), "{run:?}");
+}
+
+/// The distance is irrational: no enclosure by f64 can be as narrow as asked.
+#[test]
+fn an_undecided_answer_ends_with_1() {
+    let arguments = [
+        "contact",
+        PART,
+        "--sphere",
+        "-1,-2,-3,0.5",
+        "--accuracy",
+        "1e-300",
+    ];
+    let run = feeler(&arguments, "");
+    assert_eq!((run.code, run.err.as_str()), (Some(1), ""), "{run:?}");
+    let answer = &answers(&run)[0];
+    assert!(answer["undecided"].is_string(), "{run:?}");
+    // The bound that there is: sqrt(14) - 0.5, rounded outward.
+    let exact = 3.241_657_386_773_941_3;
+    let end = |name: &str| answer["separation"][name].as_f64().unwrap();
+    assert!(end("lo") <= exact && exact <= end("hi"), "{run:?}");
+    assert!(end("hi") - end("lo") < 1e-14, "{run:?}");
+}
+
+#[test]
+fn a_file_of_another_format() {
+    let path = scratch("text.3dm", b"this is no model\n");
+    let path = path.to_str().unwrap();
+    for command in ["inspect", "contact"] {
+        let run = feeler(&[command, path], "");
+        refused(&run, &["text.3dm", "not a .3dm file", "export the model"]);
+    }
+}
+
+#[test]
+fn a_truncated_file() {
+    let whole = std::fs::read(root().join(PART)).unwrap();
+    let half = scratch("half.3dm", &whole[..whole.len() / 2]);
+    let half = half.to_str().unwrap();
+    for command in ["inspect", "contact"] {
+        let run = feeler(&[command, half], "");
+        refused(&run, &["half.3dm", "truncated", "byte", "save it again"]);
+    }
+    let empty = scratch("empty.3dm", b"");
+    let run = feeler(&["inspect", empty.to_str().unwrap()], "");
+    refused(&run, &["empty.3dm", "empty", "export the model"]);
+}
+
+#[test]
+fn a_missing_file() {
+    for command in ["inspect", "contact"] {
+        let run = feeler(&[command, "no/such/part.3dm"], "");
+        refused(&run, &["no/such/part.3dm", "check the path"]);
+    }
+    let run = feeler(&["contact", PART, "--object", "7"], "");
+    refused(&run, &[PART, "object 7", "feeler inspect"]);
+    let run = feeler(&["gate", "--corpora", "no/such/corpus"], "");
+    refused(&run, &["no/such/corpus", "check the path"]);
+    let run = feeler(&["gate", "--suite", "no-such-suite"], "");
+    refused(&run, &["no-such-suite", "suite.json"]);
+}
+
+#[test]
+fn impossible_probes_on_the_command_line() {
+    for (flag, value, what, remedy) in [
+        (
+            "--sphere",
+            "0,0,0,nan",
+            "the radius is not finite",
+            "give a number",
+        ),
+        (
+            "--sphere",
+            "0,0,0,inf",
+            "the radius is not finite",
+            "give a number",
+        ),
+        ("--sphere", "nan,0,0,1", "not finite", "give a number"),
+        (
+            "--sphere",
+            "0,0,0,-1",
+            "the radius is negative",
+            "give 0 or more",
+        ),
+        (
+            "--line",
+            "0,0,0,0,0,0",
+            "the direction is zero",
+            "give a vector",
+        ),
+        (
+            "--half-space",
+            "1,1,0,0",
+            "not a unit vector",
+            "divide it by its length",
+        ),
+        (
+            "--half-space",
+            "0,0,0,0",
+            "not a unit vector",
+            "divide it by its length",
+        ),
+    ] {
+        let run = feeler(&["contact", PART, flag, value], "");
+        refused(&run, &[PART, flag, what, remedy]);
+    }
+}
+
+#[test]
+fn bad_usage() {
+    for (arguments, words) in [
+        (&["bogus"][..], &["bogus"][..]),
+        (&["contact"], &["<FILE>"]),
+        (&["contact", PART, "--sphere", "0,0,0"], &["--sphere", "4"]),
+        (
+            &["contact", PART, "--sphere", "0,0,0,x"],
+            &["--sphere", "`x` is no number"],
+        ),
+        (
+            &["contact", PART, "--accuracy", "nan"],
+            &["--accuracy", "positive length"],
+        ),
+        (
+            &["contact", PART, "--accuracy", "0"],
+            &["--accuracy", "positive length"],
+        ),
+        (
+            &["contact", PART, "--prediction", "nan"],
+            &["--prediction", "length"],
+        ),
+        (&["contact", PART, "--kind", "ray"], &["--line"]),
+    ] {
+        refused(&feeler(arguments, ""), words);
+    }
+    assert_eq!(feeler(&["--help"], "").code, Some(0));
+    assert_eq!(feeler(&["--version"], "").code, Some(0));
+    assert_eq!(feeler(&[], "").code, Some(2));
+}
+
+/// Each bad line alone among two good ones: these are answered, its own answer is an error, and the
+/// one line on standard error names file, line and remedy.
+#[test]
+fn a_bad_query_among_good_ones() {
+    let good = r#"{"evaluate":{"face":0,"uv":[0.5,0.5]},"id":"good"}"#;
+    for (bad, what) in [
+        (
+            r#"{"sphere":{"center":[0,0,0],"radius":NaN}}"#,
+            "not valid JSON",
+        ),
+        (
+            r#"{"sphere":{"center":[0,0,0],"radius":1e999}}"#,
+            "not valid JSON",
+        ),
+        (
+            r#"{"sphere":{"center":[0,0,0],"radius":-1}}"#,
+            "the radius is negative",
+        ),
+        (r#"{"sphere":{"center":[0,0],"radius":1}}"#, "not a query"),
+        (
+            r#"{"line":{"origin":[0,0,0],"direction":[0,0,0]}}"#,
+            "the direction is zero",
+        ),
+        (
+            r#"{"half_space":{"normal":[1,1,0],"offset":0}}"#,
+            "not a unit vector",
+        ),
+        (r#"{"evaluate":{"face":99,"uv":[0,0]}}"#, "no face 99"),
+        (
+            r#"{"spere":{"center":[0,0,0],"radius":1}}"#,
+            "unknown field `spere`",
+        ),
+        ("{}", "asks one of sphere"),
+        ("[1]", "not a list"),
+        ("not json", "not valid JSON"),
+        ("", "not valid JSON"),
+        (r#"{"sphere": "#, "not valid JSON"),
+    ] {
+        let run = feeler(&["contact", PART], &format!("{good}\n{bad}\n{good}\n"));
+        assert_eq!(run.code, Some(2), "{bad}: {run:?}");
+        one_line(&run, &[PART, "query line 2", what, "correct the query"]);
+        let all = answers(&run);
+        assert_eq!(all.len(), 3, "{bad}: {run:?}");
+        assert!(
+            all[1]["error"].as_str().unwrap().contains(what),
+            "{bad}: {run:?}"
+        );
+        for i in [0, 2] {
+            assert_eq!(all[i]["id"], "good");
+            assert!(all[i]["point"].is_array(), "{bad}: {run:?}");
+        }
+    }
+}
+
+/// Bytes that are no text, and a line without end, are refused like any other.
+#[test]
+fn wild_input() {
+    let long = "9".repeat(3 << 20);
+    let run = feeler(
+        &["contact", PART],
+        &format!("{long}\n{{\"inside\":{{\"point\":[5,5,5]}}}}"),
+    );
+    assert_eq!(run.code, Some(2));
+    one_line(&run, &["query line 1", "longer than"]);
+    assert_eq!(answers(&run)[1]["side"], "inside");
+    let deep = "[".repeat(1 << 19);
+    let run = feeler(&["contact", PART], &format!("{{\"id\":{deep}\n"));
+    assert_eq!(run.code, Some(2));
+    one_line(&run, &["query line 1", "not valid JSON"]);
+}
