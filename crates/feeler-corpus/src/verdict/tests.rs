@@ -1,0 +1,196 @@
+use super::*;
+use feeler::query::Feature;
+use feeler::trim::Side;
+
+fn truth(lo: &str, hi: &str) -> TruthEnclosure {
+    TruthEnclosure {
+        lo: lo.parse().unwrap(),
+        hi: hi.parse().unwrap(),
+    }
+}
+
+const ASKED: Asked = Asked {
+    accuracy: Accuracy::Full,
+    size: 10.0,
+    prediction: 0.0,
+    contacts: false,
+    scale: 1.0,
+};
+
+fn separation(value: f64, lo: f64, hi: f64) -> Body {
+    Body::Contact {
+        separation: Claim {
+            value,
+            lo: Some(lo),
+            hi: Some(hi),
+        },
+        continuum: false,
+        contacts: vec![],
+        undecided: None,
+    }
+}
+
+/// 1/3 between its neighbouring f64s is not a f64: 0x5555..p-k.
+fn third() -> TruthEnclosure {
+    truth(
+        "5555555555555555555555555555555555555555p-160",
+        "5555555555555555555555555555555555555556p-160",
+    )
+}
+
+#[test]
+fn separations() {
+    let t = Truth::Separation(third());
+    let x = 1.0 / 3.0;
+    let verdict = |a: &Body| judge(&ASKED, a, &t);
+    let right = verdict(&separation(x, x, x.next_up()));
+    assert_eq!(right.verdict, Verdict::Right);
+    // 1/3 is rounded down by a third of an ulp.
+    assert!((right.ulps.unwrap() - 1.0 / 3.0).abs() < 1e-6);
+    assert_eq!(verdict(&separation(x, x, x)).verdict, Verdict::Wrong);
+    let off = x + 1e-9;
+    let wrong = verdict(&separation(off, off, off.next_up()));
+    assert_eq!(wrong.verdict, Verdict::Wrong);
+    assert!(wrong.reason.unwrap().contains("e-9") || wrong.error.unwrap() > 9e-10);
+    // Too wide for full accuracy, but not wrong.
+    let wide = verdict(&separation(x, x - 1e-12, x + 1e-12));
+    assert_eq!(wide.verdict, Verdict::Undecided);
+    assert!(!wide.unbounded);
+    let unbounded = verdict(&separation(x, 0.0, f64::INFINITY));
+    assert_eq!(unbounded.verdict, Verdict::Undecided);
+    assert!(unbounded.unbounded);
+    // The value to use must be in its own bounds, and a number.
+    assert_eq!(verdict(&separation(1.0, 0.0, 0.5)).verdict, Verdict::Wrong);
+    let nan = verdict(&separation(f64::NAN, 0.0, 0.5));
+    assert_eq!(nan.verdict, Verdict::Wrong);
+    let nan = verdict(&separation(x, f64::NAN, 0.5));
+    assert_eq!(nan.verdict, Verdict::Wrong);
+    // A truth that is too wide to judge.
+    let t = Truth::Separation(truth("0p0", "1p0"));
+    let j = judge(&ASKED, &separation(x, x, x.next_up()), &t);
+    assert_eq!(j.verdict, Verdict::Indeterminate);
+}
+
+#[test]
+fn an_undecided_answer_can_still_be_wrong() {
+    let mut a = separation(0.25, 0.2, 0.3);
+    if let Body::Contact { undecided, .. } = &mut a {
+        *undecided = Some("node budget spent".into());
+    }
+    let t = Truth::Separation(third());
+    assert_eq!(judge(&ASKED, &a, &t).verdict, Verdict::Wrong);
+}
+
+#[test]
+fn a_contact_that_is_due_must_be_reported() {
+    let asked = Asked {
+        contacts: true,
+        ..ASKED
+    };
+    let t = Truth::Separation(truth("-1p-1", "-1p-1"));
+    let j = judge(&asked, &separation(-0.5, -0.5, -0.5), &t);
+    assert_eq!(j.verdict, Verdict::Wrong);
+    let apart = Truth::Separation(truth("1p-1", "1p-1"));
+    let j = judge(&asked, &separation(0.5, 0.5, 0.5), &apart);
+    assert_eq!(j.verdict, Verdict::Right);
+    assert_eq!(j.error, Some(0.0));
+}
+
+fn line(ts: &[(f64, bool)]) -> Body {
+    Body::Line {
+        hits: ts
+            .iter()
+            .map(|&(t, tangential)| HitLine {
+                t: Claim {
+                    value: t,
+                    lo: Some(t.next_down()),
+                    hi: Some(t.next_up()),
+                },
+                t_end: None,
+                point: [0.0; 3],
+                normal: [0.0, 0.0, 1.0],
+                feature: Feature::Face(0),
+                uv: [0.0; 2],
+                tangential,
+            })
+            .collect(),
+        crossings: 2,
+        in_crack: false,
+        undecided: None,
+    }
+}
+
+fn hit(t: &TruthEnclosure, face: usize) -> HitTruth {
+    HitTruth {
+        t: t.clone(),
+        t_end: None,
+        face,
+        tangential: Some(false),
+    }
+}
+
+#[test]
+fn lines() {
+    let one = truth("1p0", "1p0");
+    let t = Truth::Line {
+        hits: vec![hit(&third(), 0), hit(&one, 1), hit(&one, 2)],
+        crossings: Some(2),
+        in_crack: Some(false),
+    };
+    let x = 1.0 / 3.0;
+    let verdict = |a: &Body| judge(&ASKED, a, &t).verdict;
+    // The edge at t = 1 may count once or for each of its faces.
+    let two = [(x, false), (1.0, false)];
+    let three = [(x, false), (1.0, false), (1.0, false)];
+    assert_eq!(verdict(&line(&two)), Verdict::Right);
+    assert_eq!(verdict(&line(&three)), Verdict::Right);
+    assert_eq!(verdict(&line(&[(x, false)])), Verdict::Wrong);
+    assert_eq!(verdict(&line(&[(x, true), (1.0, false)])), Verdict::Wrong);
+    assert_eq!(
+        verdict(&line(&[(x + 1e-9, false), (1.0, false)])),
+        Verdict::Wrong
+    );
+    let mut extra = two.to_vec();
+    extra.extend([(2.0, false), (3.0, false)]);
+    assert_eq!(verdict(&line(&extra)), Verdict::Wrong);
+}
+
+#[test]
+fn sides_and_points() {
+    let side = |side, undecided: Option<&str>| Body::Side {
+        side,
+        in_gap: false,
+        undecided: undecided.map(str::to_owned),
+    };
+    let t = Truth::Side {
+        side: Side::Inside,
+        in_gap: Some(false),
+    };
+    let verdict = |b: &Body| judge(&ASKED, b, &t).verdict;
+    assert_eq!(verdict(&side(Some(Side::Inside), None)), Verdict::Right);
+    assert_eq!(verdict(&side(Some(Side::Boundary), None)), Verdict::Wrong);
+    assert_eq!(verdict(&side(None, Some("crack"))), Verdict::Undecided);
+    assert_eq!(verdict(&side(None, None)), Verdict::Wrong);
+
+    let zero = truth("0p0", "0p0");
+    let t = Truth::Evaluate {
+        point: [third(), zero.clone(), zero.clone()],
+        du: [third(), zero.clone(), zero.clone()],
+        dv: [zero.clone(), zero.clone(), zero],
+    };
+    let evaluate = |x: f64, bound: f64| Body::Evaluate {
+        point: [x, 0.0, 0.0],
+        du: [x, 0.0, 0.0],
+        dv: [0.0; 3],
+        bound: Some(bound),
+    };
+    let x = 1.0 / 3.0;
+    let j = judge(&ASKED, &evaluate(x, 1e-16), &t);
+    assert_eq!(j.verdict, Verdict::Right);
+    assert!(j.derivative_error.unwrap() < 1e-16);
+    let j = judge(&ASKED, &evaluate(x, 1e-18), &t);
+    assert_eq!(j.verdict, Verdict::Wrong);
+    let j = judge(&ASKED, &evaluate(x, f64::NAN), &t);
+    assert_eq!(j.verdict, Verdict::Wrong);
+    assert!(judge(&ASKED, &evaluate(x, f64::INFINITY), &t).unbounded);
+}
