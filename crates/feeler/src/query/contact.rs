@@ -470,9 +470,10 @@ fn bound_contact(
     let (Some(only), None) = (candidates.next(), candidates.next()) else {
         return;
     };
-    let (Some(radius), Some(place)) = (only.radius, place_of(brep, only)) else {
+    let (Some(spread), Some(place)) = (only.spread, place_of(brep, only)) else {
         return;
     };
+    let radius = spread.radius(found.hi);
     if place.face != foot.face {
         return;
     }

@@ -1,7 +1,7 @@
 //! Nodes on which `G = N - tau C` is strictly convex: the last digits.
 
 use super::node::{Node, Shape};
-use super::search::{Arithmetic, Search, Settled, Source};
+use super::search::{Arithmetic, Search, Settled, Source, Spread};
 use crate::numeric::{Ball, Dd, Real};
 use crate::prepare::restrict;
 use crate::trim::BoxSide;
@@ -32,6 +32,8 @@ pub(crate) struct Leaf {
     pub(crate) empty: bool,
     /// `f(p)`, rounded.
     pub(crate) tau: Dd,
+    /// Where `f` can be low; without the speed.
+    pub(crate) spread: Spread,
     /// `sqrt(2 C / lambda)`: how far `f` may be followed before it grows by one, in node coordinates.
     pub(crate) reach: f64,
 }
@@ -118,12 +120,15 @@ impl Search<'_> {
             return true;
         }
         self.lower(leaf.lo);
-        let size = self.speed(source, [leaf.p[0].hi, leaf.p[1].hi], node);
+        let size = self.speed(source, node);
         self.out.settled.push(Settled {
             source,
             lo: leaf.lo,
             at: [leaf.p[0].hi, leaf.p[1].hi],
-            radius: (minimum_inside && !leaf.empty).then_some(leaf.rho * size * UP),
+            spread: Some(Spread {
+                speed: size,
+                ..leaf.spread
+            }),
             value: leaf.tau.hi,
             reach: leaf.reach * size,
             local_minimum: !leaf.empty,
@@ -177,20 +182,44 @@ impl Search<'_> {
         }
     }
 
-    /// How fast the surface moves over the node, in units of length: an upper bound on `|dS/dy|` near `p`,
-    /// doubled for what is not sampled. Used for position bounds of contacts.
-    fn speed<T: Real>(&self, source: Source, p: [f64; 2], node: &Node<T>) -> f64 {
+    /// How fast the surface moves over the node, in units of length per unit of node coordinates:
+    /// `|S_s| <= p (max w / min w)^2 max |P_(i+1,j) - P_(i,j)|`, likewise in t (M. Floater, *Derivatives of rational
+    /// Bezier curves*, CAGD 9 (1992)).
+    fn speed<T: Real>(&self, source: Source, node: &Node<T>) -> f64 {
         let Some(net) = self.net(source) else {
             return f64::INFINITY;
         };
-        let j = net.jet(Ball::exact(p[0]), Ball::exact(p[1]));
-        let w = j.value[3].mid;
-        let length = |d: &[Ball<f64>; 4]| {
-            let x: [f64; 3] =
-                std::array::from_fn(|c| (d[c].mid - d[3].mid * j.value[c].mid / w) / w);
-            (x[0] * x[0] + x[1] * x[1] + x[2] * x[2]).sqrt()
+        let (mut w_min, mut w_max) = (f64::INFINITY, 0.0f64);
+        for p in &net.points {
+            w_min = w_min.min(p[3].lower());
+            w_max = w_max.max(p[3].upper());
+        }
+        let row = net.degree.v + 1;
+        let gap = |i: usize, j: usize| {
+            let (p, q) = (&net.points[i], &net.points[j]);
+            let squares = (0..3).map(|c| {
+                let d = p[c] / p[3] - q[c] / q[3];
+                d.magnitude().powi(2)
+            });
+            squares.sum::<f64>().sqrt() * UP
         };
-        2.0 * (length(&j.s) * (node.u[1] - node.u[0]) + length(&j.t) * (node.v[1] - node.v[0]))
+        let (mut along_u, mut along_v) = (0.0f64, 0.0f64);
+        for i in 0..net.points.len() {
+            if i + row < net.points.len() {
+                along_u = along_u.max(gap(i, i + row));
+            }
+            if (i + 1) % row != 0 {
+                along_v = along_v.max(gap(i, i + 1));
+            }
+        }
+        let ratio = (w_max / w_min).powi(2);
+        let along_u = along_u * net.degree.u as f64 * (node.u[1] - node.u[0]);
+        let along_v = along_v * net.degree.v as f64 * (node.v[1] - node.v[0]);
+        if w_min > 0.0 {
+            ratio * (along_u + along_v) * UP
+        } else {
+            f64::INFINITY
+        }
     }
 
     fn certify<T: Real>(&self, source: Source, node: &Node<T>) -> Option<Leaf> {
@@ -298,6 +327,14 @@ impl Search<'_> {
             rho,
             empty,
             tau,
+            spread: Spread {
+                slope: free,
+                value: g0.magnitude(),
+                lambda,
+                c_max: shape.c_range[1],
+                tau,
+                speed: 0.0,
+            },
             reach: (2.0 * shape.c_range[1] / lambda).sqrt(),
         })
     }

@@ -69,8 +69,8 @@ pub(crate) struct Settled {
     pub(crate) lo: Dd,
     /// The minimum on the node, rounded.
     pub(crate) at: [f64; 2],
-    /// How far (in units of length) the true critical point may be from it; `None` where unknown.
-    pub(crate) radius: Option<f64>,
+    /// What is proven about how far from it the closest point can be; `None` where nothing is.
+    pub(crate) spread: Option<Spread>,
     /// `f` at that point, rounded.
     pub(crate) value: f64,
     /// How far (in units of length, an estimate) one can go from it before `f` grows by one unit, as
@@ -78,6 +78,44 @@ pub(crate) struct Settled {
     pub(crate) reach: f64,
     /// Whether the minimum of the node is a local minimum of the face (not cut off by the node).
     pub(crate) local_minimum: bool,
+}
+
+/// Where on a settled node `f` can be as low as a given value.
+///
+/// With the terms of [`Leaf`](super::leaf::Leaf): where `f(y) <= hi`, `G(y) = C (f(y) - tau) <= C (hi - tau)`, and
+/// `G(y) >= -|G(p)| - |g'| r + lambda/2 r^2` at distance `r`. So
+/// `r <= (|g'| + sqrt(|g'|^2 + 2 lambda (|G(p)| + max C max(hi - tau, 0)))) / lambda`.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Spread {
+    /// `|g'|`.
+    pub(crate) slope: f64,
+    /// `|G(p)|`.
+    pub(crate) value: f64,
+    pub(crate) lambda: f64,
+    pub(crate) c_max: f64,
+    pub(crate) tau: Dd,
+    /// Length of the surface's path per unit of node coordinates.
+    pub(crate) speed: f64,
+}
+
+impl Spread {
+    /// A single point.
+    pub(super) const POINT: Self = Self {
+        slope: 0.0,
+        value: 0.0,
+        lambda: 1.0,
+        c_max: 0.0,
+        tau: Dd::ZERO,
+        speed: 0.0,
+    };
+
+    /// The radius, in units of length, of the ball that holds all points with `f <= hi`.
+    pub(crate) fn radius(&self, hi: Dd) -> f64 {
+        let above = (hi - self.tau).approximate().max(0.0) * UP;
+        let rest = 2.0 * self.lambda * (self.value + self.c_max * above);
+        let r = (self.slope + (self.slope * self.slope + rest).sqrt()) / self.lambda;
+        r * UP * self.speed
+    }
 }
 
 /// What a search found.
@@ -540,7 +578,7 @@ impl Search<'_> {
             source,
             lo,
             at,
-            radius: point.then_some(0.0),
+            spread: point.then_some(Spread::POINT),
             value: self.guide_value(source, at),
             reach: if point { 0.0 } else { f64::INFINITY },
             local_minimum: true,
