@@ -110,7 +110,7 @@ impl Search<'_> {
                 // Not on the surface (past its border): only where the curve comes back matters.
                 return self.piece_is_off_patch(face, index, node.u);
             }
-            if leaf.rho > SMALL_BALL && self.piece_leaves_patch(face, index) {
+            if leaf.rho > SMALL_BALL && self.piece_leaves_patch(face, index, [0.0, 1.0]) {
                 self.try_point(source, leaf.p, false);
                 return false;
             }
@@ -137,7 +137,7 @@ impl Search<'_> {
     }
 
     /// Whether a part of a boundary piece is proven to lie off its patch, by its control points.
-    fn piece_is_off_patch(&self, face: usize, index: usize, range: [f64; 2]) -> bool {
+    pub(super) fn piece_is_off_patch(&self, face: usize, index: usize, range: [f64; 2]) -> bool {
         let geometry = self.brep.double_double(face);
         let part = restrict(&geometry.piece(index).local, range[0], range[1]);
         (0..2).any(|c| {
@@ -146,10 +146,11 @@ impl Search<'_> {
         })
     }
 
-    /// Whether some control point of a boundary piece lies off its patch, roughly.
-    fn piece_leaves_patch(&self, face: usize, index: usize) -> bool {
+    /// Whether some control point of a part of a boundary piece lies off its patch, roughly.
+    pub(super) fn piece_leaves_patch(&self, face: usize, index: usize, range: [f64; 2]) -> bool {
         let geometry = self.brep.double_double(face);
-        geometry.piece(index).local.iter().any(|p| {
+        let part = restrict(&geometry.piece(index).local, range[0], range[1]);
+        part.iter().any(|p| {
             (0..2).any(|c| {
                 let beyond = (p[c].mid - p[2].mid).hi;
                 beyond > LEAST_STEP || p[c].mid.hi < -LEAST_STEP

@@ -27,7 +27,9 @@
 //!   the borders of the patch that the box touches are searched in their own right (case 3).
 //!
 //! On a boundary piece a box is also put aside where it is proven to lie off its patch: what is past the border
-//! of the domain is not in R, and what is on the next patch is on that patch's piece.
+//! of the domain is not in R, and what is on the next patch is on that patch's piece. Where the piece crosses the
+//! border of its patch it ends as far as R is concerned: boxes around such a crossing are put aside by their bound
+//! alone.
 //!
 //! The same list with curves for patches and end points for borders holds on boundary pieces (where every point
 //! counts as in the region) and on borders of patches.
@@ -469,6 +471,17 @@ impl Search<'_> {
             }
             return;
         }
+        // Where a piece crosses the border of its patch, the crossing is an end of what counts, though not of
+        // the piece: the minimum may be there, and neither a slope nor convexity puts it aside.
+        let crosses = match source {
+            Source::Piece { face, index } if self.piece_leaves_patch(face, index, [0.0, 1.0]) => {
+                if self.piece_is_off_patch(face, index, node.u) {
+                    return;
+                }
+                self.piece_leaves_patch(face, index, node.u)
+            }
+            _ => false,
+        };
         let tau = if self.out.hi.hi.is_finite() {
             self.out.hi
         } else {
@@ -478,7 +491,7 @@ impl Search<'_> {
         let (tau, _) = T::from_dd(tau);
         let shape = node.shape(tau);
         for (k, sign) in shape.monotone.into_iter().enumerate() {
-            if sign == 0 {
+            if sign == 0 || crosses {
                 continue;
             }
             let range = if k == 0 { node.u } else { node.v };
@@ -493,7 +506,10 @@ impl Search<'_> {
             }
             return;
         }
-        if shape.convexity > 0.0 && self.leaf(heap, source, inside, &node) {
+        if crosses {
+            let middle = [node.u, node.v].map(|r| Dd::from(0.5 * (r[0] + r[1])));
+            self.try_point(source, middle, false);
+        } else if shape.convexity > 0.0 && self.leaf(heap, source, inside, &node) {
             return;
         }
         // Where all of G is rounding noise, halves would be no better.
