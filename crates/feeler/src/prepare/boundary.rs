@@ -180,14 +180,19 @@ pub(crate) fn restrict<T: Real, const H: usize>(
         .collect()
 }
 
-/// The range of a coordinate over a curve, by its control points; not proven: it decides where
-/// to cut, and [`BORDER_SLACK`] makes up for the rounding.
+/// The range of a coordinate over a curve, by its control points: proven, infinite where a weight is not
+/// proven to be positive.
 fn hull<T: Real>(points: &[Homogeneous<T, 3>], c: usize) -> [f64; 2] {
     points
         .iter()
         .fold([f64::INFINITY, f64::NEG_INFINITY], |r, p| {
-            let x = p[c].mid.approximate() / p[2].mid.approximate();
-            [r[0].min(x), r[1].max(x)]
+            let x = p[c] / p[2];
+            let (low, high) = (x.lower(), x.upper());
+            if p[2].is_above(0.0) && low.is_finite() && high.is_finite() {
+                [r[0].min(low), r[1].max(high)]
+            } else {
+                [f64::NEG_INFINITY, f64::INFINITY]
+            }
         })
 }
 
