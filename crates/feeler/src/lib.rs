@@ -30,8 +30,10 @@
 //! first) by a straight segment in uv where their end points differ. The region is the closure of the uv
 //! points of odd parity, cut with the surface's domain. `Boundary` is its topological boundary, and every point
 //! exactly on a loop. No loops given (`None`): the whole domain; an empty list: nothing. `in_gap` says that a point is in the
-//! closed uv box of two end points so joined. Readers cut periodic surfaces at their seams: here every
-//! loop closes in uv, up to its gaps.
+//! closed uv box of two end points so joined. A point outside the domain is outside, even on a loop there; a loop
+//! that bounds no area belongs to the face where it is in the domain. Readers cut periodic surfaces at their seams: here every
+//! loop closes in uv, up to its gaps. Where loops leave the domain of a plane or a revolution, whose formula goes on
+//! beyond it, readers widen the domain to hold them and warn; no point moves.
 //!
 //! **Boundary of a face in space.** The image of its trim curves under its surface. The 3D edge curve of a file is
 //! a second copy: it serves display and defects, not truth. The two images of an edge may leave a crack or

@@ -59,6 +59,7 @@ pub(crate) fn run() -> Result<(), String> {
         cargo("doc --workspace --no-deps --quiet").env("RUSTDOCFLAGS", "-D warnings"),
     )?;
     step("the gate", &mut cargo("run --release --quiet -- gate"))?;
+    release_is_free_of_the_oracle(&root)?;
     if available("cargo-deny") {
         step(
             "licences and advisories",
@@ -69,6 +70,24 @@ pub(crate) fn run() -> Result<(), String> {
     }
     let minutes = start.elapsed().as_secs_f64() / 60.0;
     println!("xtask test: all {steps} steps passed in {minutes:.1} minutes");
+    Ok(())
+}
+
+/// The program must not depend on the oracle, whose libraries are under the LGPL.
+fn release_is_free_of_the_oracle(root: &Path) -> Result<(), String> {
+    let tree = Command::new(env!("CARGO"))
+        .args("tree --package feeler-cli --edges normal --prefix none".split(' '))
+        .current_dir(root)
+        .output()
+        .map_err(|e| format!("cargo tree cannot be started: {e}"))?;
+    let text = String::from_utf8_lossy(&tree.stdout);
+    if !tree.status.success() || !text.contains("feeler-gate") {
+        return Err("cargo tree failed".to_owned());
+    }
+    if text.contains("feeler-oracle") {
+        return Err("the program depends on the oracle (`cargo tree -p feeler-cli`)".to_owned());
+    }
+    println!("==> the program does not depend on the oracle");
     Ok(())
 }
 
