@@ -2,7 +2,9 @@
 
 use feeler::brep::{Brep, BrepParts, Face};
 use feeler::numeric::{Dyadic, Interval};
-use feeler::nurbs::{Arc, Curve3, Line, NurbsSurface, Plane, Revolution, Surface};
+use feeler::nurbs::{
+    Arc, Curve3, Line, NurbsCurve3, NurbsSurface, Plane, PolyCurve, Revolution, Surface,
+};
 use feeler::prepare::PreparedBrep;
 use feeler::query::{Accuracy, HalfSpace, Options, Probe, Sphere, Workspace, contact};
 use nalgebra::{Point3, Vector3, Vector4};
@@ -187,6 +189,21 @@ fn native_cylinder(radius: f64) -> Surface {
     turned(Curve3::Line(line.unwrap()))
 }
 
+/// The same cylinder; its profile is a poly-curve whose segments have domains of their own.
+fn poly_cylinder(radius: f64) -> Surface {
+    let segment = |from: f64, to: f64, start: f64, end: f64| {
+        let (a, b) = (Point3::new(radius, 0.0, from), Point3::new(radius, 0.0, to));
+        Curve3::Line(Line::new(a, b, interval(start, end)).unwrap())
+    };
+    // The second is a spline of two spans: its inner knot is no round number in the poly-curve.
+    let z = [1.0, 2.0, 5.0];
+    let points = z.map(|z| Vector4::new(radius, 0.0, z, 1.0)).to_vec();
+    let spline = NurbsCurve3::new(1, points, vec![-7.0, -7.0, -6.7, -6.0, -6.0]).unwrap();
+    let segments = vec![segment(-5.0, 1.0, 0.0, 10.0), Curve3::Nurbs(spline)];
+    let params = vec![3.0, 3.3, 5.0];
+    turned(Curve3::Poly(PolyCurve::new(segments, params).unwrap()))
+}
+
 fn interval(start: f64, end: f64) -> Interval {
     Interval::new(start, end).unwrap()
 }
@@ -226,7 +243,11 @@ fn assert_distance(square: &Dyadic, radius: f64, lo: &Dyadic, hi: &Dyadic, outsi
 
 #[test]
 fn native_sphere_and_cylinder_are_exact() {
-    for (surface, axes) in [(native_sphere(2.5), 3), (native_cylinder(2.5), 2)] {
+    for (surface, axes) in [
+        (native_sphere(2.5), 3),
+        (native_cylinder(2.5), 2),
+        (poly_cylinder(2.5), 2),
+    ] {
         let brep = sheet(surface);
         for c in [
             [0.3, 0.4, 0.1],

@@ -139,9 +139,56 @@ pub(crate) fn curve_pieces<T: Real, const D: usize, const H: usize>(
                             .clamp(own.start, own.end)
                     }
                 };
+                let first = out.len();
                 curve_pieces(piece, at(s), at(e), out);
+                for piece in &mut out[first..] {
+                    reparametrize(piece, own, [t[0], t[1]]);
+                }
             }
         }
         Curve::Arc(c) => arc_pieces(c, from, to, out),
+    }
+}
+
+/// Moves a piece from a segment's own parameters to those of its poly-curve, `own` to `to` linearly.
+///
+/// Where an end of the piece is no end of the segment its new parameter is rounded: by at most four roundings of the
+/// larger end of `to`. The local parameter of a given poly-curve parameter is then off by at most that over the
+/// piece's length, and the homogeneous point by that times its derivative, `degree` times the largest
+/// difference of control points: it goes into their radii.
+fn reparametrize<T: Real, const H: usize>(
+    piece: &mut BezierCurve<T, H>,
+    own: Interval,
+    to: [f64; 2],
+) {
+    let mut exact = true;
+    let mut map = |x: f64| {
+        if x == own.start {
+            to[0]
+        } else if x == own.end {
+            to[1]
+        } else {
+            exact = false;
+            let s = (x - own.start) / (own.end - own.start);
+            (to[0] + s * (to[1] - to[0])).clamp(to[0], to[1])
+        }
+    };
+    let (start, end) = (map(piece.map.start), map(piece.map.end));
+    piece.map = ParamMap { start, end };
+    if exact {
+        return;
+    }
+    let off = 4.0 * f64::EPSILON * to[0].abs().max(to[1].abs()) / (end - start);
+    let degree = (piece.points.len() - 1) as f64;
+    for c in 0..H {
+        let steps = piece.points.windows(2);
+        let largest = steps
+            .map(|p| (p[1][c] - p[0][c]).magnitude())
+            .fold(0.0, f64::max);
+        // Twice: the derivative is that of the piece, a little way past its ends too.
+        let slack = 2.0 * degree * largest * off;
+        for p in &mut piece.points {
+            p[c].rad = (p[c].rad + slack) * (1.0 + 4.0 * f64::EPSILON);
+        }
     }
 }

@@ -122,15 +122,23 @@ fn separation(
     let r = Dd::from(radius);
     let (lo, hi) = if objective.is_squared() {
         // Square roots and differences are off by a few units each.
-        let widen = |x: Dd, up: f64| x + Dd::from(up * 16.0 * Dd::UNIT * x.hi.abs());
+        // What is infinite (nothing was found, or nothing is there) stays so.
+        let widen = |x: Dd, up: f64| {
+            if x.hi.is_finite() {
+                x + Dd::from(up * 16.0 * Dd::UNIT * x.hi.abs())
+            } else {
+                Dd::from(x.hi)
+            }
+        };
+        let less = |x: Dd| if x.hi.is_finite() { x - r } else { x };
         let root = |x: Dd| {
             if x.hi.is_finite() { x.sqrt() } else { x }
         };
         let (a, b) = (widen(root(found.lo), -1.0), widen(root(found.hi), 1.0));
         let (a, b) = match material {
-            Some(false) => (a - r, b - r),
-            Some(true) => (-b - r, -a - r),
-            None => (-b - r, b - r),
+            Some(false) => (less(a), less(b)),
+            Some(true) => (less(-b), less(-a)),
+            None => (less(-b), less(b)),
         };
         (widen(a, -1.0), widen(b, 1.0))
     } else {
