@@ -6,7 +6,9 @@ use feeler::nurbs::{
     Arc, Curve3, Line, NurbsCurve3, NurbsSurface, Plane, PolyCurve, Revolution, Surface,
 };
 use feeler::prepare::PreparedBrep;
-use feeler::query::{Accuracy, HalfSpace, Options, Probe, Sphere, Workspace, contact};
+use feeler::query::{
+    Accuracy, Contacts, Feature, HalfSpace, Options, Probe, Sphere, Workspace, contact,
+};
 use nalgebra::{Point3, Vector3, Vector4};
 
 /// An untrimmed face.
@@ -269,5 +271,45 @@ fn native_sphere_and_cylinder_are_exact() {
             let outside = square > &exact(2.5) * &exact(2.5);
             assert_distance(&square, 2.5, &lo, &hi, outside);
         }
+    }
+}
+
+/// A point between two parallel rectangles, at distances that f64 holds exactly: each contact's own
+/// enclosure must hold its own separation.
+#[test]
+fn all_contacts_have_enclosures_of_their_own() {
+    let rectangle = |z: f64| {
+        let range = interval(0.0, 4.0);
+        Surface::Plane(Plane {
+            origin: Point3::new(0.0, 0.0, z),
+            x: Vector3::x(),
+            y: Vector3::y(),
+            domain: [range; 2],
+            extents: [range; 2],
+        })
+    };
+    let face = |surface| Face {
+        surface,
+        loops: None,
+        reversed: false,
+    };
+    let parts = BrepParts {
+        surfaces: vec![rectangle(0.0), rectangle(5.0)],
+        faces: vec![face(0), face(1)],
+        ..BrepParts::default()
+    };
+    let brep = PreparedBrep::new(Brep::new(parts).unwrap());
+    let probe = Probe::Sphere(Sphere::new(Point3::new(1.0, 1.5, 2.0), 4.0).unwrap());
+    let options = Options {
+        contacts: Contacts::All,
+        ..Options::default()
+    };
+    let a = contact(&brep, &probe, &options, &mut Workspace::default());
+    let found: Vec<_> = a.contacts.iter().map(|c| c.feature).collect();
+    assert_eq!(found, [Feature::Face(0), Feature::Face(1)]);
+    for (c, truth) in a.contacts.iter().zip([-2.0, -1.0]) {
+        let bounds = c.separation.bounds;
+        assert!(bounds.contains(truth), "{truth}: {bounds:?}");
+        assert!(bounds.width() < 1e-12, "{truth}: {bounds:?}");
     }
 }

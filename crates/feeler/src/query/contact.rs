@@ -72,7 +72,7 @@ pub fn contact(
         }
         _ => Some(false),
     };
-    let separation = separation(&found, &objective, radius, material);
+    let separation = separation([found.lo, found.hi], &objective, radius, material);
     let target = width.at(if material == Some(true) {
         // The separation is -d - r.
         separation.value.abs() + 2.0 * radius
@@ -114,7 +114,7 @@ pub fn contact(
 
 /// The bounds of the separation from those of `f`.
 fn separation(
-    found: &Outcome,
+    [lo, hi]: [Dd; 2],
     objective: &Objective,
     radius: f64,
     material: Option<bool>,
@@ -134,7 +134,7 @@ fn separation(
         let root = |x: Dd| {
             if x.hi.is_finite() { x.sqrt() } else { x }
         };
-        let (a, b) = (widen(root(found.lo), -1.0), widen(root(found.hi), 1.0));
+        let (a, b) = (widen(root(lo), -1.0), widen(root(hi), 1.0));
         let (a, b) = match material {
             Some(false) => (less(a), less(b)),
             Some(true) => (less(-b), less(-a)),
@@ -142,7 +142,7 @@ fn separation(
         };
         (widen(a, -1.0), widen(b, 1.0))
     } else {
-        (found.lo, found.hi)
+        (lo, hi)
     };
     let bounds = Enclosure {
         lo: if lo.hi.is_finite() {
@@ -248,37 +248,26 @@ fn other_contact(
     material: bool,
     out: &mut Vec<Contact>,
 ) {
-    let value = if objective.is_squared() {
-        let radius = match probe {
-            Probe::Sphere(p) => p.radius,
-            Probe::HalfSpace(_) => 0.0,
-        };
-        let d = s.value.max(0.0).sqrt();
-        if material { -d - radius } else { d - radius }
-    } else {
-        s.value
-    };
-    if !s.local_minimum || value > options.prediction {
+    if !s.local_minimum {
         return;
     }
     let Some(place) = place_of(brep, s) else {
         return;
     };
-    if !is_local_minimum(brep, objective, &place) {
+    // Below: the bound of the node. Above: f at the point itself.
+    let net = &brep.double_double(place.face).patches[place.patch].net;
+    let f = objective
+        .sample(net, place.local[0], place.local[1])
+        .value();
+    let hi = f.mid + Dd::from(f.rad * (1.0 + 16.0 * f64::EPSILON));
+    let radius = match probe {
+        Probe::Sphere(p) => p.radius,
+        Probe::HalfSpace(_) => 0.0,
+    };
+    let near = separation([s.lo, hi], objective, radius, Some(material));
+    if !(near.value <= options.prediction) || !is_local_minimum(brep, objective, &place) {
         return;
     }
-    let low = if objective.is_squared() {
-        value - (s.value.max(0.0).sqrt() - s.lo.hi.max(0.0).sqrt()).abs()
-    } else {
-        s.lo.hi
-    };
-    let near = Separation {
-        value,
-        bounds: Enclosure {
-            lo: low.next_down(),
-            hi: value + 4.0 * f64::EPSILON * (value.abs() + brep.size()),
-        },
-    };
     let Some(c) = make_contact(brep, probe, &place, near, material) else {
         return;
     };

@@ -129,7 +129,6 @@ impl Search<'_> {
                 speed: size,
                 ..leaf.spread
             }),
-            value: leaf.tau.hi,
             reach: leaf.reach * size,
             local_minimum: !leaf.empty,
         });

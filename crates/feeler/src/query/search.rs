@@ -73,8 +73,6 @@ pub(crate) struct Settled {
     pub(crate) at: [f64; 2],
     /// What is proven about how far from it the closest point can be; `None` where nothing is.
     pub(crate) spread: Option<Spread>,
-    /// `f` at that point, rounded.
-    pub(crate) value: f64,
     /// How far (in units of length, an estimate) one can go from it before `f` grows by one unit, as
     /// `length = reach * sqrt(growth)`; infinite where not convex.
     pub(crate) reach: f64,
@@ -595,7 +593,6 @@ impl Search<'_> {
             lo,
             at,
             spread: point.then_some(Spread::POINT),
-            value: self.guide_value(source, at),
             reach: if point { 0.0 } else { f64::INFINITY },
             local_minimum: true,
         });
