@@ -282,7 +282,9 @@ struct FaceBuilder {
     int index;
     const Region& region;
     std::vector<Piece>& out;
+    std::vector<Piece>& clamped;
     const std::vector<RationalBezierPatch>& patches;
+    int arc_index = -1;
     std::vector<Net> nets;
     std::vector<Q> lines[2];  // distinct ends of patches, sorted
 
@@ -307,7 +309,40 @@ struct FaceBuilder {
             const std::array<Q, 4> none{Q(0), Q(0), Q(0), Q(0)};
             add_point(net, 0, false, true, none);
             add_point(net, net.c[0].size() - 1, false, true, none);
-            out.push_back(make_piece(PieceKind::Trim, index, std::move(net), false, true, none));
+            out.push_back(of_arc(
+                make_piece(PieceKind::Trim, index, std::move(net), false, true, none), a, b));
+            return;
+        }
+        add_clamped(arc, a, b, u, v);
+    }
+
+    Piece of_arc(Piece piece, const Q& a, const Q& b) const {
+        piece.arc = arc_index;
+        piece.t0 = a;
+        piece.t1 = b;
+        return piece;
+    }
+
+    // The part [a, b] of an arc, which lies on one side of each knot line and outside the domain,
+    // around the point u, v: its image with the parameters clamped to the domain.
+    void add_clamped(const RationalBezierCurve& arc, const Q& a, const Q& b, const Q& u,
+                     const Q& v) {
+        const auto& d = region.domain();
+        RationalBezierCurve part{restrict_to(arc.X, a, b), restrict_to(arc.Y, a, b),
+                                 restrict_to(arc.W, a, b)};
+        const auto clamp = [&](std::vector<Q>& c, const Q& at, const Q& lo, const Q& hi) {
+            if (at >= lo && at <= hi) return at;
+            const Q to = at < lo ? lo : hi;
+            for (size_t i = 0; i < c.size(); ++i) c[i] = to * part.W[i];
+            return to;
+        };
+        const Q cu = clamp(part.X, u, d[0], d[1]), cv = clamp(part.Y, v, d[2], d[3]);
+        for (size_t i = 0; i < patches.size(); ++i) {
+            const auto& s = patches[i];
+            if (cu < s.u0 || cu > s.u1 || cv < s.v0 || cv > s.v1) continue;
+            clamped.push_back(of_arc(make_piece(PieceKind::Trim, index, compose(s, nets[i], part),
+                                                false, false, {Q(0), Q(0), Q(0), Q(0)}),
+                                     a, b));
             return;
         }
     }
@@ -324,6 +359,12 @@ struct FaceBuilder {
                 if (i == 0 || x < box[2 * k]) box[2 * k] = x;
                 if (i == 0 || x > box[2 * k + 1]) box[2 * k + 1] = x;
             }
+        // Beyond the domain the clamped image alone is left.
+        const auto& d = region.domain();
+        const bool beyond = box[1] < d[0] || box[0] > d[1] || box[3] < d[2] || box[2] > d[3];
+        if (beyond)
+            for (int k = 0; k < 4; ++k)
+                box[k] = std::min(std::max(box[k], d[k / 2 * 2]), d[k / 2 * 2 + 1]);
         for (size_t i = 0; i < patches.size(); ++i) {
             const auto& s = patches[i];
             if (box[1] < s.u0 || box[0] > s.u1 || box[3] < s.v0 || box[2] > s.v1) continue;
@@ -337,8 +378,10 @@ struct FaceBuilder {
             Net point{0, 0, {}};
             for (int k = 0; k < 4; ++k)
                 point.c[k] = {row_at(row_at(nets[i].c[k], s.p, s.q, u), s.q, 0, v)[0]};
-            out.push_back(make_piece(PieceKind::Point, index, std::move(point), false, false,
-                                     {Q(0), Q(0), Q(0), Q(0)}));
+            (beyond ? clamped : out)
+                .push_back(of_arc(make_piece(PieceKind::Point, index, std::move(point), false,
+                                             false, {Q(0), Q(0), Q(0), Q(0)}),
+                                  a, b));
         }
     }
 
@@ -429,7 +472,10 @@ struct FaceBuilder {
                 if (last && borders) add_joint(i, k, true);
             }
         }
-        for (const auto& arc : region.arcs()) add_arc(arc);
+        for (const auto& arc : region.arcs()) {
+            ++arc_index;
+            add_arc(arc);
+        }
     }
 };
 
@@ -500,7 +546,7 @@ Pieces prepare_pieces(const std::vector<const PreparedFace*>& faces) {
             r.arcs.back().push_back(
                 {{to_intervals(arc.X), to_intervals(arc.Y), to_intervals(arc.W)}});
         const size_t first = r.pieces.size();
-        FaceBuilder{*f.face, int(i), f.region, r.pieces, f.patches, {}, {}}.run();
+        FaceBuilder{*f.face, int(i), f.region, r.pieces, r.clamped, f.patches, -1, {}, {}}.run();
         for (size_t k = first; k < r.pieces.size(); ++k) {
             for (double x : r.pieces[k].box)
                 if (!(std::fabs(x) <= kLargest))

@@ -50,6 +50,10 @@ struct Piece {
     // of the two of length zero; its parameter runs along the other.
     std::array<Q, 4> uv;
     std::array<Interval64, 4> uv64;  // u0, u1, v0, v1
+    // Of a Trim, and of a Point that encloses the crossing of a trim curve and a knot line: the arc
+    // of the face's region that it is the image of, over [t0, t1]; -1 for others.
+    int arc = -1;
+    Q t0 = Q(0), t1 = Q(0);
 };
 
 // An arc of a face's loops, X, Y, W enclosed.
@@ -62,6 +66,9 @@ struct Pieces {
     std::vector<const Region*> regions;     // of each face
     std::vector<std::vector<ArcNet>> arcs;  // of each face
     std::vector<Piece> pieces;
+    // Images of the parts of trim curves beyond the domain, with their parameters clamped to it
+    // (edge_images.hpp). They belong to no face: distances do not see them.
+    std::vector<Piece> clamped;
     double size = 0;  // the diagonal of the hull of all control points, rounded
 };
 

@@ -118,24 +118,32 @@ bool clear_of(ArcNode& arc, const QueryBox& b, int depth) {
 Region::Region(const Face& face) : domain_(surface_domain(face.surface)) {
     whole_ = !face.loops.has_value();
     if (whole_) return;
+    int trim_index = -1;
     for (const Loop& loop : *face.loops) {
         const std::size_t first = arcs_.size();
-        const auto join = [&](const std::array<Q, 2>& a, const std::array<Q, 2>& b) {
+        const auto join = [&](const std::array<Q, 2>& a, const std::array<Q, 2>& b, int owner) {
             if (a == b) return;
             arcs_.push_back({{a[0], b[0]}, {a[1], b[1]}, {Q(1), Q(1)}});
             arc_edge_.push_back(-1);
+            arc_trim_.push_back(owner);
             gaps_.push_back({std::min(a[0], b[0]), std::max(a[0], b[0]), std::min(a[1], b[1]),
                              std::max(a[1], b[1])});
         };
-        for (const TrimCurve& trim : loop.trims)
+        for (const TrimCurve& trim : loop.trims) {
+            ++trim_index;
+            bool within = false;
             for (auto& piece : bezier_pieces(trim)) {
                 if (arcs_.size() > first)
-                    join(end_point(arcs_.back(), true), end_point(piece, false));
+                    join(end_point(arcs_.back(), true), end_point(piece, false),
+                         within ? trim_index : -1);
+                within = true;
                 arcs_.push_back(std::move(piece));
                 arc_edge_.push_back(trim.edge);
+                arc_trim_.push_back(trim_index);
             }
+        }
         if (arcs_.size() > first)
-            join(end_point(arcs_.back(), true), end_point(arcs_[first], false));
+            join(end_point(arcs_.back(), true), end_point(arcs_[first], false), -1);
     }
     for (const auto& arc : arcs_)
         roots_.push_back(std::make_unique<ArcNode>(arc, along_border(arc, domain_)));

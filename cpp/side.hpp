@@ -35,6 +35,9 @@ class Region {
     const std::vector<RationalBezierCurve>& arcs() const { return arcs_; }
     // arc_edge()[i]: the edge that arc i is an image of; -1 for joins and singular trims.
     const std::vector<int>& arc_edge() const { return arc_edge_; }
+    // arc_trim()[i]: the trim that arc i belongs to, counted through the face's loops; -1 for the
+    // joins between two trims. A join within a trim belongs to it.
+    const std::vector<int>& arc_trim() const { return arc_trim_; }
     // The surface's domain u0, u1, v0, v1. Its sides bound the region too, where its inside
     // reaches them.
     const std::array<Q, 4>& domain() const { return domain_; }
@@ -47,7 +50,7 @@ class Region {
 
  private:
     std::vector<RationalBezierCurve> arcs_;
-    std::vector<int> arc_edge_;
+    std::vector<int> arc_edge_, arc_trim_;
     std::array<Q, 4> domain_;
     std::vector<std::array<Q, 4>> gaps_;
     std::vector<std::unique_ptr<ArcNode>> roots_;
