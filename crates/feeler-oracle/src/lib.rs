@@ -19,6 +19,7 @@ mod convert;
 mod distance;
 #[cfg(feature = "cgal")]
 mod oracle;
+pub mod second;
 #[cfg(feature = "cgal")]
 mod space;
 #[cfg(not(feature = "cgal"))]
