@@ -4,6 +4,8 @@
 //! |---|---|
 //! | `query`, `answer` | the lines of JSON that the program and every engine speak |
 //! | `model` | the BREPs of a file and how their features are numbered |
+//! | `model_file` | our own model files: BREPs as JSON, exactly |
+//! | `files` | text files, compressed or not, written whole or not at all |
 //! | `truth` | the oracle's stored enclosures |
 //! | `suite` | folders of queries, truth and ceilings |
 //! | `verdict` | what an answer earned against the truth |
@@ -19,16 +21,20 @@
 #![forbid(unsafe_code)]
 
 mod answer;
+mod files;
 mod hash;
 mod model;
+mod model_file;
 mod query;
 mod suite;
 mod truth;
 mod verdict;
 
 pub use answer::{Answer, Body, Claim, ContactLine, HitLine, side_word};
+pub use files::{MAX_TEXT, read_text, write_text};
 pub use hash::{breps_hash, bytes_hash};
 pub use model::{Model, ModelError};
+pub use model_file::MODEL_FILE_VERSION;
 pub use query::{
     AccuracyLine, Ask, ContactsLine, FacePoint, Full, HalfSpaceLine, Hits, LineKindLine, LineLine,
     Pose, Query, QueryError, QueryLine, SpacePoint, SphereLine,

@@ -1,6 +1,8 @@
 //! The BREPs of a file, and how their features are numbered.
 
+use crate::files::{read_text, write_text};
 use crate::hash::breps_hash;
+use crate::model_file;
 use feeler::brep::Brep;
 use feeler_io::{Document, FileError, ObjectKind};
 use std::path::{Path, PathBuf};
@@ -46,6 +48,24 @@ pub enum ModelError {
         /// Why.
         reason: String,
     },
+    /// A model file of our own cannot be read or written.
+    #[error("{}: {error}; check the path, its permissions and that the file is whole", path.display())]
+    Io {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        error: std::io::Error,
+    },
+    /// A model file of our own says what cannot be.
+    #[error("{}: {place}: {reason}; correct the file, or make it again", path.display())]
+    Text {
+        /// The file.
+        path: PathBuf,
+        /// Where in it.
+        place: String,
+        /// Why.
+        reason: String,
+    },
     /// There is no BREP in the file.
     #[error("{}: the file holds no BREP; `feeler inspect` lists what it holds", path.display())]
     NoBrep {
@@ -66,9 +86,53 @@ pub struct Model {
 
 impl Model {
     /// Reads a file and keeps all its BREPs, or object `object` alone (as numbered by
-    /// `feeler inspect`; it may be a surface).
+    /// `feeler inspect`; it may be a surface). A name that ends with `.json` or `.json.gz` is a model
+    /// file of our own, whose BREPs count as objects; any other a .3dm file.
     pub fn load(path: &Path, object: Option<usize>) -> Result<Self, ModelError> {
+        let name = path.as_os_str().to_string_lossy().to_ascii_lowercase();
+        if name.ends_with(".json") || name.ends_with(".json.gz") {
+            return Self::load_own(path, object);
+        }
         Self::from_document(path, feeler_io::read_file(path)?, object)
+    }
+
+    fn load_own(path: &Path, object: Option<usize>) -> Result<Self, ModelError> {
+        let path = path.to_path_buf();
+        let text = match read_text(&path) {
+            Ok(text) => text,
+            Err(error) => return Err(ModelError::Io { path, error }),
+        };
+        let mut breps = match model_file::from_text(&text) {
+            Ok(breps) => breps,
+            Err(p) => {
+                return Err(ModelError::Text {
+                    path,
+                    place: p.place,
+                    reason: p.reason,
+                });
+            }
+        };
+        if let Some(object) = object {
+            let count = breps.len();
+            if object >= count {
+                return Err(ModelError::NoObject {
+                    path,
+                    object,
+                    count,
+                });
+            }
+            breps = vec![breps.swap_remove(object)];
+        }
+        Ok(Self { path, breps })
+    }
+
+    /// Writes the BREPs as a model file of our own; compressed where the name ends with `.gz`.
+    /// Reading it gives the same BREPs bit for bit.
+    pub fn write(path: &Path, breps: &[Brep], unit: Option<&str>) -> Result<(), ModelError> {
+        write_text(path, &model_file::to_text(breps, unit)).map_err(|error| ModelError::Io {
+            path: path.to_path_buf(),
+            error,
+        })
     }
 
     fn from_document(
