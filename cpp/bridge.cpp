@@ -21,8 +21,6 @@ void silence_cgal() {
 
 namespace {
 
-std::vector<double> copy(rust::Slice<const double> s) { return {s.begin(), s.end()}; }
-
 RawDyadic round(const Q& x, mpfr_rnd_t direction) {
     // Rounding twice in one direction stays outward.
     Real r;
@@ -31,18 +29,6 @@ RawDyadic round(const Q& x, mpfr_rnd_t direction) {
 }
 
 RawEnclosure enclose(const Q& x) { return {round(x, MPFR_RNDD), round(x, MPFR_RNDU)}; }
-
-Face& last_face(Model& model) {
-    if (model.faces.empty()) throw std::logic_error("no face yet");
-    return model.faces.back();
-}
-
-TrimCurve& last_trim(Model& model) {
-    auto& loops = last_face(model).loops;
-    if (!loops || loops->empty() || loops->back().trims.empty())
-        throw std::logic_error("no trim yet");
-    return loops->back().trims.back();
-}
 
 void check_finite(double x) {
     if (!std::isfinite(x)) throw std::invalid_argument("the query is not finite");
@@ -70,65 +56,6 @@ RawDyadic to_dyadic(const Real& x, mpfr_rnd_t direction) {
     }
     mpfr_clear(r);
     return d;
-}
-
-std::unique_ptr<Builder> new_builder() { return std::make_unique<Builder>(); }
-
-void Builder::add_brep(bool closed, std::size_t edges) {
-    model_.closed.push_back(closed);
-    model_.edges += int(edges);
-}
-
-void Builder::add_nurbs_face(bool reversed, std::size_t degree_u, std::size_t degree_v,
-                             rust::Slice<const double> knots_u, rust::Slice<const double> knots_v,
-                             rust::Slice<const double> net) {
-    model_.faces.push_back(
-        {NurbsSurface{int(degree_u), int(degree_v), copy(knots_u), copy(knots_v), copy(net)},
-         std::nullopt, reversed, int(model_.closed.size()) - 1});
-}
-
-void Builder::add_plane_face(bool reversed, rust::Slice<const double> numbers) {
-    if (numbers.size() != 17) throw std::logic_error("a plane has 17 numbers");
-    Plane plane;
-    const double* x = numbers.data();
-    for (int k = 0; k < 3; ++k) {
-        plane.origin[k] = x[k];
-        plane.x[k] = x[3 + k];
-        plane.y[k] = x[6 + k];
-    }
-    for (int k = 0; k < 4; ++k) {
-        plane.domain[k] = x[9 + k];
-        plane.extents[k] = x[13 + k];
-    }
-    model_.faces.push_back({plane, std::nullopt, reversed, int(model_.closed.size()) - 1});
-}
-
-void Builder::set_trimmed() { last_face(model_).loops.emplace(); }
-
-void Builder::add_loop() {
-    auto& loops = last_face(model_).loops;
-    if (!loops) throw std::logic_error("the face is not trimmed");
-    loops->emplace_back();
-}
-
-void Builder::add_trim(double start, double end, bool reversed, std::int64_t edge,
-                       rust::Slice<const double> params) {
-    auto& loops = last_face(model_).loops;
-    if (!loops || loops->empty()) throw std::logic_error("no loop yet");
-    loops->back().trims.push_back({{}, copy(params), start, end, reversed, int(edge)});
-}
-
-void Builder::add_polyline(rust::Slice<const double> points, rust::Slice<const double> params) {
-    last_trim(model_).pieces.push_back(Polyline{copy(points), copy(params)});
-}
-
-void Builder::add_nurbs_curve(std::size_t degree, rust::Slice<const double> knots,
-                              rust::Slice<const double> points) {
-    last_trim(model_).pieces.push_back(NurbsCurve2{int(degree), copy(knots), copy(points)});
-}
-
-std::unique_ptr<Core> Builder::finish() {
-    return guarded([&] { return std::make_unique<Core>(std::move(model_)); });
 }
 
 RawEvaluation evaluate_face(const Core& core, std::size_t face, double u, double v) {

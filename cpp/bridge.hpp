@@ -26,6 +26,17 @@ class Builder {
                         rust::Slice<const double> net);
     // origin, x, y, domain, extents: 17 numbers.
     void add_plane_face(bool reversed, rust::Slice<const double> numbers);
+    // A curve in space for the next face, and its pieces in order.
+    void add_curve(rust::Slice<const double> params);
+    void add_space_polyline(rust::Slice<const double> points, rust::Slice<const double> params);
+    void add_space_nurbs_curve(std::size_t degree, rust::Slice<const double> knots,
+                               rust::Slice<const double> points);
+    // center, x, z, radius, angle, domain: 14 numbers.
+    void add_space_arc(rust::Slice<const double> numbers);
+    // origin, axis, angle, angle domain: 10 numbers. Takes the curve added before as its profile.
+    void add_revolution_face(bool reversed, bool transposed, rust::Slice<const double> numbers);
+    // Takes the two curves added before.
+    void add_sum_face(bool reversed, rust::Slice<const double> base);
     // Of the last face. A face without it covers its whole domain.
     void set_trimmed();
     void add_loop();
@@ -34,11 +45,17 @@ class Builder {
     void add_polyline(rust::Slice<const double> points, rust::Slice<const double> params);
     void add_nurbs_curve(std::size_t degree, rust::Slice<const double> knots,
                          rust::Slice<const double> points);
+    // center, x, y, radius, angle, domain: 11 numbers.
+    void add_arc(rust::Slice<const double> numbers);
     // Leaves the builder empty.
     std::unique_ptr<Core> finish();
 
  private:
+    void add_face(bool reversed, Surface surface);
+    Curve3& last_curve();
+
     Model model_;
+    std::vector<Curve3> curves_;  // for the next face
 };
 
 std::unique_ptr<Builder> new_builder();

@@ -53,23 +53,89 @@ void check_params(std::size_t face, const std::vector<double>& params, std::size
         if (!(params[i] < params[i + 1])) refuse(face, "parameters do not increase");
 }
 
+// The angles of an arc or a revolution, and the domain they are run over.
+void check_turn(std::size_t face, const std::array<double, 2>& angle,
+                const std::array<double, 2>& domain) {
+    for (const auto* range : {&angle, &domain}) {
+        if (!finite(*range)) refuse(face, "an angle or its domain is not finite");
+        if (!((*range)[0] < (*range)[1])) refuse(face, "an angle or its domain is empty");
+    }
+    if (angle[0] < -kMaxAngle || angle[1] > kMaxAngle) refuse(face, "an angle out of range");
+}
+
+template <std::size_t N>
+bool is_zero(const std::array<double, N>& v) {
+    for (double x : v)
+        if (x != 0) return false;
+    return true;
+}
+
+void check_radius(std::size_t face, double radius) {
+    if (!std::isfinite(radius)) refuse(face, "an arc's radius is not finite");
+    if (!(radius > 0)) refuse(face, "an arc's radius is not positive");
+}
+
+void check_piece(std::size_t face, const Arc2& arc) {
+    if (!finite(arc.center) || !finite(arc.x) || !finite(arc.y))
+        refuse(face, "an arc's frame is not finite");
+    if (is_zero(arc.x)) refuse(face, "an arc's axis is zero");
+    check_radius(face, arc.radius);
+    check_turn(face, arc.angle, arc.domain);
+}
+
+void check_piece(std::size_t face, const Arc3& arc) {
+    if (!finite(arc.center) || !finite(arc.x) || !finite(arc.z))
+        refuse(face, "an arc's frame is not finite");
+    const auto cross = [&](int i, int j) -> Q {
+        return Q(arc.x[i]) * Q(arc.z[j]) - Q(arc.x[j]) * Q(arc.z[i]);
+    };
+    if (sign(cross(0, 1)) == 0 && sign(cross(1, 2)) == 0 && sign(cross(2, 0)) == 0)
+        refuse(face, "an arc's axes are zero or parallel");
+    check_radius(face, arc.radius);
+    check_turn(face, arc.angle, arc.domain);
+}
+
+void check_piece(std::size_t face, const Polyline& line) {
+    if (line.points.size() % 2 || !finite(line.points))
+        refuse(face, "a polyline point is not finite");
+    check_params(face, line.params, line.points.size() / 2);
+}
+
+void check_piece(std::size_t face, const Polyline3& line) {
+    if (line.points.size() % 3 || !finite(line.points))
+        refuse(face, "a polyline point is not finite");
+    check_params(face, line.params, line.points.size() / 3);
+}
+
+void check_piece(std::size_t face, const NurbsCurve2& curve) {
+    if (curve.points.size() % 3) refuse(face, "control points of the wrong size");
+    check_knots(face, curve.degree, curve.knots, curve.points.size() / 3);
+    check_weights(face, curve.points, 3);
+}
+
+void check_piece(std::size_t face, const NurbsCurve3& curve) {
+    if (curve.points.size() % 4) refuse(face, "control points of the wrong size");
+    check_knots(face, curve.degree, curve.knots, curve.points.size() / 4);
+    check_weights(face, curve.points, 4);
+}
+
+template <class Pieces>
+void check_pieces(std::size_t face, const Pieces& pieces) {
+    for (const auto& piece : pieces)
+        std::visit([&](const auto& p) { check_piece(face, p); }, piece);
+}
+
+void check_curve(std::size_t face, const Curve3& curve) {
+    check_params(face, curve.params, curve.pieces.size() + 1);
+    check_pieces(face, curve.pieces);
+}
+
 void check_trim(std::size_t face, const TrimCurve& trim) {
     check_params(face, trim.params, trim.pieces.size() + 1);
     if (!std::isfinite(trim.start) || !std::isfinite(trim.end) || !(trim.start < trim.end) ||
         trim.start < trim.params.front() || trim.end > trim.params.back())
         refuse(face, "a trim's span is not inside its curve");
-    for (const CurvePiece& piece : trim.pieces) {
-        if (const auto* line = std::get_if<Polyline>(&piece)) {
-            if (line->points.size() % 2 || !finite(line->points))
-                refuse(face, "a polyline point is not finite");
-            check_params(face, line->params, line->points.size() / 2);
-        } else {
-            const auto& curve = std::get<NurbsCurve2>(piece);
-            if (curve.points.size() % 3) refuse(face, "control points of the wrong size");
-            check_knots(face, curve.degree, curve.knots, curve.points.size() / 3);
-            check_weights(face, curve.points, 3);
-        }
-    }
+    check_pieces(face, trim.pieces);
 }
 
 void check_surface(std::size_t face, const Surface& surface) {
@@ -80,6 +146,20 @@ void check_surface(std::size_t face, const Surface& surface) {
         for (const auto* r : {&plane->domain, &plane->extents})
             if (!((*r)[0] < (*r)[1]) || !((*r)[2] < (*r)[3]))
                 refuse(face, "a plane's domain or extent is empty");
+        return;
+    }
+    if (const auto* r = std::get_if<Revolution>(&surface)) {
+        if (!finite(r->origin) || !finite(r->axis))
+            refuse(face, "a revolution's axis is not finite");
+        if (is_zero(r->axis)) refuse(face, "a revolution's axis is zero");
+        check_turn(face, r->angle, r->angle_domain);
+        check_curve(face, r->profile);
+        return;
+    }
+    if (const auto* sum = std::get_if<SumSurface>(&surface)) {
+        if (!finite(sum->base)) refuse(face, "a sum's base is not finite");
+        check_curve(face, sum->first);
+        check_curve(face, sum->second);
         return;
     }
     const auto& s = std::get<NurbsSurface>(surface);
@@ -147,12 +227,18 @@ Core::Core(Model model) : model_(std::move(model)), faces_(model_.faces.size()) 
     validate(model_);
 }
 
+void require_rational(const Face& face, std::size_t index) {
+    if (!is_rational(face.surface))
+        throw std::runtime_error("face " + std::to_string(index) +
+                                 ": this truth does not treat a " + kind_name(face.surface));
+}
+
 const PreparedFace& Core::face(std::size_t index) const {
     auto& slot = faces_.at(index);
     if (!slot) {
         const Face& face = model_.faces[index];
-        slot = std::make_unique<PreparedFace>(
-            PreparedFace{&face, Region(face), bezier_patches(face.surface), {}, {}});
+        slot = std::make_unique<PreparedFace>(PreparedFace{&face, Region(face), {}, {}, {}});
+        if (is_rational(face.surface)) slot->patches = bezier_patches(face.surface);
         for (const auto& patch : slot->patches) {
             slot->areas.push_back(area_of(patch, slot->region.domain()));
             slot->boxes.push_back(box_of(patch, slot->areas.back()));

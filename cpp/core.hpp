@@ -15,7 +15,7 @@ struct Pieces;
 struct PreparedFace {
     const Face* face;
     Region region;
-    std::vector<RationalBezierPatch> patches;
+    std::vector<RationalBezierPatch> patches;  // none unless is_rational(face->surface)
     // Of each patch: its square, enlarged by the margin where it meets the domain's border, ...
     std::vector<std::array<double, 4>> areas;
     // ... and a box that holds its image, infinite where that is not bounded.
@@ -42,6 +42,9 @@ class Core {
     mutable std::vector<std::unique_ptr<PreparedFace>> faces_;
     mutable std::shared_ptr<const Pieces> pieces_;
 };
+
+// Throws std::runtime_error naming the face and its kind unless is_rational(face.surface).
+void require_rational(const Face& face, std::size_t index);
 
 // Throws std::invalid_argument naming face and defect: what is not finite, weights that are not
 // positive, counts that do not fit, knots that decrease, empty domains.

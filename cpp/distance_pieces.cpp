@@ -6,6 +6,8 @@
 #include <stdexcept>
 #include <string>
 
+#include "uv_curve.hpp"
+
 namespace feeler_oracle {
 namespace {
 
@@ -409,16 +411,20 @@ struct FaceBuilder {
 
     bool loops_leave_domain() const {
         const auto& d = region.domain();
-        for (const auto& arc : region.arcs())
+        for (const auto& any : region.arcs()) {
+            const auto& arc = rational_curve(any, size_t(index));
             for (size_t i = 0; i < arc.W.size(); ++i)
                 if (arc.X[i] < d[0] * arc.W[i] || arc.X[i] > d[1] * arc.W[i] ||
                     arc.Y[i] < d[2] * arc.W[i] || arc.Y[i] > d[3] * arc.W[i])
                     return true;
+        }
         return false;
     }
 
     // Whether the surface may be only C0 across u = at (k = 0) or v = at (k = 1).
     bool is_joint(int k, const Q& at) const {
+        // The curves of a sum may have corners at their joints.
+        if (std::holds_alternative<SumSurface>(face.surface)) return true;
         const auto* s = std::get_if<NurbsSurface>(&face.surface);
         if (!s) return false;
         const auto& knots = k == 0 ? s->knots_u : s->knots_v;
@@ -474,7 +480,7 @@ struct FaceBuilder {
         }
         for (const auto& arc : region.arcs()) {
             ++arc_index;
-            add_arc(arc);
+            add_arc(rational_curve(arc, size_t(index)));
         }
     }
 };
@@ -542,9 +548,12 @@ Pieces prepare_pieces(const std::vector<const PreparedFace*>& faces) {
         const PreparedFace& f = *faces[i];
         r.regions.push_back(&f.region);
         r.arcs.emplace_back();
-        for (const auto& arc : f.region.arcs())
+        require_rational(*f.face, i);
+        for (const auto& any : f.region.arcs()) {
+            const auto& arc = rational_curve(any, i);
             r.arcs.back().push_back(
                 {{to_intervals(arc.X), to_intervals(arc.Y), to_intervals(arc.W)}});
+        }
         const size_t first = r.pieces.size();
         FaceBuilder{*f.face, int(i), f.region, r.pieces, r.clamped, f.patches, -1, {}, {}}.run();
         for (size_t k = first; k < r.pieces.size(); ++k) {

@@ -39,6 +39,7 @@ LineAnswer line_hits(const Core& core, const Line& line, const LineOptions& opti
         const PreparedFace& face = core.face(i);
         // An empty list of loops: no face.
         if (!face.region.whole_domain() && face.region.arcs().empty()) continue;
+        require_rational(faces[i], i);
         if (std::holds_alternative<Plane>(faces[i].surface))
             line_hits_plane(face, int(i), line, answer);
         else

@@ -181,8 +181,10 @@ Search::Where Search::classify(const RationalBezierPatch& patch, const PatchLine
         }
     }
     // A loop along a line of constant u or v that the root may lie on: decided exactly.
-    for (const auto& arc : region.arcs())
+    for (const auto& any : region.arcs())
         for (int axis = 0; axis < 2; ++axis) {
+            if (!std::holds_alternative<RationalBezierCurve>(any)) break;
+            const auto& arc = std::get<RationalBezierCurve>(any);
             const auto& c = axis == 0 ? arc.X : arc.Y;
             const auto& other = axis == 0 ? arc.Y : arc.X;
             const Q value = c[0] / arc.W[0];

@@ -6,6 +6,7 @@
 #include "line.hpp"
 #include "net.hpp"
 #include "roots.hpp"
+#include "uv_curve.hpp"
 
 namespace feeler_oracle {
 namespace {
@@ -128,7 +129,8 @@ void lie_in_plane(const PreparedFace& face, int index, const Line& line, const F
     const std::array<Q, 2> start{frame.parameter(0, at[0]), frame.parameter(1, at[1])};
     const std::array<Q, 2> along{step[0] * frame.slope(0), step[1] * frame.slope(1)};
     std::vector<Break> breaks;
-    for (const auto& arc : face.region.arcs()) breaks_of(arc, start, along, breaks);
+    for (const auto& arc : face.region.arcs())
+        breaks_of(rational_curve(arc, std::size_t(index)), start, along, breaks);
     const auto& d = face.region.domain();
     for (int k = 0; k < 4; ++k)
         if (sign(along[k / 2]) != 0) {

@@ -2,22 +2,30 @@
 
 #include <algorithm>
 #include <stdexcept>
+#include <string>
+
+#include "curve3.hpp"
 
 namespace feeler_oracle {
 namespace {
 
-// Weights of the p + 1 control points of `span` in the blossom at arguments s[0..p-1]: the
-// recursion of The NURBS Book A2.2 with another argument at each level.
-std::vector<Q> blossom_weights(const std::vector<Q>& knots, int p, int span,
-                               const std::vector<Q>& s) {
+// The knots that matter to a span: knots[span - p + 1 .. span + p], exactly.
+std::vector<Q> local_knots(const std::vector<double>& knots, int p, int span) {
+    return std::vector<Q>(knots.begin() + (span - p + 1), knots.begin() + (span + p + 1));
+}
+
+// Weights of the p + 1 control points of a span in the blossom at arguments s[0..p-1]: the
+// recursion of The NURBS Book A2.2 with another argument at each level. `knots` are the span's
+// local ones.
+std::vector<Q> blossom_weights(const std::vector<Q>& knots, int p, const std::vector<Q>& s) {
     std::vector<Q> n(p + 1, Q(0));
     n[0] = Q(1);
     for (int r = 1; r <= p; ++r) {
         const Q& t = s[r - 1];
         Q saved(0);
         for (int j = 0; j < r; ++j) {
-            const Q& right = knots[span + j + 1];
-            const Q& left = knots[span + 1 - (r - j)];
+            const Q& right = knots[p + j];
+            const Q& left = knots[p - (r - j)];
             if (sign(n[j]) == 0) {
                 n[j] = saved;
                 saved = Q(0);
@@ -32,10 +40,6 @@ std::vector<Q> blossom_weights(const std::vector<Q>& knots, int p, int span,
     return n;
 }
 
-std::vector<Q> to_exact(const std::vector<double>& values) {
-    return std::vector<Q>(values.begin(), values.end());
-}
-
 // sum of weights[k] * values(k)
 template <class F>
 Q combine(const std::vector<Q>& weights, F values) {
@@ -43,56 +47,6 @@ Q combine(const std::vector<Q>& weights, F values) {
     for (std::size_t k = 0; k < weights.size(); ++k)
         if (sign(weights[k]) != 0) sum += weights[k] * values(k);
     return sum;
-}
-
-void reverse(RationalBezierCurve& c) {
-    std::reverse(c.X.begin(), c.X.end());
-    std::reverse(c.Y.begin(), c.Y.end());
-    std::reverse(c.W.begin(), c.W.end());
-}
-
-// The pieces of one curve over [a, b], a < b, inside its domain.
-void pieces_of(const Polyline& line, const Q& a, const Q& b,
-               std::vector<RationalBezierCurve>& out) {
-    for (std::size_t i = 0; i + 1 < line.params.size(); ++i) {
-        const Q t0(line.params[i]), t1(line.params[i + 1]);
-        const Q from = std::max(a, t0), to = std::min(b, t1);
-        if (!(from < to)) continue;
-        const auto at = [&](const Q& t, int c) -> Q {
-            const Q p0(line.points[2 * i + c]), p1(line.points[2 * i + 2 + c]);
-            if (t == t0) return p0;
-            if (t == t1) return p1;
-            return p0 + (t - t0) / (t1 - t0) * (p1 - p0);
-        };
-        out.push_back({{at(from, 0), at(to, 0)}, {at(from, 1), at(to, 1)}, {Q(1), Q(1)}});
-    }
-}
-
-void pieces_of(const NurbsCurve2& curve, const Q& a, const Q& b,
-               std::vector<RationalBezierCurve>& out) {
-    const int p = curve.degree, n = int(curve.knots.size()) - p - 1;
-    for (int i = p; i < n; ++i) {
-        if (!(curve.knots[i] < curve.knots[i + 1])) continue;
-        const Q from = std::max(a, Q(curve.knots[i])), to = std::min(b, Q(curve.knots[i + 1]));
-        if (!(from < to)) continue;
-        RationalBezierCurve c;
-        for (const auto& row : blossom_matrix(p, curve.knots, i, from, to)) {
-            const auto coordinate = [&](int k) {
-                return combine(row, [&](int j) { return Q(curve.points[3 * (i - p + j) + k]); });
-            };
-            c.X.push_back(coordinate(0));
-            c.Y.push_back(coordinate(1));
-            c.W.push_back(coordinate(2));
-        }
-        out.push_back(std::move(c));
-    }
-}
-
-std::pair<double, double> own_domain(const CurvePiece& piece) {
-    if (const auto* line = std::get_if<Polyline>(&piece))
-        return {line->params.front(), line->params.back()};
-    const auto& curve = std::get<NurbsCurve2>(piece);
-    return {curve.knots[curve.degree], curve.knots[curve.knots.size() - curve.degree - 1]};
 }
 
 std::array<Q, 2> plane_parameter(const Plane& plane, int axis, const Q& t) {
@@ -123,14 +77,14 @@ ExactEvaluation evaluate_plane(const Plane& plane, const Q& u, const Q& v) {
 
 // Weights of the control points span-p..span for the point and for the derivative.
 std::array<std::vector<Q>, 2> basis(int p, const std::vector<double>& knots, int span, const Q& t) {
-    const auto exact = to_exact(knots);
+    const auto exact = local_knots(knots, p, span);
     std::array<std::vector<Q>, 2> result;
-    result[0] = blossom_weights(exact, p, span, std::vector<Q>(p, t));
+    result[0] = blossom_weights(exact, p, std::vector<Q>(p, t));
     // The derivative is p times the blossom at (t, .., t, direction 1): the difference of the
     // blossoms at (t, .., t, 1 + t) and (t, .., t, t).
     std::vector<Q> arguments(p, t);
     arguments.back() = t + Q(1);
-    result[1] = blossom_weights(exact, p, span, arguments);
+    result[1] = blossom_weights(exact, p, arguments);
     for (int k = 0; k <= p; ++k) result[1][k] = Q(p) * (result[1][k] - result[0][k]);
     return result;
 }
@@ -179,6 +133,29 @@ RationalBezierPatch plane_patch(const Plane& plane) {
     return patch;
 }
 
+// With P_i = (X_i, w_i) and R_j = (Y_j, v_j) the homogeneous points of two curves, base + X / w +
+// Y / v has the homogeneous coefficients (base w_i v_j + X_i v_j + Y_j w_i, w_i v_j).
+std::vector<RationalBezierPatch> sum_patches(const SumSurface& sum) {
+    const auto along_u = curve_spans(sum.first), along_v = curve_spans(sum.second);
+    std::vector<RationalBezierPatch> patches;
+    for (const auto& a : along_u)
+        for (const auto& b : along_v) {
+            const auto &f = std::get<BezierCurve3>(a.curve), &g = std::get<BezierCurve3>(b.curve);
+            RationalBezierPatch patch{f.degree(), g.degree(), {},   {},   {},
+                                      {},         a.t0,       a.t1, b.t0, b.t1};
+            for (std::size_t i = 0; i < f.W.size(); ++i)
+                for (std::size_t j = 0; j < g.W.size(); ++j) {
+                    const Q w = f.W[i] * g.W[j];
+                    patch.X.push_back(Q(sum.base[0]) * w + f.X[i] * g.W[j] + g.X[j] * f.W[i]);
+                    patch.Y.push_back(Q(sum.base[1]) * w + f.Y[i] * g.W[j] + g.Y[j] * f.W[i]);
+                    patch.Z.push_back(Q(sum.base[2]) * w + f.Z[i] * g.W[j] + g.Z[j] * f.W[i]);
+                    patch.W.push_back(w);
+                }
+            patches.push_back(std::move(patch));
+        }
+    return patches;
+}
+
 RationalBezierPatch nurbs_patch(const NurbsSurface& s, int iu, int iv,
                                 const std::vector<std::vector<Q>>& mu,
                                 const std::vector<std::vector<Q>>& mv) {
@@ -209,12 +186,12 @@ RationalBezierPatch nurbs_patch(const NurbsSurface& s, int iu, int iv,
 
 std::vector<std::vector<Q>> blossom_matrix(int degree, const std::vector<double>& knots, int span,
                                            const Q& a, const Q& b) {
-    const auto exact = to_exact(knots);
+    const auto exact = local_knots(knots, degree, span);
     std::vector<std::vector<Q>> rows;
     for (int k = 0; k <= degree; ++k) {
         std::vector<Q> arguments(degree - k, a);
         arguments.insert(arguments.end(), k, b);
-        rows.push_back(blossom_weights(exact, degree, span, arguments));
+        rows.push_back(blossom_weights(exact, degree, arguments));
     }
     return rows;
 }
@@ -231,13 +208,35 @@ int find_span(int degree, const std::vector<double>& knots, const Q& t) {
 std::array<Q, 4> surface_domain(const Surface& surface) {
     if (const auto* plane = std::get_if<Plane>(&surface))
         return {Q(plane->domain[0]), Q(plane->domain[1]), Q(plane->domain[2]), Q(plane->domain[3])};
+    if (const auto* r = std::get_if<Revolution>(&surface)) {
+        const Q a0(r->angle_domain[0]), a1(r->angle_domain[1]);
+        const auto [t0, t1] = curve_domain(r->profile);
+        if (r->transposed) return {t0, t1, a0, a1};
+        return {a0, a1, t0, t1};
+    }
+    if (const auto* sum = std::get_if<SumSurface>(&surface)) {
+        const auto first = curve_domain(sum->first), second = curve_domain(sum->second);
+        return {first[0], first[1], second[0], second[1]};
+    }
     const auto& s = std::get<NurbsSurface>(surface);
     return {Q(s.knots_u[s.degree_u]), Q(s.knots_u[s.count_u()]), Q(s.knots_v[s.degree_v]),
             Q(s.knots_v[s.count_v()])};
 }
 
+const char* kind_name(const Surface& surface) {
+    constexpr const char* kNames[] = {"nurbs", "plane", "revolution", "sum"};
+    return kNames[surface.index()];
+}
+
+bool is_rational(const Surface& surface) {
+    if (const auto* sum = std::get_if<SumSurface>(&surface))
+        return is_rational(sum->first) && is_rational(sum->second);
+    return !std::holds_alternative<Revolution>(surface);
+}
+
 std::vector<RationalBezierPatch> bezier_patches(const Surface& surface) {
     if (const auto* plane = std::get_if<Plane>(&surface)) return {plane_patch(*plane)};
+    if (const auto* sum = std::get_if<SumSurface>(&surface)) return sum_patches(*sum);
     const auto& s = std::get<NurbsSurface>(surface);
     const auto matrices = [](int p, const std::vector<double>& knots) {
         std::vector<std::pair<int, std::vector<std::vector<Q>>>> spans;
@@ -253,31 +252,10 @@ std::vector<RationalBezierPatch> bezier_patches(const Surface& surface) {
     return patches;
 }
 
-std::vector<RationalBezierCurve> bezier_pieces(const TrimCurve& trim) {
-    const Q start(trim.start), end(trim.end);
-    std::vector<RationalBezierCurve> out;
-    for (std::size_t i = 0; i < trim.pieces.size(); ++i) {
-        const Q t0(trim.params[i]), t1(trim.params[i + 1]);
-        const Q from = std::max(start, t0), to = std::min(end, t1);
-        if (!(from < to)) continue;
-        const auto [d0, d1] = own_domain(trim.pieces[i]);
-        const Q own0(d0), own1(d1);
-        const auto map = [&](const Q& t) -> Q {
-            return t == t0 ? own0 : t == t1 ? own1 : own0 + (t - t0) / (t1 - t0) * (own1 - own0);
-        };
-        std::visit([&](const auto& piece) { pieces_of(piece, map(from), map(to), out); },
-                   trim.pieces[i]);
-    }
-    if (trim.reversed) {
-        std::reverse(out.begin(), out.end());
-        for (auto& c : out) reverse(c);
-    }
-    return out;
-}
-
 ExactEvaluation evaluate(const Surface& surface, const Q& u, const Q& v) {
     if (const auto* plane = std::get_if<Plane>(&surface)) return evaluate_plane(*plane, u, v);
-    return evaluate_nurbs(std::get<NurbsSurface>(surface), u, v);
+    if (const auto* s = std::get_if<NurbsSurface>(&surface)) return evaluate_nurbs(*s, u, v);
+    throw std::runtime_error(std::string("evaluation of a ") + kind_name(surface));
 }
 
 }  // namespace feeler_oracle

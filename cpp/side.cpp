@@ -1,17 +1,14 @@
 #include "side.hpp"
 
 #include <algorithm>
+#include <stdexcept>
 
 #include "arc_tree.hpp"
 #include "roots.hpp"
+#include "uv_curve.hpp"
 
 namespace feeler_oracle {
 namespace {
-
-std::array<Q, 2> end_point(const RationalBezierCurve& c, bool last) {
-    const std::size_t i = last ? c.W.size() - 1 : 0;
-    return {c.X[i] / c.W[i], c.Y[i] / c.W[i]};
-}
 
 bool along_border(const RationalBezierCurve& c, const std::array<Q, 4>& domain) {
     for (int side = 0; side < 4; ++side) {
@@ -121,18 +118,20 @@ Region::Region(const Face& face) : domain_(surface_domain(face.surface)) {
     int trim_index = -1;
     for (const Loop& loop : *face.loops) {
         const std::size_t first = arcs_.size();
-        const auto join = [&](const std::array<Q, 2>& a, const std::array<Q, 2>& b, int owner) {
-            if (a == b) return;
-            arcs_.push_back({{a[0], b[0]}, {a[1], b[1]}, {Q(1), Q(1)}});
+        const auto join = [&](const EndPoint& from, const EndPoint& to, int owner) {
+            if (same_point(from, to)) return;
+            arcs_.push_back(joined(from, to));
             arc_edge_.push_back(-1);
             arc_trim_.push_back(owner);
-            gaps_.push_back({std::min(a[0], b[0]), std::max(a[0], b[0]), std::min(a[1], b[1]),
-                             std::max(a[1], b[1])});
+            const auto *a = std::get_if<0>(&from), *b = std::get_if<0>(&to);
+            if (!a || !b) throw std::runtime_error("a gap at a circular arc");
+            gaps_.push_back({std::min((*a)[0], (*b)[0]), std::max((*a)[0], (*b)[0]),
+                             std::min((*a)[1], (*b)[1]), std::max((*a)[1], (*b)[1])});
         };
         for (const TrimCurve& trim : loop.trims) {
             ++trim_index;
             bool within = false;
-            for (auto& piece : bezier_pieces(trim)) {
+            for (auto& piece : uv_pieces(trim)) {
                 if (arcs_.size() > first)
                     join(end_point(arcs_.back(), true), end_point(piece, false),
                          within ? trim_index : -1);
@@ -145,8 +144,10 @@ Region::Region(const Face& face) : domain_(surface_domain(face.surface)) {
         if (arcs_.size() > first)
             join(end_point(arcs_.back(), true), end_point(arcs_[first], false), -1);
     }
-    for (const auto& arc : arcs_)
-        roots_.push_back(std::make_unique<ArcNode>(arc, along_border(arc, domain_)));
+    for (const auto& arc : arcs_) {
+        const auto& curve = rational_curve(arc, 0);
+        roots_.push_back(std::make_unique<ArcNode>(curve, along_border(curve, domain_)));
+    }
 }
 
 Region::Region(Region&&) noexcept = default;

@@ -32,7 +32,7 @@ class Region {
     ~Region();
 
     // The loops' curves and joining segments, in order. Without loops: none.
-    const std::vector<RationalBezierCurve>& arcs() const { return arcs_; }
+    const std::vector<RegionArc>& arcs() const { return arcs_; }
     // arc_edge()[i]: the edge that arc i is an image of; -1 for joins and singular trims.
     const std::vector<int>& arc_edge() const { return arc_edge_; }
     // arc_trim()[i]: the trim that arc i belongs to, counted through the face's loops; -1 for the
@@ -49,7 +49,7 @@ class Region {
     const std::vector<std::unique_ptr<ArcNode>>& roots() const { return roots_; }
 
  private:
-    std::vector<RationalBezierCurve> arcs_;
+    std::vector<RegionArc> arcs_;
     std::vector<int> arc_edge_, arc_trim_;
     std::array<Q, 4> domain_;
     std::vector<std::array<Q, 4>> gaps_;

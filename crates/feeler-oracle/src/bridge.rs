@@ -89,6 +89,26 @@ pub(crate) mod ffi {
             net: &[f64],
         ) -> Result<()>;
         fn add_plane_face(self: Pin<&mut Builder>, reversed: bool, numbers: &[f64]) -> Result<()>;
+        fn add_curve(self: Pin<&mut Builder>, params: &[f64]) -> Result<()>;
+        fn add_space_polyline(
+            self: Pin<&mut Builder>,
+            points: &[f64],
+            params: &[f64],
+        ) -> Result<()>;
+        fn add_space_nurbs_curve(
+            self: Pin<&mut Builder>,
+            degree: usize,
+            knots: &[f64],
+            points: &[f64],
+        ) -> Result<()>;
+        fn add_space_arc(self: Pin<&mut Builder>, numbers: &[f64]) -> Result<()>;
+        fn add_revolution_face(
+            self: Pin<&mut Builder>,
+            reversed: bool,
+            transposed: bool,
+            numbers: &[f64],
+        ) -> Result<()>;
+        fn add_sum_face(self: Pin<&mut Builder>, reversed: bool, base: &[f64]) -> Result<()>;
         fn set_trimmed(self: Pin<&mut Builder>) -> Result<()>;
         fn add_loop(self: Pin<&mut Builder>) -> Result<()>;
         fn add_trim(
@@ -106,6 +126,7 @@ pub(crate) mod ffi {
             knots: &[f64],
             points: &[f64],
         ) -> Result<()>;
+        fn add_arc(self: Pin<&mut Builder>, numbers: &[f64]) -> Result<()>;
         fn finish(self: Pin<&mut Builder>) -> Result<UniquePtr<Core>>;
 
         fn evaluate_face(core: &Core, face: usize, u: f64, v: f64) -> Result<RawEvaluation>;

@@ -5,8 +5,9 @@
 //! no algorithm with the kernel. It is real only with the feature `cgal`; without it
 //! [`Oracle::new`] answers [`OracleError::NotBuilt`] and nothing else can be called.
 //!
-//! Surfaces treated: NURBS and planes. Trim curves: lines, polylines, NURBS, and poly-curves of
-//! these. Anything else is [`OracleError::Unsupported`].
+//! Every surface and curve of the kernel's data model is taken in its native form: NURBS, planes,
+//! revolutions and sums; lines, arcs, polylines, NURBS and poly-curves of these. A query that does
+//! not treat a kind of them yet is [`OracleError::Refused`], naming face and kind.
 //!
 //! An [`Oracle`] is neither `Send` nor `Sync`: CGAL's numbers are reference-counted without
 //! locks. Make one a thread. Queries leave the floating-point environment as they found it.

@@ -52,8 +52,7 @@ impl Oracle {
     /// a query first needs them.
     ///
     /// # Errors
-    /// [`OracleError::Unsupported`] names the face and the type of what is not a NURBS or plane
-    /// (surfaces), or not a line, polyline, NURBS or poly-curve of these (trim curves).
+    /// [`OracleError::Refused`] names the face and what is wrong with it.
     pub fn new(breps: &[&Brep]) -> Result<Self, OracleError> {
         let (core, faces) = convert::core(breps)?;
         let single = if breps.len() > 1 {

@@ -140,14 +140,6 @@ pub enum OracleError {
          (needs libcgal-dev libmpfi-dev libmpfr-dev libgmp-dev libboost-dev)"
     )]
     NotBuilt,
-    /// A surface or curve the oracle cannot treat exactly.
-    #[error("face {face}: the oracle does not treat a {kind}; convert it to NURBS")]
-    Unsupported {
-        /// The face, numbered through all BREPs in order.
-        face: usize,
-        /// What it is: `revolution`, `arc`, ...
-        kind: &'static str,
-    },
     /// There is no such face.
     #[error("there is no face {face}: the model has {count}")]
     NoFace {

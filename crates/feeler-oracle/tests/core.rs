@@ -465,33 +465,6 @@ fn rounding_mode_is_left_alone() {
 }
 
 #[test]
-fn unsupported_curves_are_named() {
-    use feeler::nurbs::Arc;
-    use nalgebra::Vector2;
-    let arc = Curve2::Arc(
-        Arc::new(Arc {
-            center: Point2::origin(),
-            x: Vector2::x(),
-            y: Vector2::y(),
-            z: Vector2::zeros(),
-            radius: 1.0,
-            angle: scene::interval(0.0, 6.0),
-            domain: scene::interval(0.0, 6.0),
-        })
-        .unwrap(),
-    );
-    let b = brep(plane(4.0), Some(vec![vec![arc]]));
-    let good = brep(plane(4.0), None);
-    match Oracle::new(&[&good, &b]) {
-        Err(OracleError::Unsupported {
-            face: 1,
-            kind: "arc",
-        }) => {}
-        other => panic!("{other:?}"),
-    }
-}
-
-#[test]
 fn sides_take_about_a_millisecond() {
     let o = oracle(&brep(plane(8.0), Some(vec![circle(5.0)])));
     let mut g = Random(5);
