@@ -1,5 +1,6 @@
 //! Suites of queries with their truth, as files.
 
+use crate::files::{COMPRESSED, read_text, write_text};
 use crate::query::{Query, QueryError, QueryLine};
 use crate::truth::{Truth, TruthHeader};
 use crate::{ModelError, bytes_hash};
@@ -9,8 +10,8 @@ use std::path::{Path, PathBuf};
 /// The folder of a corpus that holds the models.
 pub const MODELS: &str = "models";
 const SUITE_FILE: &str = "suite.json";
-const QUERIES: &str = "jsonl";
-const TRUTH: &str = "truth.jsonl";
+const QUERIES: &str = ".jsonl";
+const TRUTH: &str = ".truth.jsonl";
 
 /// What a suite must not exceed. What is left out is 0, or for errors and time not held
 /// against anything.
@@ -53,9 +54,9 @@ pub struct SuiteFile {
 /// A query file of a suite, not yet read.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct QueryFile {
-    /// `NAME.jsonl`.
+    /// `NAME.jsonl` or `NAME.jsonl.gz`.
     pub queries: PathBuf,
-    /// `NAME.truth.jsonl`.
+    /// `NAME.truth.jsonl`, compressed where the queries are.
     pub truth: PathBuf,
 }
 
@@ -152,7 +153,7 @@ pub enum CorpusError {
 }
 
 fn read(path: &Path) -> Result<String, CorpusError> {
-    std::fs::read_to_string(path).map_err(|error| CorpusError::Io {
+    read_text(path).map_err(|error| CorpusError::Io {
         path: path.to_path_buf(),
         error,
     })
@@ -188,15 +189,7 @@ pub fn suites(corpus: &Path, name: Option<&str>) -> Result<Vec<Suite>, CorpusErr
             })?;
         let mut files = Vec::new();
         for path in entries(&folder)? {
-            let text = path.to_string_lossy();
-            let is_truth = text.ends_with(TRUTH);
-            if !is_truth && path.extension().is_some_and(|e| e == QUERIES) {
-                let truth = path.with_extension(TRUTH);
-                files.push(QueryFile {
-                    queries: path,
-                    truth,
-                });
-            }
+            files.extend(QueryFile::at(path));
         }
         found.push(Suite {
             name: own.into_owned(),
@@ -214,6 +207,27 @@ pub fn suites(corpus: &Path, name: Option<&str>) -> Result<Vec<Suite>, CorpusErr
 }
 
 impl QueryFile {
+    /// The query file of this path, if its name says that it is one.
+    fn at(queries: PathBuf) -> Option<Self> {
+        let name = queries.file_name()?.to_str()?;
+        let (plain, compressed) = match name.strip_suffix(COMPRESSED) {
+            Some(plain) => (plain, COMPRESSED),
+            None => (name, ""),
+        };
+        let stem = plain.strip_suffix(QUERIES)?;
+        if plain.ends_with(TRUTH) {
+            return None;
+        }
+        let truth = queries.with_file_name(format!("{stem}{TRUTH}{compressed}"));
+        Some(Self { queries, truth })
+    }
+
+    /// The name of the file of queries.
+    pub fn name(&self) -> String {
+        let name = self.queries.file_name().unwrap_or_default();
+        name.to_string_lossy().into_owned()
+    }
+
     /// The queries in order, and the hash of the file.
     pub fn queries(&self) -> Result<(Vec<CorpusQuery>, String), CorpusError> {
         let text = read(&self.queries)?;
@@ -277,7 +291,7 @@ impl QueryFile {
         Ok((header, all))
     }
 
-    /// Writes the truth.
+    /// Writes the truth, the whole of it or nothing.
     pub fn write_truth(&self, header: &TruthHeader, truths: &[Truth]) -> Result<(), CorpusError> {
         let mut text = serde_json::to_string(header).unwrap_or_default();
         text.push('\n');
@@ -285,9 +299,58 @@ impl QueryFile {
             text.push_str(&serde_json::to_string(truth).unwrap_or_default());
             text.push('\n');
         }
-        std::fs::write(&self.truth, text).map_err(|error| CorpusError::Io {
+        write_text(&self.truth, &text).map_err(|error| CorpusError::Io {
             path: self.truth.clone(),
             error,
         })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use feeler::trim::Side;
+
+    #[test]
+    fn queries_and_truth_are_read_compressed_or_not() {
+        let folder = std::env::temp_dir().join(format!("feeler-suite-{}", std::process::id()));
+        let suite = folder.join("some");
+        std::fs::create_dir_all(&suite).unwrap();
+        std::fs::write(
+            suite.join(SUITE_FILE),
+            r#"{"description": "d", "ceilings": {}}"#,
+        )
+        .unwrap();
+        let text = "{\"model\":\"m\",\"side\":{\"face\":0,\"uv\":[0.0,0.1]}}\n";
+        for name in ["a.jsonl", "b.jsonl.gz"] {
+            write_text(&suite.join(name), text).unwrap();
+        }
+        let found = suites(&folder, Some("some")).unwrap();
+        assert_eq!(found[0].files.len(), 2);
+        let header = TruthHeader {
+            oracle: "o".to_owned(),
+            queries: bytes_hash(text.as_bytes()),
+            models: Default::default(),
+        };
+        let truth = [Truth::Side {
+            side: Side::Inside,
+            in_gap: Some(true),
+        }];
+        for (file, name) in found[0]
+            .files
+            .iter()
+            .zip(["a.truth.jsonl", "b.truth.jsonl.gz"])
+        {
+            let (queries, hash) = file.queries().unwrap();
+            assert_eq!((queries.len(), &hash), (1, &header.queries));
+            file.write_truth(&header, &truth).unwrap();
+            assert!(suite.join(name).exists());
+            assert_eq!(file.truth(1, &hash).unwrap().1, truth);
+            assert!(file.truth(2, &hash).is_err());
+            assert!(file.truth(1, "other").is_err());
+        }
+        // Truth files are no query files.
+        assert_eq!(suites(&folder, None).unwrap()[0].files, found[0].files);
+        std::fs::remove_dir_all(&folder).unwrap();
     }
 }

@@ -57,7 +57,7 @@ mod with_oracle {
             let line = ask(&mut generator, (i / KINDS.len()).is_multiple_of(2));
             let query = line.query().map_err(|e| e.to_string())?;
             let row = counts.entry(kind).or_default();
-            let truth = match truth_of(&oracle, &query) {
+            let truth = match truth_of(&oracle, &query, size) {
                 Ok(truth) => truth,
                 Err(why) => {
                     row[4] += 1;

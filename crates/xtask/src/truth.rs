@@ -1,5 +1,10 @@
 //! `cargo xtask truth`: what the oracle says of every query of the corpus.
 
+#[cfg(feature = "cgal")]
+mod log;
+#[cfg(feature = "cgal")]
+mod parallel;
+
 use std::path::PathBuf;
 
 #[derive(Debug, clap::Args)]
@@ -10,9 +15,16 @@ pub(crate) struct Args {
     /// The corpus.
     #[arg(long, default_value = "corpora")]
     corpora: PathBuf,
-    /// How many threads; each has an oracle of its own.
-    #[arg(long, default_value_t = 1)]
-    jobs: usize,
+    /// How many threads, each with an oracle of its own; as many as there are cores if not said. The
+    /// truth is the same for any number.
+    #[arg(long)]
+    jobs: Option<usize>,
+    /// Also suites whose stored truth is that of their queries and models.
+    #[arg(long)]
+    force: bool,
+    /// Where results are kept until a suite is done: a run that was stopped goes on from there.
+    #[arg(long, default_value = "target/truth")]
+    partial: PathBuf,
     /// Remove queries that the oracle cannot settle from their files, and say how many.
     #[arg(long)]
     prune: bool,
@@ -54,6 +66,8 @@ pub(crate) use with_oracle::{oracle_of, run, truth_of};
 #[cfg(feature = "cgal")]
 mod with_oracle {
     use super::Args;
+    use super::log::{self, Log, sources_hash};
+    use super::parallel::in_parallel;
     use feeler::query::Probe;
     use feeler::trim::Side;
     use feeler_corpus::{
@@ -63,7 +77,8 @@ mod with_oracle {
     use feeler_oracle::{InsideTruth, Oracle};
     use indicatif::{ProgressBar, ProgressStyle};
     use std::collections::BTreeMap;
-    use std::sync::atomic::{AtomicUsize, Ordering};
+    use std::path::Path;
+    use std::time::{Duration, Instant};
 
     const ORACLE: &str = concat!(
         "feeler-oracle ",
@@ -71,109 +86,194 @@ mod with_oracle {
         " over CGAL, tested with 5.5.1"
     );
 
+    /// A query file, read, and what its truth depends on.
+    struct Work<'a> {
+        suite: &'a str,
+        file: &'a QueryFile,
+        queries: Vec<CorpusQuery>,
+        hash: String,
+        models: BTreeMap<String, String>,
+    }
+
+    /// A model, its hash, and the longest side of its box.
+    struct Loaded {
+        model: Model,
+        hash: String,
+        size: f64,
+    }
+
     pub(crate) fn run(args: &Args) -> Result<(), String> {
-        let found = suites(&args.corpora, args.suite.as_deref()).map_err(|e| e.to_string())?;
+        let text = |e: feeler_corpus::CorpusError| e.to_string();
+        let found = suites(&args.corpora, args.suite.as_deref()).map_err(text)?;
+        let sources = sources_hash(&crate::test::root())?;
+        let mut models = BTreeMap::new();
+        let mut todo = Vec::new();
         for suite in &found {
             for file in &suite.files {
-                truth_file(args, &suite.name, file)?;
+                let (queries, hash) = file.queries().map_err(text)?;
+                let work = Work {
+                    models: load(&args.corpora, &queries, &mut models)?,
+                    suite: &suite.name,
+                    file,
+                    queries,
+                    hash,
+                };
+                if !args.force && work.is_current() {
+                    println!("{}: as stored ({})", suite.name, work.queries.len());
+                } else {
+                    todo.push(work);
+                }
             }
         }
-        Ok(())
-    }
-
-    fn truth_file(args: &Args, suite: &str, file: &QueryFile) -> Result<(), String> {
-        let (queries, mut hash) = file.queries().map_err(|e| e.to_string())?;
-        let mut models = BTreeMap::new();
-        for q in &queries {
-            if !models.contains_key(&q.model) {
-                let path = args.corpora.join(MODELS).join(&q.model);
-                let model = Model::load(&path, None).map_err(|e| e.to_string())?;
-                models.insert(q.model.clone(), model);
-            }
-        }
-        let bar = ProgressBar::new(queries.len() as u64);
-        if let Ok(style) = ProgressStyle::with_template("{msg} {bar:30} {pos}/{len} {eta}") {
+        let bar = ProgressBar::new(todo.iter().map(|w| w.queries.len() as u64).sum());
+        if let Ok(style) = ProgressStyle::with_template("{msg} {wide_bar} {pos}/{len} {eta}") {
             bar.set_style(style);
         }
-        bar.set_message(suite.to_owned());
-        let truths = all_truths(&queries, &models, args.jobs.max(1), &bar);
+        for work in &todo {
+            bar.set_message(work.suite.to_owned());
+            let name = format!("{}/{}", work.suite, work.file.name());
+            let path = args.partial.join(name + ".log");
+            let log = Log::open(&path)?;
+            let started = Instant::now();
+            let truths = work.truths(&models, args.jobs, &sources, &log, &bar)?;
+            work.store(truths, args.prune, &bar, started.elapsed())?;
+            log.remove();
+        }
         bar.finish_and_clear();
-        let open = truths
-            .iter()
-            .filter(|t| matches!(t, Truth::Unknown { .. }))
-            .count();
-        let mut kept = Vec::with_capacity(truths.len());
-        let mut text = String::new();
-        for (query, truth) in queries.iter().zip(truths) {
-            if let Truth::Unknown { why } = &truth {
-                eprintln!("{suite}:{}: no truth: {why}", query.number);
-                if args.prune {
-                    continue;
-                }
-            }
-            text += &(query.line.to_text() + "\n");
-            kept.push(truth);
-        }
-        if args.prune && open > 0 {
-            std::fs::write(&file.queries, &text)
-                .map_err(|e| format!("{}: {e}", file.queries.display()))?;
-            hash = feeler_corpus::bytes_hash(text.as_bytes());
-        }
-        let header = TruthHeader {
-            oracle: ORACLE.to_owned(),
-            queries: hash,
-            models: models.iter().map(|(n, m)| (n.clone(), m.hash())).collect(),
-        };
-        file.write_truth(&header, &kept)
-            .map_err(|e| e.to_string())?;
-        let what = if args.prune { "removed" } else { "kept" };
-        println!(
-            "{suite}: {} truths, {open} queries the oracle cannot settle ({what})",
-            kept.len()
-        );
         Ok(())
     }
 
-    fn all_truths(
+    fn load(
+        corpora: &Path,
         queries: &[CorpusQuery],
-        models: &BTreeMap<String, Model>,
-        jobs: usize,
-        bar: &ProgressBar,
-    ) -> Vec<Truth> {
-        let next = AtomicUsize::new(0);
-        let work = || {
-            // An oracle is neither `Send` nor `Sync`: each thread makes its own, and the queries
-            // come by model.
-            let mut oracle: Option<(&str, Result<Oracle, String>)> = None;
-            let mut done = Vec::new();
-            loop {
-                let i = next.fetch_add(1, Ordering::Relaxed);
-                let Some(q) = queries.get(i) else {
-                    return done;
+        models: &mut BTreeMap<String, Loaded>,
+    ) -> Result<BTreeMap<String, String>, String> {
+        let mut hashes = BTreeMap::new();
+        for q in queries {
+            if !models.contains_key(&q.model) {
+                let path = corpora.join(MODELS).join(&q.model);
+                let model = Model::load(&path, None).map_err(|e| e.to_string())?;
+                let loaded = Loaded {
+                    hash: model.hash(),
+                    size: feeler_gate::model_size(&model),
+                    model,
                 };
-                if oracle.as_ref().is_none_or(|(name, _)| *name != q.model)
-                    && let Some(model) = models.get(&q.model)
-                {
-                    oracle = Some((&q.model, oracle_of(model)));
-                }
-                let truth = match &oracle {
-                    Some((_, Ok(oracle))) => truth_of(oracle, &q.query),
-                    Some((_, Err(why))) => Err(why.clone()),
-                    None => Err("no model".to_owned()),
-                };
-                done.push((i, truth.unwrap_or_else(|why| Truth::Unknown { why })));
-                bar.inc(1);
+                models.insert(q.model.clone(), loaded);
             }
-        };
-        let mut all: Vec<(usize, Truth)> = std::thread::scope(|scope| {
-            let threads: Vec<_> = (0..jobs).map(|_| scope.spawn(work)).collect();
-            threads
-                .into_iter()
-                .flat_map(|t| t.join().unwrap_or_default())
-                .collect()
-        });
-        all.sort_by_key(|(i, _)| *i);
-        all.into_iter().map(|(_, t)| t).collect()
+            if let Some(loaded) = models.get(&q.model) {
+                hashes.insert(q.model.clone(), loaded.hash.clone());
+            }
+        }
+        Ok(hashes)
+    }
+
+    impl Work<'_> {
+        fn header(&self, hash: String) -> TruthHeader {
+            TruthHeader {
+                oracle: ORACLE.to_owned(),
+                queries: hash,
+                models: self.models.clone(),
+            }
+        }
+
+        /// Whether the stored truth is that of these queries and models, all of it settled.
+        fn is_current(&self) -> bool {
+            let stored = self.file.truth(self.queries.len(), &self.hash);
+            stored.is_ok_and(|(header, truths)| {
+                header == self.header(self.hash.clone())
+                    && !truths.iter().any(|t| matches!(t, Truth::Unknown { .. }))
+            })
+        }
+
+        fn truths(
+            &self,
+            models: &BTreeMap<String, Loaded>,
+            jobs: Option<usize>,
+            sources: &str,
+            log: &Log,
+            bar: &ProgressBar,
+        ) -> Result<Vec<Truth>, String> {
+            let jobs = jobs.or_else(|| std::thread::available_parallelism().ok().map(Into::into));
+            in_parallel(self.queries.len(), jobs.unwrap_or(1), || {
+                // An oracle is neither `Send` nor `Sync`: each thread makes its own, and the queries
+                // come by model.
+                let mut oracle: Option<(&str, Result<Oracle, String>)> = None;
+                move |i| {
+                    let q = &self.queries[i];
+                    let Some(loaded) = models.get(&q.model) else {
+                        return unknown("no model".to_owned());
+                    };
+                    let key = log::key(sources, &loaded.hash, &q.line.to_text());
+                    if let Some(truth) = log.get(&key) {
+                        bar.inc(1);
+                        return truth.clone();
+                    }
+                    if oracle.as_ref().is_none_or(|(name, _)| *name != q.model) {
+                        oracle = Some((&q.model, oracle_of(&loaded.model)));
+                    }
+                    let truth = match &oracle {
+                        Some((_, Ok(oracle))) => truth_of(oracle, &q.query, loaded.size),
+                        Some((_, Err(why))) => Err(why.clone()),
+                        None => Err("no oracle".to_owned()),
+                    };
+                    let truth = truth.unwrap_or_else(unknown);
+                    log.add(key, &truth);
+                    bar.inc(1);
+                    truth
+                }
+            })
+        }
+
+        /// Writes the truth, and says what is open.
+        fn store(
+            &self,
+            truths: Vec<Truth>,
+            prune: bool,
+            bar: &ProgressBar,
+            time: Duration,
+        ) -> Result<(), String> {
+            let mut reasons: BTreeMap<String, usize> = BTreeMap::new();
+            let mut kept = Vec::with_capacity(truths.len());
+            let mut text = String::new();
+            for (query, truth) in self.queries.iter().zip(truths) {
+                if let Truth::Unknown { why } = &truth {
+                    *reasons.entry(why.clone()).or_default() += 1;
+                    if prune {
+                        continue;
+                    }
+                }
+                text += &(query.line.to_text() + "\n");
+                kept.push(truth);
+            }
+            let open: usize = reasons.values().sum();
+            let mut hash = self.hash.clone();
+            if prune && open > 0 {
+                let path = &self.file.queries;
+                feeler_corpus::write_text(path, &text)
+                    .map_err(|e| format!("{}: {e}", path.display()))?;
+                hash = feeler_corpus::bytes_hash(text.as_bytes());
+            }
+            self.file
+                .write_truth(&self.header(hash), &kept)
+                .map_err(|e| e.to_string())?;
+            let what = if prune { "removed" } else { "kept" };
+            bar.suspend(|| {
+                println!(
+                    "{}: {} truths in {:.0} s; {open} queries the oracle cannot settle ({what})",
+                    self.suite,
+                    kept.len(),
+                    time.as_secs_f64()
+                );
+                for (why, count) in reasons {
+                    println!("  {count}: {why}");
+                }
+            });
+            Ok(())
+        }
+    }
+
+    fn unknown(why: String) -> Truth {
+        Truth::Unknown { why }
     }
 
     pub(crate) fn oracle_of(model: &Model) -> Result<Oracle, String> {
@@ -181,16 +281,16 @@ mod with_oracle {
         Oracle::new(&breps).map_err(|e| e.to_string())
     }
 
-    /// A truth must be narrower than the floor of full accuracy, 2^-96 of the model's size; the
-    /// models are larger than 4.
-    const LARGEST_WIDTH: f64 = 4.0 / (1u128 << 100) as f64;
+    /// A truth must be narrower than the floor of full accuracy, 2^-96 of the model's size, by far.
+    const LARGEST_WIDTH: f64 = 1.0 / (1u128 << 100) as f64;
 
-    fn narrow(e: &feeler_oracle::TruthEnclosure) -> Result<TruthEnclosure, String> {
+    fn narrow(e: &feeler_oracle::TruthEnclosure, limit: f64) -> Result<TruthEnclosure, String> {
         let width = e.width().approximate();
-        if width <= LARGEST_WIDTH {
+        if width <= limit {
             Ok(enclosure(e))
         } else {
-            Err(format!("the truth is {width:e} wide (an undecided side?)"))
+            // Rounded, so that many reasons of a kind are counted as one.
+            Err(format!("the truth is 1e{:.0} wide", width.log10()))
         }
     }
 
@@ -201,8 +301,9 @@ mod with_oracle {
         }
     }
 
-    /// The truth of a query, or why the oracle has none.
-    pub(crate) fn truth_of(oracle: &Oracle, query: &Query) -> Result<Truth, String> {
+    /// The truth of a query about a model of this size, or why the oracle has none.
+    pub(crate) fn truth_of(oracle: &Oracle, query: &Query, size: f64) -> Result<Truth, String> {
+        let limit = LARGEST_WIDTH * size;
         let three = |e: &[feeler_oracle::TruthEnclosure; 3]| e.each_ref().map(enclosure);
         let text = |e: feeler_oracle::OracleError| e.to_string();
         match query.ask {
@@ -212,9 +313,11 @@ mod with_oracle {
                     Probe::HalfSpace(h) => oracle.half_space(h.normal.into(), h.offset, None),
                 };
                 let found = found.map_err(text)?.ok_or("the model has no face")?;
-                Ok(Truth::Separation(narrow(&found.enclosure)?))
+                Ok(Truth::Separation(narrow(&found.enclosure, limit)?))
             }
             Ask::Line(l) => {
+                // Of t, which counts in the direction's length.
+                let limit = limit / l.direction.norm();
                 let found = oracle
                     .line(l.origin.coords.into(), l.direction.into(), l.kind)
                     .map_err(text)?;
@@ -223,8 +326,8 @@ mod with_oracle {
                 }
                 let hits = found.hits.iter().map(|h| {
                     Ok(HitTruth {
-                        t: narrow(&h.t)?,
-                        t_end: h.t_end.as_ref().map(narrow).transpose()?,
+                        t: narrow(&h.t, limit)?,
+                        t_end: h.t_end.as_ref().map(|e| narrow(e, limit)).transpose()?,
                         face: h.face,
                         tangential: match (h.tangential, h.transversal) {
                             (true, _) => Some(true),
@@ -264,6 +367,62 @@ mod with_oracle {
                     dv: three(&found.dv),
                 })
             }
+        }
+    }
+
+    #[cfg(test)]
+    mod tests {
+        use super::*;
+
+        /// The first queries of each suite: the truth as stored, with one thread, with three, and gone on
+        /// with by three after a run of one was stopped.
+        #[test]
+        fn truth_is_the_same_for_any_number_of_threads_and_after_a_stop() {
+            let corpora = crate::test::root().join("corpora");
+            let folder = std::env::temp_dir().join(format!("feeler-truth-{}", std::process::id()));
+            let bar = ProgressBar::hidden();
+            let mut models = BTreeMap::new();
+            for suite in suites(&corpora, None).unwrap() {
+                if !["contact-half-space", "evaluate", "inside", "line", "side"]
+                    .contains(&&*suite.name)
+                {
+                    continue;
+                }
+                for file in &suite.files {
+                    let (mut queries, hash) = file.queries().unwrap();
+                    let (_, stored) = file.truth(queries.len(), &hash).unwrap();
+                    queries.truncate(4);
+                    let work = Work {
+                        models: load(&corpora, &queries, &mut models).unwrap(),
+                        suite: &suite.name,
+                        file,
+                        queries,
+                        hash,
+                    };
+                    let stopped = Work {
+                        queries: work.queries[..2].to_vec(),
+                        models: work.models.clone(),
+                        hash: work.hash.clone(),
+                        ..work
+                    };
+                    for (runs, jobs) in [
+                        (vec![&work], 1),
+                        (vec![&work], 3),
+                        (vec![&stopped, &work], 3),
+                    ] {
+                        for (i, run) in runs.iter().enumerate() {
+                            let log = Log::open(&folder.join(&suite.name)).unwrap();
+                            let jobs = if i + 1 < runs.len() { 1 } else { jobs };
+                            let truths = run.truths(&models, Some(jobs), "", &log, &bar).unwrap();
+                            assert_eq!(truths, stored[..truths.len()], "{}", suite.name);
+                            if i + 1 == runs.len() {
+                                log.remove();
+                            }
+                        }
+                    }
+                }
+            }
+            std::fs::remove_dir_all(&folder).unwrap();
         }
     }
 }
