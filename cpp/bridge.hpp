@@ -10,6 +10,7 @@
 
 namespace feeler_oracle {
 
+struct RawDerivativeRoots;
 struct RawDistance;
 struct RawDyadic;
 struct RawEvaluation;
@@ -62,6 +63,9 @@ std::unique_ptr<Builder> new_builder();
 
 RawEvaluation evaluate_face(const Core& core, std::size_t face, double u, double v);
 RawSide side_of(const Core& core, std::size_t face, double u, double v);
+// Of trim `trim` of loop `loop` of a face, each counted from 0.
+RawDerivativeRoots derivative_roots_of(const Core& core, std::size_t face, std::size_t loop,
+                                       std::size_t trim);
 RawDistance distance_to(const Core& core, double x, double y, double z, std::int64_t nodes);
 RawDistance support_of(const Core& core, double x, double y, double z, double h,
                        std::int64_t nodes);

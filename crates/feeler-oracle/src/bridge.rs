@@ -71,6 +71,29 @@ pub(crate) mod ffi {
         why: String,
     }
 
+    struct RawDerivativeRoot {
+        t: RawEnclosure,
+        multiplicity: [u32; 2],
+        sign: [i8; 2],
+        cusp: bool,
+    }
+
+    /// The two ends of a part of a curve.
+    struct RawPart {
+        start: RawEnclosure,
+        end: RawEnclosure,
+    }
+
+    struct RawAxisRoots {
+        roots: Vec<RawDerivativeRoot>,
+        constant: Vec<RawPart>,
+    }
+
+    struct RawDerivativeRoots {
+        u: RawAxisRoots,
+        v: RawAxisRoots,
+    }
+
     unsafe extern "C++" {
         include!("bridge.hpp");
 
@@ -131,6 +154,12 @@ pub(crate) mod ffi {
 
         fn evaluate_face(core: &Core, face: usize, u: f64, v: f64) -> Result<RawEvaluation>;
         fn side_of(core: &Core, face: usize, u: f64, v: f64) -> Result<RawSide>;
+        fn derivative_roots_of(
+            core: &Core,
+            face: usize,
+            trim_loop: usize,
+            trim: usize,
+        ) -> Result<RawDerivativeRoots>;
         fn distance_to(core: &Core, x: f64, y: f64, z: f64, nodes: i64) -> Result<RawDistance>;
         fn support_of(
             core: &Core,

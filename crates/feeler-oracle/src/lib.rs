@@ -17,6 +17,8 @@ mod bridge;
 #[cfg(feature = "cgal")]
 mod convert;
 #[cfg(feature = "cgal")]
+mod derivative_roots;
+#[cfg(feature = "cgal")]
 mod distance;
 #[cfg(feature = "cgal")]
 mod oracle;
@@ -32,6 +34,7 @@ pub use oracle::{Oracle, set_rounding_upward};
 #[cfg(not(feature = "cgal"))]
 pub use stub::Oracle;
 pub use truth::{
-    DistanceStatus, DistanceTruth, Evaluation, InsideTruth, LineHitTruth, LineOpen, LineTruth,
-    OracleError, SideTruth, TruthEnclosure,
+    AxisRootsTruth, DerivativeRootTruth, DerivativeRootsTruth, DistanceStatus, DistanceTruth,
+    Evaluation, InsideTruth, LineHitTruth, LineOpen, LineTruth, OracleError, SideTruth,
+    TruthEnclosure,
 };

@@ -1,6 +1,8 @@
 //! The oracle of a build without the feature `cgal`: it cannot be made.
 
-use crate::truth::{DistanceTruth, Evaluation, InsideTruth, LineTruth, OracleError, SideTruth};
+use crate::truth::{
+    DerivativeRootsTruth, DistanceTruth, Evaluation, InsideTruth, LineTruth, OracleError, SideTruth,
+};
 use feeler::brep::Brep;
 use feeler::query::LineKind;
 use std::convert::Infallible;
@@ -25,6 +27,16 @@ impl Oracle {
 
     /// The point of a face's surface at `uv` and its first derivatives.
     pub fn evaluate(&self, _face: usize, _uv: [f64; 2]) -> Result<Evaluation, OracleError> {
+        match self.never {}
+    }
+
+    /// Where a trim curve's coordinates are stationary.
+    pub fn derivative_roots(
+        &self,
+        _face: usize,
+        _trim_loop: usize,
+        _trim: usize,
+    ) -> Result<DerivativeRootsTruth, OracleError> {
         match self.never {}
     }
 

@@ -46,6 +46,46 @@ pub struct SideTruth {
     pub in_gap: bool,
 }
 
+/// A place where the derivative of one coordinate of a trim curve vanishes or changes sign.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct DerivativeRootTruth {
+    /// The parameter of the trim's curve. Enclosures of one coordinate's roots are disjoint.
+    pub t: TruthEnclosure,
+    /// How often the derivative vanishes, seen from below and from above. Equal but at a joint of Bezier
+    /// pieces; 0 where it does not, where the coordinate is constant on that side, and beyond the
+    /// trim's span.
+    pub multiplicity: [usize; 2],
+    /// The derivative's sign just below and just above; 0 where the coordinate is constant there,
+    /// and beyond the span.
+    pub sign: [i8; 2],
+    /// Whether the derivatives of both coordinates are zero here, from below or from above.
+    pub cusp: bool,
+}
+
+impl DerivativeRootTruth {
+    /// Whether the coordinate turns here: a `MonotoneArc` ends.
+    pub fn turns(&self) -> bool {
+        self.sign[0] * self.sign[1] < 0
+    }
+}
+
+/// Where one coordinate of a trim curve is stationary.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct AxisRootsTruth {
+    /// Ascending. A joint of Bezier pieces is one place, listed where the derivative vanishes on
+    /// either side or has different signs; an end of the trim's span, where it vanishes there.
+    pub roots: Vec<DerivativeRootTruth>,
+    /// The maximal parts of the span on which the coordinate is constant, by their ends.
+    pub constant: Vec<[TruthEnclosure; 2]>,
+}
+
+/// The derivative roots of a trim curve over its span, in the curve's parameter.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct DerivativeRootsTruth {
+    /// Of u and of v.
+    pub axes: [AxisRootsTruth; 2],
+}
+
 /// What is known about where a minimum is attained.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum DistanceStatus {

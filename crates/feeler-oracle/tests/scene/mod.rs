@@ -1,6 +1,8 @@
 //! BREPs made by hand, and random numbers, for the tests.
 #![allow(dead_code, reason = "each test uses a part of it")]
 
+pub(crate) mod stress;
+
 use feeler::brep::{
     Brep, BrepParts, Edge, Face, Iso, LoopKind, TrimCurve, TrimKind, TrimLoop, Vertex,
 };
