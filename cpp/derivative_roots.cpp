@@ -3,7 +3,10 @@
 #include <CGAL/Algebraic_kernel_d_1.h>
 
 #include <algorithm>
+#include <cmath>
 #include <stdexcept>
+
+#include "interval.hpp"
 
 namespace feeler_oracle {
 namespace {
@@ -90,7 +93,8 @@ std::pair<int, int> order_at(Coefficients f, const Q& s, bool above) {
     }
 }
 
-// Intervals of the roots, apart from each other and from the ends s0, s1, each no wider than 2^-bits.
+// Intervals of the roots, apart from each other and from the ends s0, s1, each no wider than
+// 2^-bits.
 std::vector<std::pair<Q, Q>> approximate(const Kernel& kernel, const std::vector<Algebraic>& roots,
                                          const Q& s0, const Q& s1, int bits) {
     // Doubled each time; a degree of 2 kMaxDegree and the largest coefficients admitted keep
@@ -150,8 +154,8 @@ std::array<Stretch, 2> stretches_of(const Exact& e, int bits) {
         for (std::size_t i = 0; i < roots.size(); ++i) {
             const int m = multiplicities[i], next = m % 2 ? -current : current;
             const bool cusp =
-                g.empty() || (g.size() > 1 &&
-                              kernel.sign_at_1_object()(integral(g), roots[i]) == CGAL::ZERO);
+                g.empty() ||
+                (g.size() > 1 && kernel.sign_at_1_object()(integral(g), roots[i]) == CGAL::ZERO);
             s.inside.push_back({e.t0 + intervals[i].first * width,
                                 e.t0 + intervals[i].second * width,
                                 {m, m},
@@ -222,10 +226,125 @@ void stretches(const NurbsCurve2& curve, Map map, const Q& from, const Q& to, in
                 bezier[c].push_back(sum);
             }
         const Coefficients w = power_basis(bezier[2]);
-        for (int axis = 0; axis < 2; ++axis)
-            e.n[axis] = numerator(power_basis(bezier[axis]), w);
+        for (int axis = 0; axis < 2; ++axis) e.n[axis] = numerator(power_basis(bezier[axis]), w);
         out.push_back(stretches_of(e, bits));
     }
+}
+
+// ---- arcs
+
+// The least and largest number an MPFR computation, rounded down and up, can stand for.
+template <class F>
+std::pair<Q, Q> enclosed(mpfr_prec_t precision, F f) {
+    const auto one = [&](mpfr_rnd_t direction) {
+        mpfr_t r;
+        mpq_t q;
+        mpfr_init2(r, precision);
+        mpq_init(q);
+        f(r, direction);
+        mpfr_get_q(q, r);
+        const Q x(q);
+        mpq_clear(q);
+        mpfr_clear(r);
+        return x;
+    };
+    return {one(MPFR_RNDD), one(MPFR_RNDU)};
+}
+
+// The zeros of sin(phi - a) with phi = atan2(r, p): phi + k pi.
+class ArcZeros {
+ public:
+    ArcZeros(double p, double r, mpfr_prec_t precision) : exact_(r == 0), flip_(r == 0 && p < 0) {
+        phi_ = exact_ ? std::make_pair(Q(0), Q(0))
+                      : enclosed(precision, [&](mpfr_ptr x, mpfr_rnd_t direction) {
+                            const Real row[2] = {Real(p), Real(r)};
+                            mpfr_atan2(x, row[1].get(), row[0].get(), direction);
+                        });
+        pi_ = enclosed(precision,
+                       [](mpfr_ptr x, mpfr_rnd_t direction) { mpfr_const_pi(x, direction); });
+    }
+    // Zero k, enclosed; a single number where it is rational.
+    std::pair<Q, Q> zero(long k) const {
+        const Q n(k);
+        return k < 0 ? std::make_pair(phi_.first + n * pi_.second, phi_.second + n * pi_.first)
+                     : std::make_pair(phi_.first + n * pi_.first, phi_.second + n * pi_.second);
+    }
+    // The sign of sin(phi - a) just above zero k.
+    int above(long k) const { return (k % 2 == 0) != flip_ ? -1 : 1; }
+
+ private:
+    bool exact_, flip_;  // phi is 0 or pi, and counted from 0
+    std::pair<Q, Q> phi_, pi_;
+};
+
+// -1, 0, 1: where the zero lies relative to x; 2 if that is not known.
+int compare(const std::pair<Q, Q>& zero, const Q& x) {
+    if (zero.second < x) return -1;
+    if (zero.first > x) return 1;
+    return zero.first == zero.second ? 0 : 2;
+}
+
+// More than any drawing's; each has its turns listed.
+constexpr long kMostTurns = 1 << 12;
+
+// One coordinate of an arc between the angles a0 < a1; `to_curve` takes an angle to the curve's
+// parameter. False where the precision does not suffice.
+template <class F>
+bool arc_stretch(double p, double r, const Q& a0, const Q& a1, int bits, mpfr_prec_t precision,
+                 F to_curve, Stretch& s) {
+    const ArcZeros zeros(p, r, precision);
+    s = Stretch();
+    s.from = to_curve(a0);
+    s.to = to_curve(a1);
+    const Q widest = (a1 - a0) / Q(CGAL::ipower(Z(2), bits));
+    // The zero before a0, or one or two before that: |phi| <= pi, and this quotient is good to
+    // 1e-6.
+    const long first = long(std::floor(double_bounds(a0).first / 3.141592653589793)) - 3;
+    long last_below = first;  // the last zero that is not above a0
+    for (long k = first;; ++k) {
+        const auto zero = zeros.zero(k);
+        const int start = compare(zero, a0), end = compare(zero, a1);
+        if (start == 2 || end == 2) return false;
+        if (start <= 0) {
+            last_below = k;
+            if (start == 0) s.multiplicity[0] = 1;
+            continue;
+        }
+        if (k == last_below + 1) s.sign[0] = zeros.above(last_below);
+        if (end >= 0) {
+            s.sign[1] = zeros.above(k - 1);
+            if (end == 0) s.multiplicity[1] = 1;
+            return true;
+        }
+        if (zero.second - zero.first > widest) return false;
+        s.inside.push_back({to_curve(zero.first),
+                            to_curve(zero.second),
+                            {1, 1},
+                            {zeros.above(k - 1), zeros.above(k)},
+                            false});
+    }
+}
+
+void stretches(const Arc2& arc, Map map, const Q& from, const Q& to, int bits, Stretches& out) {
+    map.own0 = Q(arc.domain[0]);
+    map.own1 = Q(arc.domain[1]);
+    const Map angles{map.own0, map.own1, Q(arc.angle[0]), Q(arc.angle[1])};
+    const Q a0 = angles.to_own(map.to_own(from)), a1 = angles.to_own(map.to_own(to));
+    if (a1 - a0 > Q(6 * kMostTurns)) throw std::invalid_argument("an arc of too many turns");
+    const auto to_curve = [&](const Q& a) { return map.to_curve(angles.to_curve(a)); };
+    const bool clockwise = Q(arc.x[0]) * Q(arc.y[1]) < Q(arc.x[1]) * Q(arc.y[0]);
+    const double turn = clockwise ? -1 : 1;
+    std::array<Stretch, 2> both;
+    for (int axis = 0; axis < 2; ++axis) {
+        const double p = arc.x[axis], r = axis == 0 ? -turn * arc.x[1] : turn * arc.x[0];
+        // Ends are rational and zeros are not (or exact): this comes to an end.
+        mpfr_prec_t precision = bits + 64;
+        while (!arc_stretch(p, r, a0, a1, bits, precision, to_curve, both[axis])) {
+            if (precision > 1 << 20) throw std::runtime_error("an arc's end too near an extremum");
+            precision *= 2;
+        }
+    }
+    out.push_back(both);
 }
 
 // The roots of one coordinate over all stretches.

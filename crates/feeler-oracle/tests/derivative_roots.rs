@@ -6,11 +6,11 @@ mod scene;
 
 use feeler::brep::Brep;
 use feeler::numeric::Dyadic;
-use feeler::nurbs::{Curve2, NurbsCurve, PolyCurve, Polyline};
-use feeler_oracle::{AxisRootsTruth, DerivativeRootTruth, Oracle};
-use nalgebra::{Point2, Vector3};
+use feeler::nurbs::{Arc, Curve2, NurbsCurve, PolyCurve, Polyline};
+use feeler_oracle::{AxisRootsTruth, DerivativeRootTruth, Oracle, TruthEnclosure};
+use nalgebra::{Point2, Vector2, Vector3};
 use scene::stress::{chebyshev, curve, graph, integral, product, reweighted, root};
-use scene::{bezier, brep, changed, dyadic, line, plane};
+use scene::{bezier, brep, changed, dyadic, interval, line, plane};
 
 fn roots_of(b: &Brep) -> [AxisRootsTruth; 2] {
     let o = Oracle::new(&[b]).unwrap();
@@ -439,7 +439,7 @@ fn spans_directions_and_poly_curves() {
     let whole = brep(plane(1e3), Some(vec![vec![c.clone()]]));
     // A span that starts at a root and ends between two.
     let part = changed(&whole, |p| {
-        p.trims[0].span = scene::interval(0.25, 0.625);
+        p.trims[0].span = interval(0.25, 0.625);
         p.trims[0].reversed = true;
     });
     let [_, v] = roots_of(&part);
@@ -460,9 +460,9 @@ fn spans_directions_and_poly_curves() {
     }
     assert_eq!(v.roots[3].multiplicity, [0, 0]);
     // A span that cuts the poly-curve where its own parameter is no f64: 3/4 of 1/3 ..
-    let cut = changed(&poly, |p| p.trims[0].span = scene::interval(0.7, 2.3));
+    let cut = changed(&poly, |p| p.trims[0].span = interval(0.7, 2.3));
     assert_eq!(roots_of(&cut)[1].roots.len(), 3);
-    let cut = changed(&poly, |p| p.trims[0].span = scene::interval(0.75, 2.25));
+    let cut = changed(&poly, |p| p.trims[0].span = interval(0.75, 2.25));
     let [_, v] = roots_of(&cut);
     assert_eq!(v.roots.len(), 3);
     assert_eq!(v.roots[0].multiplicity, [0, 1]);
@@ -476,4 +476,92 @@ fn what_is_not_there_is_an_error() {
     for (face, l, trim) in [(1, 0, 0), (0, 1, 0), (0, 0, 1)] {
         assert!(o.derivative_roots(face, l, trim).is_err());
     }
+}
+
+fn arc(x: [f64; 2], y: [f64; 2], angle: [f64; 2], domain: [f64; 2]) -> Curve2 {
+    Curve2::Arc(
+        Arc::new(Arc {
+            center: Point2::new(0.3, -0.7),
+            x: x.into(),
+            y: y.into(),
+            z: Vector2::zeros(),
+            radius: 1.5,
+            angle: interval(angle[0], angle[1]),
+            domain: interval(domain[0], domain[1]),
+        })
+        .unwrap(),
+    )
+}
+
+#[test]
+fn arcs() {
+    use std::f64::consts::PI;
+    // A full circle from an axis: u is stationary at the start and half way; 2 pi as f64 is below 2 pi.
+    let [u, v] = roots(&arc(
+        [1.0, 0.0],
+        [0.0, 1.0],
+        [0.0, 2.0 * PI],
+        [0.0, 2.0 * PI],
+    ));
+    assert_eq!((u.roots.len(), v.roots.len()), (2, 2));
+    assert_eq!(
+        (u.roots[0].t.lo.clone(), u.roots[0].multiplicity),
+        (Dyadic::ZERO, [0, 1])
+    );
+    assert_eq!((u.roots[0].sign, u.roots[1].sign), ([0, -1], [-1, 1]));
+    assert_eq!((v.roots[0].sign, v.roots[1].sign), ([1, -1], [-1, 1]));
+    // pi = 3.141592653589793 + 1.2246467991473532e-16.
+    let rest = &u.roots[1].t.lo - &dyadic(PI);
+    assert!((rest.approximate() - 1.2246467991473532e-16).abs() < 1e-30);
+    assert!(near(&v.roots[0], PI / 2.0, 1e-15) && near(&v.roots[1], 1.5 * PI, 1e-15));
+    // The next f64 is beyond 2 pi: the last extremum of u is inside.
+    let [u, _] = roots(&arc(
+        [1.0, 0.0],
+        [0.0, 1.0],
+        [0.0, (2.0 * PI).next_up()],
+        [0.0, 1.0],
+    ));
+    assert_eq!(u.roots.len(), 3);
+    assert!(u.roots[2].turns() && u.roots[2].t.hi < dyadic(1.0));
+    // Clockwise, the frame's x along -u: u = -cos a, v = sin a: rising at first both.
+    let [u, v] = roots(&arc([-2.0, 0.0], [0.0, 3.0], [-1.0, 4.0], [0.0, 10.0]));
+    assert_eq!((u.roots.len(), v.roots.len()), (2, 1));
+    assert_eq!(
+        (u.roots[0].sign, u.roots[1].sign, v.roots[0].sign),
+        ([-1, 1], [1, -1], [1, -1])
+    );
+    assert_eq!(
+        u.roots[0].t,
+        TruthEnclosure {
+            lo: dyadic(2.0),
+            hi: dyadic(2.0)
+        }
+    );
+    assert!(near(&u.roots[1], 2.0 * (PI + 1.0), 1e-14));
+    assert!(near(&v.roots[0], 2.0 * (PI / 2.0 + 1.0), 1e-14));
+    // A frame that is not an axis: x = (3, 4) / 5; u' = 0 where tan a = -4/3, v' = 0 where tan a = 3/4.
+    let skew = arc([3.0, 4.0], [-4.0, 3.0], [0.0, 6.0], [0.0, 6.0]);
+    let [u, v] = roots(&skew);
+    let (a, b) = ((-4.0f64 / 3.0).atan(), 0.75f64.atan());
+    assert_eq!((u.roots.len(), v.roots.len()), (2, 2));
+    assert!(near(&u.roots[0], a + PI, 1e-15) && near(&u.roots[1], a + 2.0 * PI, 2e-15));
+    assert!(near(&v.roots[0], b, 1e-15) && near(&v.roots[1], b + PI, 1e-15));
+    assert_eq!((u.roots[0].sign, v.roots[0].sign), ([-1, 1], [1, -1]));
+    // Its mirror image, y on the other side: v = (4 cos a - 3 sin a) / 5.
+    let [_, v] = roots(&arc([3.0, 4.0], [4.0, -3.0], [0.0, 6.0], [0.0, 6.0]));
+    assert_eq!(v.roots.len(), 2);
+    assert!(near(&v.roots[0], PI - b, 1e-15) && v.roots[0].sign == [-1, 1]);
+    // A part of it in a poly-curve, after a segment that rises in u and v; the joint turns u.
+    let start = [0.3 + 1.5 * 0.6, -0.7 + 1.5 * 0.8];
+    let poly = PolyCurve::new(vec![line([0.0, -2.0], start), skew], vec![0.0, 1.0, 4.0]).unwrap();
+    let [u, v] = roots(&Curve2::Poly(poly));
+    assert_eq!((u.roots.len(), v.roots.len()), (3, 2));
+    assert_eq!(
+        (u.roots[0].multiplicity, u.roots[0].sign),
+        ([0, 0], [1, -1])
+    );
+    assert!(near(&u.roots[1], 1.0 + (a + PI) / 2.0, 1e-15));
+    // 318 turns.
+    let many = roots(&arc([1.0, 0.0], [0.0, 1.0], [0.5, 2000.0], [0.0, 1.0]));
+    assert_eq!(many[0].roots.len(), (2000.0 / PI) as usize);
 }

@@ -73,7 +73,7 @@ pub(crate) fn chebyshev(n: usize) -> Vec<f64> {
     let (c, d) = (binomials(n), binomials(2 * n));
     (0..=n)
         .map(|i| {
-            let sign = if (n - i) % 2 == 0 { 1.0 } else { -1.0 };
+            let sign = if (n - i).is_multiple_of(2) { 1.0 } else { -1.0 };
             sign * d[2 * i] as f64 / c[i] as f64
         })
         .collect()
