@@ -12,6 +12,7 @@ namespace feeler_oracle {
 
 struct RawDerivativeRoots;
 struct RawDistance;
+struct RawCrack;
 struct RawDyadic;
 struct RawEvaluation;
 struct RawInside;
@@ -72,6 +73,8 @@ RawDistance support_of(const Core& core, double x, double y, double z, double h,
 // kind: 0 line, 1 ray, 2 segment.
 RawLine line_truth(const Core& core, rust::Slice<const double> origin,
                    rust::Slice<const double> direction, std::uint8_t kind);
+// Of edge `edge` of all; fewer than two images: not `shared`.
+RawCrack crack_of(const Core& core, std::size_t edge);
 RawInside inside_of(const Core& core, double x, double y, double z);
 
 // A Real rounded to kTruthBits in the direction named; 0 if it is no number.

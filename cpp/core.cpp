@@ -6,6 +6,7 @@
 #include <string>
 
 #include "distance_pieces.hpp"
+#include "edge_width.hpp"
 #include "net.hpp"
 
 namespace feeler_oracle {
@@ -254,6 +255,11 @@ const Pieces& Core::pieces() const {
         pieces_ = std::make_shared<const Pieces>(prepare_pieces(faces));
     }
     return *pieces_;
+}
+
+const Edges& Core::edges() const {
+    if (!edges_) edges_ = std::make_shared<const Edges>(*this);
+    return *edges_;
 }
 
 }  // namespace feeler_oracle

@@ -11,6 +11,7 @@
 namespace feeler_oracle {
 
 struct Pieces;
+class Edges;
 
 struct PreparedFace {
     const Face* face;
@@ -36,11 +37,14 @@ class Core {
     const PreparedFace& face(std::size_t index) const;
     // What distances need; made on first use, of all faces.
     const Pieces& pieces() const;
+    // Images of edges and the widths of their cracks; made on first use.
+    const Edges& edges() const;
 
  private:
     Model model_;
     mutable std::vector<std::unique_ptr<PreparedFace>> faces_;
     mutable std::shared_ptr<const Pieces> pieces_;
+    mutable std::shared_ptr<const Edges> edges_;
 };
 
 // Throws std::runtime_error naming the face and its kind unless is_rational(face.surface).

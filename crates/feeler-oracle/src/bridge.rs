@@ -65,6 +65,14 @@ pub(crate) mod ffi {
         clear: bool,
     }
 
+    /// The width of an edge's crack.
+    struct RawCrack {
+        width: RawEnclosure,
+        shared: bool,
+        known: bool,
+        cuts: u32,
+    }
+
     /// 0 inside, 1 outside, 2 boundary, 3 undecided.
     struct RawInside {
         kind: u8,
@@ -170,6 +178,7 @@ pub(crate) mod ffi {
             nodes: i64,
         ) -> Result<RawDistance>;
         fn line_truth(core: &Core, origin: &[f64], direction: &[f64], kind: u8) -> Result<RawLine>;
+        fn crack_of(core: &Core, edge: usize) -> Result<RawCrack>;
         fn inside_of(core: &Core, x: f64, y: f64, z: f64) -> Result<RawInside>;
         fn set_rounding_upward(upward: bool);
     }

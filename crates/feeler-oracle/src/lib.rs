@@ -21,6 +21,8 @@ mod derivative_roots;
 #[cfg(feature = "cgal")]
 mod distance;
 #[cfg(feature = "cgal")]
+mod edges;
+#[cfg(feature = "cgal")]
 mod oracle;
 pub mod second;
 #[cfg(feature = "cgal")]

@@ -2,6 +2,7 @@
 
 use crate::truth::{
     DerivativeRootsTruth, DistanceTruth, Evaluation, InsideTruth, LineTruth, OracleError, SideTruth,
+    TruthEnclosure,
 };
 use feeler::brep::Brep;
 use feeler::query::LineKind;
@@ -71,6 +72,11 @@ impl Oracle {
         _direction: [f64; 3],
         _kind: LineKind,
     ) -> Result<LineTruth, OracleError> {
+        match self.never {}
+    }
+
+    /// The width of an edge's crack.
+    pub fn crack_width(&self, _edge: usize) -> Result<Option<TruthEnclosure>, OracleError> {
         match self.never {}
     }
 
