@@ -75,7 +75,8 @@ RawLine line_truth(const Core& core, rust::Slice<const double> origin,
                    rust::Slice<const double> direction, std::uint8_t kind);
 // Of edge `edge` of all; fewer than two images: not `shared`.
 RawCrack crack_of(const Core& core, std::size_t edge);
-RawInside inside_of(const Core& core, double x, double y, double z);
+// By so many rays, which must agree.
+RawInside inside_of(const Core& core, double x, double y, double z, std::int32_t rays);
 
 // A Real rounded to kTruthBits in the direction named; 0 if it is no number.
 RawDyadic to_dyadic(const Real& x, mpfr_rnd_t direction);

@@ -248,26 +248,44 @@ double box_distance(const std::array<double, 3>& point, const std::array<double,
     return sum > 0 ? next_down(std::sqrt(sum)) : 0.0;
 }
 
-bool line_misses(const NearTarget& target, const std::array<double, 6>& box, double radius) {
-    Vector<Interval64> d, o, b;
+namespace {
+
+template <class T>
+bool misses(const NearTarget& target, const std::array<T, 3>& origin,
+            const std::array<double, 6>& box, double radius) {
+    const T zero(0.0);
+    Vector<T> d, b;
     for (int k = 0; k < 3; ++k) {
-        d[k] = Interval64(target.direction[k]);
-        o[k] = target.origin[k].outer();
-        b[k] = Interval64(next_down(box[2 * k] - radius), next_up(box[2 * k + 1] + radius)) - o[k];
+        d[k] = T(target.direction[k]);
+        const double lo = radius > 0 ? next_down(box[2 * k] - radius) : box[2 * k];
+        const double hi = radius > 0 ? next_up(box[2 * k + 1] + radius) : box[2 * k + 1];
+        b[k] = T(T(lo).lo, T(hi).hi) - origin[k];
     }
-    // A line through the box has a point x = s d in it: then x x d = 0, and for a ray x.d >= 0.
+    // A line through the box has a point x = s d in it: then x x d = 0, and for a ray each x_k has
+    // the sign of d_k.
     for (int k = 0; k < 3; ++k) {
         const int i = (k + 1) % 3, j = (k + 2) % 3;
-        const Interval64 c = b[i] * d[j] - b[j] * d[i];
-        if (c.lo > 0 || c.hi < 0) return true;
+        const T c = b[i] * d[j] - b[j] * d[i];
+        if (zero.hi < c.lo || c.hi < zero.lo) return true;
     }
     if (target.kind == NearTarget::Ray)
         for (int k = 0; k < 3; ++k) {
-            // s >= 0: each coordinate moves one way.
-            if (target.direction[k] >= 0 && b[k].hi < 0) return true;
-            if (target.direction[k] <= 0 && b[k].lo > 0) return true;
+            if (target.direction[k] >= 0 && b[k].hi < zero.lo) return true;
+            if (target.direction[k] <= 0 && zero.hi < b[k].lo) return true;
         }
     return false;
+}
+
+}  // namespace
+
+bool line_misses(const NearTarget& target, const std::array<double, 6>& box, double radius) {
+    const std::array<Interval64, 3> origin{target.origin[0].outer(), target.origin[1].outer(),
+                                           target.origin[2].outer()};
+    return misses<Interval64>(target, origin, box, radius);
+}
+
+bool line_misses_exactly(const NearTarget& target, const std::array<double, 6>& box) {
+    return line_misses(target, box, 0) || misses<Interval>(target, target.origin, box, 0);
 }
 
 }  // namespace feeler_oracle

@@ -43,5 +43,7 @@ bool clear_in_doubles(const NearTarget& target, const Piece& piece, double radiu
 // Point; for a Line or Ray whether it misses the box widened by `radius`.
 double box_distance(const std::array<double, 3>& point, const std::array<double, 6>& box);
 bool line_misses(const NearTarget& target, const std::array<double, 6>& box, double radius);
+// Likewise, of the box as it is, in Intervals where doubles cannot tell.
+bool line_misses_exactly(const NearTarget& target, const std::array<double, 6>& box);
 
 }  // namespace feeler_oracle

@@ -231,7 +231,7 @@ class Matching {
         while (true) {
             upper = add_up(pairs_.front().bound, extra());
             if (enough(lower, upper)) break;
-            raise(lower);
+            if (budget > 0) raise(lower);
             if (enough(lower, upper) || result.cuts >= budget) break;
             std::pop_heap(pairs_.begin(), pairs_.end(), smaller);
             const Pair p = pairs_.back();
@@ -436,6 +436,16 @@ CrackWidth crack_width(const Pieces& pieces, const EdgeImages& edges, int edge, 
 
 Edges::Edges(const Core& core) : pieces_(core.pieces()), images_(edge_images(core)) {
     widths_.resize(images_.uses.size());
+    rough_.resize(images_.uses.size());
+}
+
+double Edges::rough(int edge) const {
+    auto& slot = rough_.at(std::size_t(edge));
+    if (!slot) {
+        const CrackWidth w = crack_width(pieces_, images_, edge, 0);
+        slot = w.known ? w.d.hi.up() : std::numeric_limits<double>::infinity();
+    }
+    return *slot;
 }
 
 const CrackWidth& Edges::width(int edge) const {

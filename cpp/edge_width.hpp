@@ -38,11 +38,14 @@ class Edges {
     explicit Edges(const Core& core);
     const EdgeImages& images() const { return images_; }
     const CrackWidth& width(int edge) const;
+    // A bound above it in doubles, soon found; infinite where none is known.
+    double rough(int edge) const;
 
  private:
     const Pieces& pieces_;
     EdgeImages images_;
     mutable std::vector<std::optional<CrackWidth>> widths_;
+    mutable std::vector<std::optional<double>> rough_;
 };
 
 }  // namespace feeler_oracle

@@ -1,20 +1,16 @@
 // On which side of a solid a point in space lies.
 //
-// Parity of the hits along a ray, over the faces of one closed BREP. The argument, and its
-// hypothesis: Fix a ray from the point whose line meets every face's surface, extended beyond the
-// domain's border by the margin, only in proven simple (transversal) roots, all of them listed
-// (nothing open), and each with its uv box, enlarged by the margin, off every loop and off the
-// domain's border: either well inside a face or well outside. The line then has no face boundary
-// within the margin in uv around any of its hits. Suppose every crack of the BREP is narrower than
-// the image of the margin: filling the cracks with strips no wider than that, along the faces'
-// boundaries, makes the faces a closed surface. A line that met such a strip would meet one of the
-// two extended surfaces it joins within the margin of their loops, which was excluded. So the ray
-// meets the closed surface in the listed transversal hits alone and their parity tells the side.
-// The hypothesis is not checked at the edges; instead several rays in unrelated directions must
-// agree, and if two do not, the answer is Undecided.
+// By the theorem of edge_images.hpp: parity along one ray from the point that is proven to stay off
+// all cracks and vertex regions, and to meet the faces in transversal hits inside their regions
+// alone. Many rays are at hand; those that meet the fewest patches' boxes are tried first.
 //
-// Closed: every non-singular edge is used exactly twice. A BREP that is not closed has no material.
-// Of several BREPs a point is in material if it is in any.
+// Boundary: the point is proven to be on a face: exactly, for a plane, or with rational parameters
+// whose exact image it is. Undecided, with the reason kCrack: proven to be within d_e of an edge,
+// or in a vertex region. A point so near that the enclosure of d_e cannot tell, or one that no ray
+// could be found for, is Undecided too, with another reason.
+//
+// Closed: loops on every face, every non-singular edge used exactly twice. A BREP that is not
+// closed has no material. Of several BREPs a point is in material if it is in any.
 #pragma once
 
 #include <string>
@@ -30,6 +26,11 @@ struct InsideAnswer {
     std::string why;  // of Undecided
 };
 
-InsideAnswer inside(const Core& core, const std::array<double, 3>& point);
+// The reason of a point that is undecided by definition.
+constexpr const char* kCrack = "crack";
+
+// `rays`: how many rays are used where there are so many; all must agree (one is enough by the
+// theorem; std::logic_error if they do not, for tests).
+InsideAnswer inside(const Core& core, const std::array<double, 3>& point, int rays = 1);
 
 }  // namespace feeler_oracle

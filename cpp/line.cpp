@@ -36,6 +36,7 @@ LineAnswer line_hits(const Core& core, const Line& line, const LineOptions& opti
     const auto& faces = core.model().faces;
     for (std::size_t i = 0; i < faces.size(); ++i) {
         if (options.only_brep >= 0 && faces[i].brep != options.only_brep) continue;
+        if (options.faces && !(*options.faces)[i]) continue;
         const PreparedFace& face = core.face(i);
         // An empty list of loops: no face.
         if (!face.region.whole_domain() && face.region.arcs().empty()) continue;

@@ -46,6 +46,8 @@ struct LineAnswer {
 struct LineOptions {
     int only_brep = -1;  // -1: all
     long budget = 4000;  // boxes a patch
+    // Only faces with a non-zero entry, if given.
+    const std::vector<char>* faces = nullptr;
 };
 
 LineAnswer line_hits(const Core& core, const Line& line, const LineOptions& options = {});

@@ -43,11 +43,11 @@ RawLine line_truth(const Core& core, rust::Slice<const double> origin,
     });
 }
 
-RawInside inside_of(const Core& core, double x, double y, double z) {
+RawInside inside_of(const Core& core, double x, double y, double z, std::int32_t rays) {
     return guarded([&] {
         for (double c : {x, y, z})
             if (!std::isfinite(c)) throw std::invalid_argument("the query is not finite");
-        const InsideAnswer answer = inside(core, {x, y, z});
+        const InsideAnswer answer = inside(core, {x, y, z}, rays);
         return RawInside{std::uint8_t(answer.kind), answer.why};
     });
 }

@@ -199,8 +199,9 @@ PatchRoots patch_roots(const Net& f1, const Net& f2, const std::array<double, 4>
         const double along_u = std::abs(g1[0]) + std::abs(g2[0]),
                      along_v = std::abs(g1[1]) + std::abs(g2[1]);
         const double wu = sub_up(n.box[1], n.box[0]).up(), wv = sub_up(n.box[3], n.box[2]).up();
-        // But keep boxes from getting more than 16 times as long as wide.
-        const bool u = wu > 16 * wv || (wv <= 16 * wu && along_u >= along_v);
+        // Near a pole boxes have to get long: the patch turns there by far less than it stretches.
+        constexpr double kMost = 0x1p60;
+        const bool u = wu > kMost * wv || (wv <= kMost * wu && along_u >= along_v);
         Node lower{{}, {}, n.box, n.depth + 1}, upper = lower;
         halve_net(n.f1, u, lower.f1, upper.f1);
         halve_net(n.f2, u, lower.f2, upper.f2);

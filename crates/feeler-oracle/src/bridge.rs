@@ -179,7 +179,7 @@ pub(crate) mod ffi {
         ) -> Result<RawDistance>;
         fn line_truth(core: &Core, origin: &[f64], direction: &[f64], kind: u8) -> Result<RawLine>;
         fn crack_of(core: &Core, edge: usize) -> Result<RawCrack>;
-        fn inside_of(core: &Core, x: f64, y: f64, z: f64) -> Result<RawInside>;
+        fn inside_of(core: &Core, x: f64, y: f64, z: f64, rays: i32) -> Result<RawInside>;
         fn set_rounding_upward(upward: bool);
     }
 }
