@@ -1,8 +1,8 @@
 //! The oracle of a build without the feature `cgal`: it cannot be made.
 
 use crate::truth::{
-    DerivativeRootsTruth, DistanceTruth, Evaluation, InsideTruth, LineTruth, OracleError, SideTruth,
-    TruthEnclosure,
+    DerivativeRootsTruth, DistanceTruth, Evaluation, InsideTruth, LineTruth, OracleError,
+    SideTruth, TruthEnclosure,
 };
 use feeler::brep::Brep;
 use feeler::query::LineKind;
