@@ -12,11 +12,16 @@
 namespace feeler_oracle {
 
 void silence_cgal() {
-    // Failed assertions of CGAL throw; without a handler they would print first.
-    const auto quiet = [](const char*, const char*, const char*, int, const char*) {};
-    CGAL::set_error_handler(quiet);
-    CGAL::set_warning_handler(quiet);
-    CGAL::set_error_behaviour(CGAL::THROW_EXCEPTION);
+    // Once for all threads: CGAL keeps its handlers in globals without a lock.
+    static const bool silenced = [] {
+        // Failed assertions of CGAL throw; without a handler they would print first.
+        const auto quiet = [](const char*, const char*, const char*, int, const char*) {};
+        CGAL::set_error_handler(quiet);
+        CGAL::set_warning_handler(quiet);
+        CGAL::set_error_behaviour(CGAL::THROW_EXCEPTION);
+        return true;
+    }();
+    (void)silenced;
 }
 
 namespace {

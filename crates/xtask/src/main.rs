@@ -3,6 +3,7 @@
 mod agree;
 mod generate;
 mod random;
+mod sanitize;
 mod scenes;
 mod setup;
 mod test;
@@ -28,6 +29,8 @@ enum Task {
     Truth(truth::Args),
     /// Ask the kernel and the oracle the same random queries about a file, and compare.
     Agree(agree::Args),
+    /// Run the oracle's tests with its C++ under the address, undefined-behaviour and thread sanitizers.
+    Sanitize(sanitize::Args),
 }
 
 fn main() -> ExitCode {
@@ -36,6 +39,7 @@ fn main() -> ExitCode {
         Task::Scenes => scenes::run(&test::root().join("corpora")),
         Task::Truth(args) => truth::run(&args),
         Task::Agree(args) => agree::run(&args),
+        Task::Sanitize(args) => sanitize::run(&args),
     };
     match result {
         Ok(()) => ExitCode::SUCCESS,

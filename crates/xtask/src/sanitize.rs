@@ -1,0 +1,128 @@
+//! `cargo xtask sanitize`: the oracle's tests with its C++ under the compiler's sanitizers.
+//!
+//! Only the C++ is instrumented, so that the stable toolchain and its ready-made standard library serve:
+//! the checks of memory and of undefined behaviour speak of `cpp/` and of CGAL's headers, and so
+//! does the check of data races. Rust's standard library shows that one its threads' starts and
+//! ends and every allocation (through `pthread_create` and `malloc`), but not its atomics; the test
+//! `threads` therefore shares nothing else between threads.
+
+use crate::setup;
+use crate::test::root;
+use std::process::Command;
+
+#[derive(Debug, clap::Args)]
+pub(crate) struct Args {
+    /// One sanitizer alone.
+    #[arg(value_enum)]
+    sanitizer: Option<Sanitizer>,
+    /// One test file of crate `feeler-oracle` alone.
+    #[arg(long)]
+    test: Option<String>,
+}
+
+#[derive(Clone, Copy, Debug, clap::ValueEnum)]
+enum Sanitizer {
+    /// Memory that is not ours, leaks (AddressSanitizer).
+    Address,
+    /// What the language leaves undefined (UndefinedBehaviorSanitizer).
+    Undefined,
+    /// Data races (ThreadSanitizer), on the tests with threads.
+    Thread,
+}
+
+impl Sanitizer {
+    const ALL: [Self; 3] = [Self::Address, Self::Undefined, Self::Thread];
+
+    fn name(self) -> &'static str {
+        match self {
+            Self::Address => "address",
+            Self::Undefined => "undefined",
+            Self::Thread => "thread",
+        }
+    }
+}
+
+pub(crate) fn run(args: &Args) -> Result<(), String> {
+    setup::install_packages()?;
+    let all = args.sanitizer.map_or(Sanitizer::ALL.to_vec(), |s| vec![s]);
+    for sanitizer in all {
+        one(sanitizer, args.test.as_deref())?;
+    }
+    Ok(())
+}
+
+fn one(sanitizer: Sanitizer, test: Option<&str>) -> Result<(), String> {
+    let name = sanitizer.name();
+    println!("==> {name} sanitizer");
+    let root = root();
+    let flag = format!("-fsanitize={name}");
+    let host = host()?;
+    let runtime = runtime(sanitizer)?;
+    let mut command = Command::new(env!("CARGO"));
+    command
+        .current_dir(&root)
+        .args("test --release -p feeler-oracle --features cgal".split(' '))
+        // With a target named, flags do not reach build scripts and procedural macros.
+        .args(["--target", &host])
+        .arg("--target-dir")
+        .arg(root.join("target/sanitize").join(name))
+        .env(
+            "CXXFLAGS",
+            format!("{flag} -fno-sanitize-recover=all -fno-omit-frame-pointer -g1"),
+        )
+        // rustc links without a compiler's default libraries, so the runtime is named; and it must come
+        // before the C library, which only preloading gives.
+        .env("RUSTFLAGS", format!("-Clink-arg={runtime}"))
+        .env(
+            format!("CARGO_TARGET_{}_RUNNER", host.to_uppercase().replace('-', "_")),
+            format!("env LD_PRELOAD={runtime}"),
+        )
+        .env("UBSAN_OPTIONS", "print_stacktrace=1")
+        .env("TSAN_OPTIONS", "halt_on_error=1");
+    match (sanitizer, test) {
+        (_, Some(test)) => command.args(["--test", test]),
+        (Sanitizer::Thread, None) => command.args(["--test", "threads"]),
+        (_, None) => command.args(["--lib", "--tests"]),
+    };
+    let status = command
+        .status()
+        .map_err(|e| format!("cargo cannot be started: {e}"))?;
+    if status.success() {
+        println!("    {name}: nothing found");
+        Ok(())
+    } else {
+        Err(format!("the {name} sanitizer found something (see above)"))
+    }
+}
+
+/// The path of the sanitizer's library, which is the C++ compiler's.
+fn runtime(sanitizer: Sanitizer) -> Result<String, String> {
+    let library = match sanitizer {
+        Sanitizer::Address => "libasan.so",
+        Sanitizer::Undefined => "libubsan.so",
+        Sanitizer::Thread => "libtsan.so",
+    };
+    let output = Command::new("g++")
+        .arg(format!("-print-file-name={library}"))
+        .output()
+        .map_err(|e| format!("g++ cannot be started: {e}"))?;
+    let path = String::from_utf8_lossy(&output.stdout).trim().to_owned();
+    // The name alone is the answer where there is none.
+    if path.contains('/') {
+        Ok(path)
+    } else {
+        Err(format!("g++ has no {library}; install its sanitizers"))
+    }
+}
+
+/// The triple of this machine.
+fn host() -> Result<String, String> {
+    let output = Command::new("rustc")
+        .arg("-vV")
+        .output()
+        .map_err(|e| format!("rustc cannot be started: {e}"))?;
+    String::from_utf8_lossy(&output.stdout)
+        .lines()
+        .find_map(|l| l.strip_prefix("host: ").map(str::to_owned))
+        .ok_or_else(|| "`rustc -vV` names no host".to_owned())
+}
