@@ -7,6 +7,7 @@ mod sanitize;
 mod scenes;
 mod setup;
 mod test;
+mod tidy;
 mod truth;
 
 use clap::{Parser, Subcommand};
@@ -31,6 +32,8 @@ enum Task {
     Agree(agree::Args),
     /// Run the oracle's tests with its C++ under the address, undefined-behaviour and thread sanitizers.
     Sanitize(sanitize::Args),
+    /// Hold the oracle's C++ to clang-format and clang-tidy.
+    Tidy,
 }
 
 fn main() -> ExitCode {
@@ -40,6 +43,7 @@ fn main() -> ExitCode {
         Task::Truth(args) => truth::run(&args),
         Task::Agree(args) => agree::run(&args),
         Task::Sanitize(args) => sanitize::run(&args),
+        Task::Tidy => tidy::run(),
     };
     match result {
         Ok(()) => ExitCode::SUCCESS,

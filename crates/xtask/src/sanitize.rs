@@ -74,7 +74,10 @@ fn one(sanitizer: Sanitizer, test: Option<&str>) -> Result<(), String> {
         // before the C library, which only preloading gives.
         .env("RUSTFLAGS", format!("-Clink-arg={runtime}"))
         .env(
-            format!("CARGO_TARGET_{}_RUNNER", host.to_uppercase().replace('-', "_")),
+            format!(
+                "CARGO_TARGET_{}_RUNNER",
+                host.to_uppercase().replace('-', "_")
+            ),
             format!("env LD_PRELOAD={runtime}"),
         )
         .env("UBSAN_OPTIONS", "print_stacktrace=1")
