@@ -107,7 +107,7 @@ class Query {
         std::vector<char> wanted(faces.size(), 0);
         for (const int f : around_) wanted[f] = 1;
         const Line line{point_, ray_direction(0), LineKind::Line};
-        LineOptions options{brep_, 2000};
+        LineOptions options{brep_, 20000};
         options.faces = &wanted;
         for (const LineHit& hit : line_hits(core_, line, options).hits) {
             if (hit.lies_in) continue;
@@ -218,7 +218,7 @@ class Query {
     Count count(const std::array<double, 3>& direction, const std::vector<char>& faces,
                 bool& odd) const {
         const Line line{point_, direction, LineKind::Ray};
-        LineOptions options{brep_, 2000};
+        LineOptions options{brep_, 20000};
         options.faces = &faces;
         const LineAnswer answer = line_hits(core_, line, options);
         odd = false;

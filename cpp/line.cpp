@@ -33,6 +33,7 @@ void keep_hit(const Line& line, LineHit hit, LineAnswer& answer) {
 
 LineAnswer line_hits(const Core& core, const Line& line, const LineOptions& options) {
     LineAnswer answer;
+    long budget = options.budget;
     const auto& faces = core.model().faces;
     for (std::size_t i = 0; i < faces.size(); ++i) {
         if (options.only_brep >= 0 && faces[i].brep != options.only_brep) continue;
@@ -44,7 +45,7 @@ LineAnswer line_hits(const Core& core, const Line& line, const LineOptions& opti
         if (std::holds_alternative<Plane>(faces[i].surface))
             line_hits_plane(face, int(i), line, answer);
         else
-            line_hits_nurbs(face, int(i), line, options, answer);
+            line_hits_nurbs(face, int(i), line, budget, answer);
     }
     std::stable_sort(answer.hits.begin(), answer.hits.end(),
                      [](const LineHit& a, const LineHit& b) { return a.t.lo < b.t.lo; });

@@ -23,9 +23,12 @@ struct LineHit {
     Interval t_end;         // where the line lies in the face from t on
     bool lies_in = false;   // t_end counts
     bool boundary = false;  // on the region's boundary, exactly
+    // How often the line meets the surface here: 1 crossing it at an angle, 2 touching it, 3
+    // touching and crossing it, ... 0: not known, or no isolated hit.
+    int multiplicity = 0;
     // Passes from one side of the surface to the other, as proven; false: not known, or touching.
     bool transversal = false;
-    bool tangential = false;     // proven to touch without crossing
+    bool tangential = false;     // proven to touch without crossing, or to lie in the face
     std::array<double, 2> uv{};  // about
 };
 
@@ -45,7 +48,8 @@ struct LineAnswer {
 
 struct LineOptions {
     int only_brep = -1;  // -1: all
-    long budget = 4000;  // boxes a patch
+    // Boxes of all faces together, and what costs as much. What remains then is open.
+    long budget = 40000;
     // Only faces with a non-zero entry, if given.
     const std::vector<char>* faces = nullptr;
 };
@@ -54,8 +58,8 @@ LineAnswer line_hits(const Core& core, const Line& line, const LineOptions& opti
 
 // The parts of it.
 void line_hits_plane(const PreparedFace& face, int index, const Line& line, LineAnswer& answer);
-void line_hits_nurbs(const PreparedFace& face, int index, const Line& line,
-                     const LineOptions& options, LineAnswer& answer);
+void line_hits_nurbs(const PreparedFace& face, int index, const Line& line, long& budget,
+                     LineAnswer& answer);
 
 // Adds the hit unless t is not on the part of the line that counts.
 void keep_hit(const Line& line, LineHit hit, LineAnswer& answer);

@@ -35,8 +35,9 @@ RawLine line_truth(const Core& core, rust::Slice<const double> origin,
         raw.clear = answer.clear;
         for (const auto& h : answer.hits)
             raw.hits.push_back({std::size_t(h.face), to_raw(h.t), h.lies_in,
-                                to_raw(h.lies_in ? h.t_end : h.t), h.boundary, h.transversal,
-                                h.tangential, h.uv[0], h.uv[1]});
+                                to_raw(h.lies_in ? h.t_end : h.t), h.boundary,
+                                std::uint32_t(h.multiplicity), h.transversal, h.tangential, h.uv[0],
+                                h.uv[1]});
         for (const auto& o : answer.open)
             raw.open.push_back({std::size_t(o.face), to_raw(o.t), o.why});
         return raw;

@@ -119,12 +119,13 @@ struct Search {
     const PreparedFace& face;
     int index;
     const Line& line;
-    const LineOptions& options;
+    long& budget;
     LineAnswer& answer;
-    // Regions of surface uv in which a joint's root is the only one, with its orientation.
+    // Regions of surface uv in which a joint's root is the only one.
     struct Joint {
         std::array<Q, 4> unique;
-        int orientation;
+        PatchRoot root;
+        bool corner;  // of patches
         std::size_t hit;
     };
     std::vector<Joint> joints;
@@ -246,6 +247,21 @@ void Search::pole(const RationalBezierPatch& patch, int s, const Q& t) {
     keep_hit(line, hit, answer);
 }
 
+// Whether two patches' views of a hit on their joint say the same of how the line meets the
+// surface:
+// - Simple roots of one orientation: the two halves of the map (F1, F2), each regular and both
+// equal on
+//   the joint, make a homeomorphism. (A crease may be touched from one side.)
+// - Multiple roots where the curve F = 0, F one of the two polynomials, passes the joint at an
+// angle,
+//   since F's derivative along the joint is not 0 (the same for both, up to a positive factor):
+//   the other polynomial's sign before and after, in one direction along the curve.
+bool agree(const PatchRoot& a, const PatchRoot& b, int axis, bool corner) {
+    if (a.multiplicity != b.multiplicity || a.orientation != b.orientation) return false;
+    if (a.multiplicity == 1) return true;
+    return !corner && axis != 2 && a.curve == b.curve && a.by_u == b.by_u && a.by_u == (axis == 1);
+}
+
 void Search::root(const RationalBezierPatch& patch, const PatchLine& f, const PatchRoot& root,
                   const std::vector<int>& deflated) {
     auto local = exact_box(root.box);
@@ -267,6 +283,7 @@ void Search::root(const RationalBezierPatch& patch, const PatchLine& f, const Pa
     }
     // Sides of the patch that the box reaches: exactly on them, or not to be told.
     bool on_joint = false, on_border = false;
+    int joint_axis = -1;  // 0: a joint u = const, 1: v = const, 2: both
     for (int s = 0; s < 4; ++s) {
         const Q value(s % 2);
         const int axis = s / 2, o = axis == 0 ? 2 : 0;
@@ -280,6 +297,7 @@ void Search::root(const RationalBezierPatch& patch, const PatchLine& f, const Pa
         }
         local[2 * axis] = local[2 * axis + 1] = value;
         on_joint = true;
+        joint_axis = joint_axis < 0 ? axis : 2;
         const auto at = to_surface(patch, local);
         on_border |= at[2 * axis] == domain[2 * axis] || at[2 * axis] == domain[2 * axis + 1];
     }
@@ -289,9 +307,11 @@ void Search::root(const RationalBezierPatch& patch, const PatchLine& f, const Pa
         for (const auto& j : joints)
             if (j.unique[0] <= uv[0] && uv[1] <= j.unique[1] && j.unique[2] <= uv[2] &&
                 uv[3] <= j.unique[3]) {
-                // The neighbour's view of the same hit: a crease may be touched from one side.
-                if (j.orientation != root.orientation && j.hit < answer.hits.size())
-                    answer.hits[j.hit].transversal = false;
+                if (j.hit < answer.hits.size() && !agree(j.root, root, joint_axis, j.corner)) {
+                    LineHit& hit = answer.hits[j.hit];
+                    hit.multiplicity = 0;
+                    hit.transversal = hit.tangential = false;
+                }
                 return;
             }
     const Where where = classify(patch, f, local, uv);
@@ -305,14 +325,16 @@ void Search::root(const RationalBezierPatch& patch, const PatchLine& f, const Pa
     hit.face = index;
     hit.t = parameter(f, root.box);
     hit.boundary = on_border || where == Where::Boundary;
-    hit.transversal = true;
+    hit.multiplicity = root.multiplicity;
+    hit.transversal = root.multiplicity % 2 == 1;
+    hit.tangential = root.multiplicity % 2 == 0;
     hit.uv = {double_bounds(uv[0]).first, double_bounds(uv[2]).first};
     const std::size_t before = answer.hits.size();
     keep_hit(line, hit, answer);
     if (on_joint) {
         const std::size_t at =
             answer.hits.size() > before ? before : std::size_t(-1);  // not on the line's part
-        joints.push_back({to_surface(patch, exact_box(root.unique)), root.orientation, at});
+        joints.push_back({to_surface(patch, exact_box(root.unique)), root, joint_axis == 2, at});
     }
 }
 
@@ -333,7 +355,14 @@ void Search::patch(std::size_t i) {
         deflated.push_back(side);
     }
     const Net n1 = to_net(g.p, g.q, g.f1), n2 = to_net(g.p, g.q, g.f2);
-    const PatchRoots found = patch_roots(n1, n2, face.areas[i], options.budget);
+    const PatchRoots found = patch_roots(n1, n2, face.areas[i], budget, [&g] {
+        return ExactForms{to_bipoly(g.p, g.q, g.f1), to_bipoly(g.p, g.q, g.f2)};
+    });
+    if (found.common_factor) {
+        answer.clear = false;
+        open(s, f, {Real(0.0), Real(1.0), Real(0.0), Real(1.0)}, "a line in the face");
+        return;
+    }
     for (const auto& r : found.roots) root(s, f, r, deflated);
     for (const auto& b : found.open) {
         answer.clear = false;
@@ -345,9 +374,9 @@ void Search::patch(std::size_t i) {
 
 }  // namespace
 
-void line_hits_nurbs(const PreparedFace& face, int index, const Line& line,
-                     const LineOptions& options, LineAnswer& answer) {
-    Search search{face, index, line, options, answer, {}};
+void line_hits_nurbs(const PreparedFace& face, int index, const Line& line, long& budget,
+                     LineAnswer& answer) {
+    Search search{face, index, line, budget, answer, {}};
     for (std::size_t i = 0; i < face.patches.size(); ++i) search.patch(i);
 }
 

@@ -1,6 +1,10 @@
 #include "line_roots.hpp"
 
 #include <cmath>
+#include <memory>
+#include <optional>
+
+#include "arc_roots.hpp"
 
 namespace feeler_oracle {
 namespace {
@@ -44,6 +48,25 @@ std::array<double, 2> gradient(const Net& n) {
     };
     const double c00 = corner(0, 0), c01 = corner(0, 1), c10 = corner(1, 0), c11 = corner(1, 1);
     return {0.5 * (c10 + c11 - c00 - c01), 0.5 * (c01 + c11 - c00 - c10)};
+}
+
+// How much the coefficients change in all along u and along v, about, in the row that does most.
+std::array<double, 2> variation(const Net& n) {
+    std::array<double, 2> most = {0, 0};
+    std::vector<double> c;
+    for (const Interval& x : n.c) c.push_back(middle(x));
+    const auto at = [&](int i, int j) { return c[std::size_t(i * (n.q + 1) + j)]; };
+    for (int i = 0; i <= n.p; ++i) {
+        double sum = 0;
+        for (int j = 0; j < n.q; ++j) sum += std::abs(at(i, j + 1) - at(i, j));
+        most[1] = std::max(most[1], sum);
+    }
+    for (int j = 0; j <= n.q; ++j) {
+        double sum = 0;
+        for (int i = 0; i < n.p; ++i) sum += std::abs(at(i + 1, j) - at(i, j));
+        most[0] = std::max(most[0], sum);
+    }
+    return most;
 }
 
 // Scalars of any size make valid combinations; these keep clear of overflow.
@@ -163,14 +186,179 @@ bool certify(const Node& n, PatchRoot& root) {
 bool known(const PatchRoots& found, const std::array<Real, 4>& box) {
     for (const auto& r : found.roots)
         if (contains(r.unique, box)) return true;
+    for (const auto& b : found.settled)
+        if (contains(b, box)) return true;
     return false;
+}
+
+bool overlaps_settled(const PatchRoots& found, const std::array<Real, 4>& box) {
+    for (const auto& b : found.settled)
+        if (b[0] <= box[1] && box[0] <= b[1] && b[2] <= box[3] && box[2] <= b[3]) return true;
+    return false;
+}
+
+// ---- tangencies
+
+// Below this sine of the angle between the gradients a box is looked at as a tangency.
+constexpr double kNearlyParallel = 0.5;
+// Boxes of so many halvings are tried for a contact of order m (multiplicity m or less): before,
+// halving is cheaper.
+constexpr int kFromDepth[kMostLevels + 1] = {0, 0, 4, 12, 16, 20};
+// What an attempt costs, in boxes.
+constexpr long kAttempt = 20;
+// Attempts are made at boxes of every so many halvings.
+constexpr int kEvery = 2;
+
+Real outward(const Q& x, mpfr_rnd_t direction) {
+    Real r;
+    mpfr_set_q(r.get(), x.mpq(), direction);
+    return r;
+}
+
+class Tangencies {
+ public:
+    explicit Tangencies(const std::function<ExactForms()>& exact) : exact_(exact) {}
+    bool possible() const { return bool(exact_); }
+    // Proven to have no factor in common.
+    bool coprime_forms() {
+        if (!coprime_) coprime_ = coprime(forms().f1, forms().f2);
+        return *coprime_;
+    }
+    // Tries to settle a box near the node. Whether it did.
+    bool attempt(const Node& n, PatchRoots& found);
+
+ private:
+    const ExactForms& forms() {
+        if (!forms_) forms_ = exact_();
+        return *forms_;
+    }
+    const Tower& tower(bool second, bool swapped) {
+        auto& slot = towers_[std::size_t(2 * second + swapped)];
+        if (!slot) {
+            const BiPoly &a = second ? forms().f2 : forms().f1,
+                         &f = second ? forms().f1 : forms().f2;
+            slot = swapped ? std::make_unique<Tower>(transposed(a), transposed(f))
+                           : std::make_unique<Tower>(a, f);
+        }
+        return *slot;
+    }
+    const std::function<ExactForms()>& exact_;
+    std::optional<ExactForms> forms_;
+    std::optional<bool> coprime_;
+    std::array<std::unique_ptr<Tower>, 4> towers_;
+};
+
+bool Tangencies::attempt(const Node& n, PatchRoots& found) {
+    // By the patch's parameters; the box may be long.
+    const double wu = sub_up(n.box[1], n.box[0]).up(), wv = sub_up(n.box[3], n.box[2]).up();
+    auto g1 = gradient(n.f1), g2 = gradient(n.f2);
+    for (auto* gradient : {&g1, &g2}) {
+        (*gradient)[0] /= wu;
+        (*gradient)[1] /= wv;
+    }
+    const double n1 = std::hypot(g1[0], g1[1]), n2 = std::hypot(g2[0], g2[1]);
+    const bool second = n2 > n1;
+    const auto& g = second ? g2 : g1;
+    const bool swapped = std::abs(g[1]) > std::abs(g[0]);
+    const Tower& t = tower(second, swapped);
+    const int kx = swapped ? 2 : 0, ky = swapped ? 0 : 2;
+    const Q half(1, 2);
+    const Q ends[2][2] = {{to_exact(n.box[kx]), to_exact(n.box[kx + 1])},
+                          {to_exact(n.box[ky]), to_exact(n.box[ky + 1])}};
+    const Q size = std::max(ends[0][1] - ends[0][0], ends[1][1] - ends[1][0]);
+    for (int m = 2; m <= kMostLevels && n.depth >= kFromDepth[m]; ++m) {
+        if (t.level(m - 1).is_zero()) return false;
+        // To the place where the method is centred: a common root of the curve and J_(m-1).
+        std::array<Q, 2> at = {(ends[0][0] + ends[0][1]) * half, (ends[1][0] + ends[1][1]) * half};
+        constexpr int kSteps = 8;
+        bool near = true;
+        for (int step = 0; near && step < kSteps; ++step) {
+            const auto by = t.newton(m - 1, at[0], at[1]);
+            if (!by) break;
+            bool small = true;
+            for (int k = 0; k < 2; ++k) {
+                // Rounded to what matters here.
+                at[k] = to_exact(outward(at[k] + (*by)[k], MPFR_RNDN));
+                near &= ends[k][0] - size <= at[k] && at[k] <= ends[k][1] + size;
+                small &= CGAL::abs((*by)[k]) * Q(1L << 40) <= size;
+            }
+            if (small) break;
+        }
+        if (!near) continue;
+        const auto box = [&](const Q& x0, const Q& x1, const Q& y0, const Q& y1) {
+            const Real x[2] = {outward(x0, MPFR_RNDD), outward(x1, MPFR_RNDU)};
+            const Real y[2] = {outward(y0, MPFR_RNDD), outward(y1, MPFR_RNDU)};
+            return swapped ? std::array<Real, 4>{y[0], y[1], x[0], x[1]}
+                           : std::array<Real, 4>{x[0], x[1], y[0], y[1]};
+        };
+        if (known(found, box(at[0], at[0], at[1], at[1]))) return false;
+        // No size of which an end might be a place of the model's own.
+        constexpr double kReach = 13.37;
+        const double reach = std::min(0.4321, kReach * double_bounds(size).second);
+        const auto arc = arc_roots(t, m, at[0], at[1], reach, reach);
+        if (!arc) continue;
+        std::vector<PatchRoot> fresh;
+        for (const ArcRoot& r : arc->roots) {
+            PatchRoot root;
+            root.box = box(r.x0, r.x1, r.y0, r.y1);
+            root.unique = box(arc->x0, arc->x1, r.unique_y0, r.unique_y1);
+            root.multiplicity = r.multiplicity;
+            const bool odd = r.multiplicity % 2;
+            root.orientation = r.sign * (odd && swapped ? -1 : 1) * (odd && second ? -1 : 1);
+            root.curve = second ? 2 : 1;
+            root.by_u = !swapped;
+            if (known(found, root.box)) continue;
+            // Not told whether it is another box's.
+            if (overlaps_settled(found, root.box)) return false;
+            fresh.push_back(std::move(root));
+        }
+        for (auto& r : fresh) found.roots.push_back(std::move(r));
+        // Inward.
+        const Real x[2] = {outward(arc->x0, MPFR_RNDU), outward(arc->x1, MPFR_RNDD)};
+        const Real y[2] = {outward(arc->y0, MPFR_RNDU), outward(arc->y1, MPFR_RNDD)};
+        found.settled.push_back(swapped ? std::array<Real, 4>{y[0], y[1], x[0], x[1]}
+                                        : std::array<Real, 4>{x[0], x[1], y[0], y[1]});
+        return true;
+    }
+    return false;
+}
+
+// Whether both derivatives may vanish in the box, about.
+bool may_be_critical(const Net& f) {
+    for (bool u : {true, false}) {
+        double lo = INFINITY, hi = -INFINITY;
+        const int step = u ? f.q + 1 : 1;
+        for (int i = 0; i + (u ? 1 : 0) <= f.p; ++i)
+            for (int j = 0; j + (u ? 0 : 1) <= f.q; ++j) {
+                const std::size_t k = std::size_t(i * (f.q + 1) + j);
+                const double d = middle(f.c[k + std::size_t(step)]) - middle(f.c[k]);
+                lo = std::min(lo, d);
+                hi = std::max(hi, d);
+            }
+        if (lo > 0 || hi < 0) return false;
+    }
+    return true;
+}
+
+// Where a tangency may be: a rule of thumb that only says what is tried.
+bool may_touch(const Node& n) {
+    if (may_be_critical(n.f1) || may_be_critical(n.f2)) return true;
+    auto a = gradient(n.f1), b = gradient(n.f2);
+    for (auto* g : {&a, &b}) {
+        const double m = std::max(std::abs((*g)[0]), std::abs((*g)[1]));
+        if (!(m > 0) || !std::isfinite(m)) return true;
+        for (double& x : *g) x /= m;
+    }
+    const double sine = std::abs(a[0] * b[1] - a[1] * b[0]);
+    return sine < kNearlyParallel * std::hypot(a[0], a[1]) * std::hypot(b[0], b[1]);
 }
 
 }  // namespace
 
 PatchRoots patch_roots(const Net& f1, const Net& f2, const std::array<double, 4>& area,
-                       long budget) {
+                       long& budget, const std::function<ExactForms()>& exact) {
     PatchRoots found;
+    Tangencies tangencies(exact);
     std::array<Real, 4> whole;
     for (int k = 0; k < 4; ++k) whole[k] = Real(area[k]);
     const auto over = [&](const Net& f) {
@@ -182,26 +370,35 @@ PatchRoots patch_roots(const Net& f1, const Net& f2, const std::array<double, 4>
     while (!stack.empty()) {
         const Node n = std::move(stack.back());
         stack.pop_back();
-        ++found.boxes;
-        if (known(found, n.box) || excluded(n)) continue;
-        if (found.boxes > budget || n.depth >= kDeepest) {
+        if (known(found, n.box)) continue;
+        if (budget-- <= 0 || n.depth >= kDeepest) {
             found.open.push_back(n.box);
             continue;
         }
+        if (excluded(n)) continue;
         PatchRoot root;
         if (certify(n, root)) {
             // The neighbours find it too: the same root if it lies where another is unique.
-            if (!known(found, root.box)) found.roots.push_back(root);
+            if (known(found, root.box)) continue;
+            if (overlaps_settled(found, root.box))
+                found.open.push_back(n.box);
+            else
+                found.roots.push_back(root);
             continue;
         }
-        // Halve where the polynomials change more.
-        const auto g1 = gradient(n.f1), g2 = gradient(n.f2);
-        const double along_u = std::abs(g1[0]) + std::abs(g2[0]),
-                     along_v = std::abs(g1[1]) + std::abs(g2[1]);
-        const double wu = sub_up(n.box[1], n.box[0]).up(), wv = sub_up(n.box[3], n.box[2]).up();
-        // Near a pole boxes have to get long: the patch turns there by far less than it stretches.
-        constexpr double kMost = 0x1p60;
-        const bool u = wu > kMost * wv || (wv <= kMost * wu && along_u >= along_v);
+        if (tangencies.possible() && n.depth >= kFromDepth[2] && n.depth % kEvery == 0 &&
+            may_touch(n)) {
+            if (!tangencies.coprime_forms()) {
+                found.common_factor = true;
+                return found;
+            }
+            budget -= kAttempt;
+            if (tangencies.attempt(n, found) && known(found, n.box)) continue;
+        }
+        // Halve where the polynomials change more, however long the boxes get: next to a side that
+        // nearly collapses to a point, or along two curves that touch, they must.
+        const auto v1 = variation(n.f1), v2 = variation(n.f2);
+        const bool u = v1[0] + v2[0] >= v1[1] + v2[1];
         Node lower{{}, {}, n.box, n.depth + 1}, upper = lower;
         halve_net(n.f1, u, lower.f1, upper.f1);
         halve_net(n.f2, u, lower.f2, upper.f2);

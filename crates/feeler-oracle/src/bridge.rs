@@ -47,6 +47,8 @@ pub(crate) mod ffi {
         lies_in: bool,
         t_end: RawEnclosure,
         boundary: bool,
+        /// 0: not known.
+        multiplicity: u32,
         transversal: bool,
         tangential: bool,
         u: f64,

@@ -15,6 +15,7 @@ fn hit(raw: &ffi::RawHit) -> Result<LineHitTruth, OracleError> {
         t: enclosure(&raw.t)?,
         t_end: raw.lies_in.then(|| enclosure(&raw.t_end)).transpose()?,
         boundary: raw.boundary,
+        multiplicity: (raw.multiplicity > 0).then_some(raw.multiplicity),
         transversal: raw.transversal,
         tangential: raw.tangential,
         uv: [raw.u, raw.v],
@@ -36,10 +37,12 @@ impl Oracle {
     /// common roots are isolated by subdivision in 320-bit intervals, each proven to exist and to
     /// be alone by Krawczyk's operator, and its uv box is put to the region. A root on a joint of
     /// patches or on a loop along a line of constant u or v is proven to be so exactly (algebraic
-    /// kernel) and counted once. Planar faces: exact rationals; where the line lies in the plane, the
-    /// intervals between its crossings with the loops. What cannot be settled (tangencies, a line that
-    /// lies in a curved face, a hit on a curved loop to all digits) is in `open`. A seam may give
-    /// one t twice, with different uv.
+    /// kernel) and counted once. Where the line touches a face, or nearly, the exact polynomials are
+    /// followed along the curve that one of them makes in uv, and all hits near there are told with their
+    /// multiplicities (`cpp/arc_roots.hpp`). Planar faces: exact rationals; where the line lies in the
+    /// plane, the intervals between its crossings with the loops. What cannot be settled (a line that
+    /// lies in a curved face, a hit on a curved loop to all digits, what is left after a budget of
+    /// boxes) is in `open`. A seam may give one t twice, with different uv.
     ///
     /// # Errors
     /// Origin and direction must be finite, the direction not zero.

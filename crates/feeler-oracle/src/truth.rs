@@ -124,6 +124,10 @@ pub struct LineHitTruth {
     pub t_end: Option<TruthEnclosure>,
     /// Proven to be on the boundary of the face's region (an edge, a seam, a pole).
     pub boundary: bool,
+    /// How often the line meets the surface here, as a root of the two polynomials that it is cut out
+    /// by: 1 crossing at an angle, 2 touching, 3 touching and crossing, and so on. `None` where it is
+    /// not known (poles, creases) or the line lies in the face.
+    pub multiplicity: Option<u32>,
     /// Proven to pass from one side of the surface to the other.
     pub transversal: bool,
     /// Proven to touch without crossing (or to lie in the face).
