@@ -9,6 +9,7 @@ mod setup;
 mod test;
 mod tidy;
 mod truth;
+mod verify;
 
 use clap::{Parser, Subcommand};
 use std::process::ExitCode;
@@ -40,6 +41,9 @@ fn main() -> ExitCode {
     let result = match Arguments::parse().task {
         Task::Test => test::run(),
         Task::Scenes => scenes::run(&test::root().join("corpora")),
+        Task::Truth(args) if args.verify.verify => {
+            verify::run(&args.verify, &args.corpora, args.suite.as_deref())
+        }
         Task::Truth(args) => truth::run(&args),
         Task::Agree(args) => agree::run(&args),
         Task::Sanitize(args) => sanitize::run(&args),

@@ -58,6 +58,10 @@ pub(crate) fn run() -> Result<(), String> {
         "documentation",
         cargo("doc --workspace --no-deps --quiet").env("RUSTDOCFLAGS", "-D warnings"),
     )?;
+    step(
+        "a sample of the truth against the second method",
+        &mut cargo("run --release --quiet --package xtask -- truth --verify --sample 4"),
+    )?;
     step("the gate", &mut cargo("run --release --quiet -- gate"))?;
     release_is_free_of_the_oracle(&root)?;
     if available("cargo-deny") {

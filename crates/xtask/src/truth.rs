@@ -11,10 +11,10 @@ use std::path::PathBuf;
 pub(crate) struct Args {
     /// One suite alone.
     #[arg(long)]
-    suite: Option<String>,
+    pub(crate) suite: Option<String>,
     /// The corpus.
     #[arg(long, default_value = "corpora")]
-    corpora: PathBuf,
+    pub(crate) corpora: PathBuf,
     /// How many threads, each with an oracle of its own; as many as there are cores if not said. The
     /// truth is the same for any number.
     #[arg(long)]
@@ -28,6 +28,8 @@ pub(crate) struct Args {
     /// Remove queries that the oracle cannot settle from their files, and say how many.
     #[arg(long)]
     prune: bool,
+    #[command(flatten)]
+    pub(crate) verify: crate::verify::Args,
 }
 
 /// Runs this command again, with the oracle built in.

@@ -10,5 +10,19 @@
 //! | module | holds |
 //! |---|---|
 //! | [`number`] | intervals of f64 and balls of 256 bits; sine and cosine |
+//! | `shape` | curves and surfaces with derivatives over whole intervals |
+//! | `region` | where a box of parameters lies |
+//! | `search` | the least value of an objective over trimmed faces: [`Second::distance`], [`Second::half_space`] |
+//! | `line` | [`Second::line`] and [`Second::inside`] |
+//! | [`analytic`] | closed forms |
 
+pub mod analytic;
+mod line;
 pub mod number;
+mod region;
+mod search;
+mod shape;
+mod space;
+
+pub use line::{SecondHit, SecondLine, SecondSide};
+pub use space::{Bound, Second};

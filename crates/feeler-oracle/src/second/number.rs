@@ -54,6 +54,8 @@ pub trait Number: Clone + Debug {
     const HALVINGS: u32;
     /// Relative rounding error, about.
     const UNIT: f64;
+    /// Intervals of parameters are not halved below this.
+    const SMALL: f64;
 
     /// Zero.
     fn zero() -> Self {
@@ -232,6 +234,7 @@ impl Interval64 {
 impl Number for Interval64 {
     const HALVINGS: u32 = 1;
     const UNIT: f64 = f64::EPSILON;
+    const SMALL: f64 = 1e-17;
 
     fn exact(x: f64) -> Self {
         Self::new(x, x)
@@ -472,6 +475,11 @@ impl Ball {
         self.radius == 0.0
     }
 
+    /// Whether `x` is in it.
+    pub fn holds(&self, x: &Dyadic) -> bool {
+        self.ends().is_none_or(|(lo, hi)| lo <= *x && *x <= hi)
+    }
+
     /// Cuts the middle to its bits, and adds what that takes to the radius.
     fn rounded(mantissa: IBig, exponent: i64, radius: f64) -> Self {
         let excess = mantissa.bit_len() as i64 - Self::BITS;
@@ -524,6 +532,7 @@ impl Ball {
 impl Number for Ball {
     const HALVINGS: u32 = 12;
     const UNIT: f64 = 1e-76;
+    const SMALL: f64 = 1e-90;
 
     fn exact(x: f64) -> Self {
         match Dyadic::from_f64(x) {

@@ -1,0 +1,174 @@
+//! The second method against closed forms, and against scenes whose answers are known by construction.
+
+mod scene;
+
+use feeler::brep::Brep;
+use feeler::numeric::Interval;
+use feeler::nurbs::{Arc, Curve3, Line, Revolution, Surface};
+use feeler::query::LineKind;
+use feeler_oracle::second::number::{Ball, Number};
+use feeler_oracle::second::{Bound, Second, analytic};
+use nalgebra::{Point3, Vector3};
+use scene::{Random, brep, circle, interval, plane, polygon};
+use std::f64::consts::PI;
+
+/// The enclosures meet, and the second is narrow.
+#[track_caller]
+fn agrees(found: &Bound, truth: &Ball, widest: f64) {
+    let (lo, hi) = truth.ends().unwrap();
+    let high = found.hi.as_ref().unwrap();
+    assert!(
+        found.lo <= hi && lo <= *high,
+        "[{:e}, {:e}] against {:e}",
+        found.lo.approximate(),
+        high.approximate(),
+        lo.approximate()
+    );
+    assert!(found.width() <= widest, "{:e} wide", found.width());
+}
+
+fn turned(axis: [f64; 3], profile: Curve3, transposed: bool) -> Brep {
+    let surface = Revolution::new(Revolution {
+        origin: Point3::new(1.0, -2.0, 0.5),
+        axis: Vector3::from(axis),
+        // A full turn in f64 leaves out the last 2e-16 of it.
+        angle: interval(-0.25, 7.0),
+        angle_domain: interval(0.0, 3.0),
+        profile,
+        transposed,
+    });
+    brep(Surface::Revolution(surface.unwrap()), None)
+}
+
+/// Points about the scenes above, some near the surfaces.
+fn points(seed: u64, count: usize) -> Vec<[f64; 3]> {
+    let mut r = Random(seed);
+    let mut next = move || r.range(-4.0, 4.0);
+    (0..count)
+        .map(|_| [1.0 + next(), -2.0 + next(), 0.5 + next()])
+        .collect()
+}
+
+#[test]
+fn turned_segments() {
+    // Along z, and along (0, 3, 4), where points of the profile are exact.
+    let along_z = |rho: f64, z: f64| Point3::new(1.0 + rho, -2.0, 0.5 + z);
+    let tilted =
+        |rho: f64, z: f64| Point3::new(1.0 + rho, -2.0 + 3.0 * z / 5.0, 0.5 + 4.0 * z / 5.0);
+    // Cylinder, cone with its tip, disc.
+    for (a, b) in [
+        ([2.0, -2.5], [2.0, 2.5]),
+        ([0.0, 5.0], [2.5, -5.0]),
+        ([0.0, 0.0], [3.0, 0.0]),
+    ] {
+        for (axis, tilt, transposed) in [
+            ([0.0, 0.0, 7.0], false, false),
+            ([0.0, 3.0, 4.0], true, true),
+        ] {
+            let at = |p: [f64; 2]| {
+                if tilt {
+                    tilted(p[0], p[1])
+                } else {
+                    along_z(p[0], p[1])
+                }
+            };
+            let line = Line::new(at(a), at(b), interval(-1.0, 1.0)).unwrap();
+            let b3 = turned(axis, Curve3::Line(line), transposed);
+            let second = Second::new(&[&b3]);
+            for q in points(3, 6) {
+                let p = analytic::meridian(q, [1.0, -2.0, 0.5], axis).unwrap();
+                // 3 z / 5 is rounded for the cone: its ends are within 1e-15.
+                let truth = analytic::to_segment(&p, a, b).unwrap();
+                let slack = if tilt { 4e-15 } else { 0.0 };
+                agrees(&second.distance(q).unwrap(), &truth.widened(slack), 1e-40);
+            }
+        }
+    }
+}
+
+fn arc(angle: Interval, center: f64, radius: f64) -> Curve3 {
+    let arc = Arc::new(Arc {
+        center: Point3::new(1.0 + center, -2.0, 0.5),
+        x: Vector3::new(0.0, 0.0, -2.0),
+        y: Vector3::new(1.0, 0.0, 0.0),
+        z: Vector3::new(0.0, -3.0, 0.0),
+        radius,
+        angle,
+        domain: interval(0.0, 1.0),
+    });
+    Curve3::Arc(arc.unwrap())
+}
+
+#[test]
+fn tori_and_spheres() {
+    let axis = [0.0, 0.0, 1.0];
+    let origin = [1.0, -2.0, 0.5];
+    let torus = turned(axis, arc(interval(-1.0, 6.0), 3.0, 0.75), false);
+    let second = Second::new(&[&torus]);
+    for q in points(5, 8) {
+        let p = analytic::meridian(q, origin, axis).unwrap();
+        let truth = analytic::to_circle(&p, [3.0, 0.0], 0.75);
+        agrees(&second.distance(q).unwrap(), &truth, 1e-40);
+    }
+    // The profile runs past both poles, so that the sphere is covered whatever rounding does to pi.
+    let sphere = turned(axis, arc(interval(-0.25, PI + 0.25), 0.0, 2.25), true);
+    let second = Second::new(&[&sphere]);
+    let mut r = Random(9);
+    for q in points(7, 8) {
+        let truth = analytic::to_sphere(q, origin, 2.25);
+        agrees(&second.distance(q).unwrap(), &truth, 1e-40);
+        let n =
+            Vector3::new(r.range(-0.5, 0.5), r.range(-0.5, 0.5), r.range(-0.5, 0.5)).normalize();
+        let truth = analytic::sphere_support(n.into(), 0.5, origin, 2.25);
+        agrees(&second.half_space(n.into(), 0.5).unwrap(), &truth, 1e-40);
+        // Where it is covered twice, hits come twice: each true one must be found, and no other.
+        let d = [r.range(-0.5, 0.5), r.range(-0.5, 0.5), r.range(-0.5, 0.5)];
+        let Some(truth) = analytic::sphere_hits(q, d, origin, 2.25) else {
+            continue;
+        };
+        let found = second.line(q, d, LineKind::Line);
+        assert!(found.open.is_empty());
+        for t in &truth {
+            assert!(
+                found.hits.iter().any(|h| h.t.meet(t).is_some()),
+                "{q:?} {d:?}"
+            );
+        }
+        for h in &found.hits {
+            assert!(truth.iter().any(|t| t.meet(&h.t).is_some()));
+            assert!(h.t.radius() < 1e-60);
+        }
+    }
+}
+
+#[test]
+fn trimmed_planes() {
+    // The plane z = 0 of 8 by 8, trimmed to a square with a round hole.
+    let outer = polygon(&[[-3.0, -3.0], [3.0, -3.0], [3.0, 3.0], [-3.0, 3.0]]);
+    let face = brep(plane(4.0), Some(vec![outer, circle(1.0)]));
+    let second = Second::new(&[&face]);
+    // Over the face, over the hole's middle, beyond an edge, beyond a corner, on it.
+    let e = |x: f64| Ball::exact(x);
+    for (q, truth) in [
+        ([2.0, 1.0, 0.5], e(0.5)),
+        ([0.0, 0.0, 0.0], e(1.0)),
+        ([5.0, 0.0, 0.0], e(2.0)),
+        ([6.0, 7.0, 0.0], e(5.0)),
+        ([3.0, 1.0, 0.0], e(0.0)),
+    ] {
+        let found = second.distance(q).unwrap();
+        // The centre of the hole is as far from all of its edge: a focal point.
+        let widest = if q == [0.0; 3] { 1e-5 } else { 1e-30 };
+        agrees(&found, &truth, widest);
+    }
+    let hits = |x: f64| {
+        second
+            .line([x, 0.25, 1.0], [0.0, 0.0, -2.0], LineKind::Ray)
+            .hits
+    };
+    assert_eq!(hits(2.0).len(), 1);
+    assert!(hits(2.0)[0].certain && hits(2.0)[0].t.holds(&scene::dyadic(0.5)));
+    assert!(hits(0.6).is_empty() && hits(3.5).is_empty());
+    // On the edge: a hit, but not known to be one of the face.
+    assert!(!hits(3.0)[0].certain);
+}

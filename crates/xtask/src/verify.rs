@@ -1,0 +1,510 @@
+//! `cargo xtask truth --verify`: the stored truth against the second method.
+
+use feeler::numeric::Dyadic;
+use feeler::query::Probe;
+use feeler::trim::Side;
+use feeler_corpus::{
+    Ask, CorpusQuery, HitTruth, MODELS, Model, Query, Truth, TruthEnclosure, suites,
+};
+use feeler_oracle::second::number::Number;
+use feeler_oracle::second::{Bound, Second, SecondHit, SecondLine, SecondSide};
+use indicatif::{ProgressBar, ProgressStyle};
+use std::collections::BTreeMap;
+use std::fs;
+use std::io::Write;
+use std::path::Path;
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::time::{Duration, Instant};
+
+#[derive(Debug, Clone, clap::Args)]
+pub(crate) struct Args {
+    /// Compute nothing: hold the stored truth against the second method, and stop where they disagree.
+    #[arg(long)]
+    pub(crate) verify: bool,
+    /// With --verify: about so many queries of each suite, spread over it.
+    #[arg(long, requires = "verify")]
+    pub(crate) sample: Option<usize>,
+    /// With --verify: go on after a disagreement.
+    #[arg(long, requires = "verify")]
+    pub(crate) keep_going: bool,
+    /// With --verify: print queries that take at least so many seconds.
+    #[arg(long, requires = "verify")]
+    pub(crate) slow: Option<f64>,
+}
+
+/// What holding one truth against the second method gave.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) enum Outcome {
+    /// They agree; how wide the second enclosure is, relative to the model's size (0 for a side).
+    Agrees(f64),
+    /// The second method says nothing that the truth could contradict.
+    Undecided(String),
+    /// They cannot both be right.
+    Disagrees(String),
+    /// There is no second method for this yet.
+    None,
+}
+
+/// A suite of witnesses, made when there is one.
+pub(crate) const REGRESSIONS: &str = "regressions";
+
+struct Job<'a> {
+    suite: &'a str,
+    path: &'a Path,
+    query: CorpusQuery,
+    truth: Truth,
+}
+
+struct Done {
+    kind: &'static str,
+    outcome: Outcome,
+    time: Duration,
+}
+
+pub(crate) fn run(args: &Args, corpora: &Path, suite: Option<&str>) -> Result<(), String> {
+    let text = |e: feeler_corpus::CorpusError| e.to_string();
+    let found = suites(corpora, suite).map_err(text)?;
+    let mut jobs = Vec::new();
+    for suite in &found {
+        for file in &suite.files {
+            let (queries, hash) = file.queries().map_err(text)?;
+            let (_, truths) = file.truth(queries.len(), &hash).map_err(text)?;
+            let step = args.sample.map_or(1, |n| (queries.len() / n.max(1)).max(1));
+            let all = queries.into_iter().zip(truths).step_by(step);
+            jobs.extend(all.map(|(query, truth)| Job {
+                suite: &suite.name,
+                path: &file.queries,
+                query,
+                truth,
+            }));
+        }
+    }
+    let mut models: BTreeMap<String, (Model, f64)> = BTreeMap::new();
+    for job in &jobs {
+        if !models.contains_key(&job.query.model) {
+            let path = corpora.join(MODELS).join(&job.query.model);
+            let model = Model::load(&path, None).map_err(|e| e.to_string())?;
+            let size = feeler_gate::model_size(&model);
+            models.insert(job.query.model.clone(), (model, size));
+        }
+    }
+    let bar = ProgressBar::new(jobs.len() as u64);
+    if let Ok(style) = ProgressStyle::with_template("verify {wide_bar} {pos}/{len} {eta}") {
+        bar.set_style(style);
+    }
+    let next = AtomicUsize::new(0);
+    let stop = AtomicBool::new(false);
+    let done: Mutex<Vec<Done>> = Mutex::new(Vec::new());
+    let witnesses: Mutex<Vec<(usize, String)>> = Mutex::new(Vec::new());
+    let work = || {
+        let mut second: Option<(&str, Second<'_>, f64)> = None;
+        loop {
+            let i = next.fetch_add(1, Ordering::Relaxed);
+            let Some(job) = jobs.get(i) else { return };
+            if stop.load(Ordering::Relaxed) {
+                return;
+            }
+            if second
+                .as_ref()
+                .is_none_or(|(name, ..)| *name != job.query.model)
+                && let Some((model, size)) = models.get(&job.query.model)
+            {
+                let breps: Vec<_> = model.breps.iter().collect();
+                second = Some((&job.query.model, Second::new(&breps), *size));
+            }
+            let Some((_, second, size)) = &second else {
+                return;
+            };
+            let begun = Instant::now();
+            let outcome = held(second, *size, &job.query.query, &job.truth);
+            let time = begun.elapsed();
+            if args.slow.is_some_and(|s| time.as_secs_f64() >= s) {
+                let line = job.query.line.to_text();
+                bar.suspend(|| println!("{:.1} s, {outcome:?}: {line}", time.as_secs_f64()));
+            }
+            if let Outcome::Disagrees(why) = &outcome {
+                stop.store(!args.keep_going, Ordering::Relaxed);
+                if let Ok(mut all) = witnesses.lock() {
+                    all.push((i, why.clone()));
+                }
+            }
+            if let Ok(mut all) = done.lock() {
+                all.push(Done {
+                    kind: kind(&job.query.query),
+                    outcome,
+                    time,
+                });
+            }
+            bar.inc(1);
+        }
+    };
+    let threads = std::thread::available_parallelism().map_or(1, usize::from);
+    std::thread::scope(|scope| {
+        for _ in 0..threads {
+            scope.spawn(work);
+        }
+    });
+    bar.finish_and_clear();
+    table(&done.into_inner().unwrap_or_default());
+    let mut witnesses = witnesses.into_inner().unwrap_or_default();
+    witnesses.sort();
+    for (i, why) in &witnesses {
+        let job = &jobs[*i];
+        println!(
+            "{}:{} ({}): {why}\n  {}",
+            job.path.display(),
+            job.query.number,
+            job.suite,
+            job.query.line.to_text()
+        );
+        if job.suite != REGRESSIONS {
+            keep(corpora, &job.query.line.to_text())?;
+        }
+    }
+    match witnesses.len() {
+        0 => Ok(()),
+        n => Err(format!(
+            "{n} truths that the second method contradicts; the queries are in {}/{REGRESSIONS}. \
+             Find out which method is wrong, correct it, then `cargo xtask truth`",
+            corpora.display()
+        )),
+    }
+}
+
+/// Adds a witness to the suite of regressions.
+fn keep(corpora: &Path, line: &str) -> Result<(), String> {
+    let folder = corpora.join(REGRESSIONS);
+    let text = |e: std::io::Error| format!("{}: {e}", folder.display());
+    fs::create_dir_all(&folder).map_err(text)?;
+    let suite = folder.join("suite.json");
+    if !suite.exists() {
+        let content = "{\n  \"description\": \"queries on which two methods once disagreed\",\n  \
+                       \"ceilings\": {}\n}\n";
+        fs::write(&suite, content).map_err(text)?;
+    }
+    let path = folder.join("queries.jsonl");
+    let old = fs::read_to_string(&path).unwrap_or_default();
+    if old.lines().any(|l| l == line) {
+        return Ok(());
+    }
+    let mut file = fs::OpenOptions::new()
+        .create(true)
+        .append(true)
+        .open(&path)
+        .map_err(text)?;
+    writeln!(file, "{line}").map_err(text)
+}
+
+fn kind(query: &Query) -> &'static str {
+    match query.ask {
+        Ask::Contact(Probe::Sphere(_)) => "sphere",
+        Ask::Contact(Probe::HalfSpace(_)) => "half_space",
+        Ask::Line(_) => "line",
+        Ask::Side(..) => "side",
+        Ask::Inside(_) => "inside",
+        Ask::Evaluate(..) => "evaluate",
+    }
+}
+
+fn quantile(sorted: &[f64], q: f64) -> f64 {
+    match sorted.len() {
+        0 => f64::NAN,
+        n => sorted[((n - 1) as f64 * q).round() as usize],
+    }
+}
+
+fn table(done: &[Done]) {
+    println!(
+        "{:<12}{:>8}{:>8}{:>11}{:>10}{:>12}{:>12}{:>12}{:>11}{:>9}",
+        "query",
+        "checked",
+        "agree",
+        "undecided",
+        "disagree",
+        "width min",
+        "median",
+        "widest",
+        "median ms",
+        "p99 ms"
+    );
+    let mut kinds: BTreeMap<&str, Vec<&Done>> = BTreeMap::new();
+    for d in done {
+        kinds.entry(d.kind).or_default().push(d);
+    }
+    for (kind, all) in kinds {
+        let count = |f: fn(&Outcome) -> bool| all.iter().filter(|d| f(&d.outcome)).count();
+        let mut widths: Vec<f64> = all
+            .iter()
+            .filter_map(|d| match d.outcome {
+                Outcome::Agrees(w) => Some(w),
+                _ => None,
+            })
+            .collect();
+        widths.sort_by(f64::total_cmp);
+        let mut times: Vec<f64> = all.iter().map(|d| d.time.as_secs_f64() * 1e3).collect();
+        times.sort_by(f64::total_cmp);
+        println!(
+            "{kind:<12}{:>8}{:>8}{:>11}{:>10}{:>12.1e}{:>12.1e}{:>12.1e}{:>11.1}{:>9.0}",
+            all.len(),
+            widths.len(),
+            count(|o| matches!(o, Outcome::Undecided(_) | Outcome::None)),
+            count(|o| matches!(o, Outcome::Disagrees(_))),
+            quantile(&widths, 0.0),
+            quantile(&widths, 0.5),
+            quantile(&widths, 1.0),
+            quantile(&times, 0.5),
+            quantile(&times, 0.99),
+        );
+    }
+}
+
+/// A second enclosure against the true one.
+fn overlap(truth: &TruthEnclosure, bound: &Bound, size: f64) -> Outcome {
+    let below = bound.hi.as_ref().is_some_and(|hi| *hi < truth.lo);
+    if below || truth.hi < bound.lo {
+        return Outcome::Disagrees(format!(
+            "the truth is near {:e}, the second method says [{:e}, {:e}]",
+            truth.lo.approximate(),
+            bound.lo.approximate(),
+            bound.hi.as_ref().map_or(f64::INFINITY, Dyadic::approximate),
+        ));
+    }
+    if bound.hi.is_none() {
+        return Outcome::Undecided("no point proven to be on a face".to_owned());
+    }
+    Outcome::Agrees(bound.width() / size)
+}
+
+/// One truth against the second method.
+pub(crate) fn held(second: &Second<'_>, size: f64, query: &Query, truth: &Truth) -> Outcome {
+    match (query.ask, truth) {
+        (Ask::Contact(Probe::HalfSpace(h)), Truth::Separation(truth)) => {
+            match second.half_space(h.normal.into(), h.offset) {
+                Some(bound) => overlap(truth, &bound, size),
+                None => Outcome::Disagrees("no face".to_owned()),
+            }
+        }
+        (Ask::Contact(Probe::Sphere(s)), Truth::Separation(truth)) => {
+            let Some(r) = Dyadic::from_f64(s.radius) else {
+                return Outcome::Undecided("no radius".to_owned());
+            };
+            let (lo, hi) = (&truth.lo + &r, &truth.hi + &r);
+            let unsigned = if hi.signum() < 0 {
+                TruthEnclosure { lo: -&hi, hi: -&lo }
+            } else {
+                TruthEnclosure {
+                    lo: lo.clone(),
+                    hi: hi.clone(),
+                }
+            };
+            let center = s.center.coords.into();
+            let outcome = match second.distance(center) {
+                Some(bound) => overlap(&unsigned, &bound, size),
+                None => Outcome::Disagrees("no face".to_owned()),
+            };
+            // The sign.
+            let truly = match (hi.signum() < 0, lo.signum() > 0) {
+                (true, _) => Side::Inside,
+                (_, true) => Side::Outside,
+                _ => Side::Boundary,
+            };
+            match (outcome, side(second, center, truly)) {
+                (Outcome::Agrees(_), Outcome::Disagrees(why)) => Outcome::Disagrees(why),
+                (Outcome::Agrees(_), Outcome::Undecided(why)) => Outcome::Undecided(why),
+                (outcome, _) => outcome,
+            }
+        }
+        (Ask::Inside(point), Truth::Side { side: truly, .. }) => {
+            side(second, point.coords.into(), *truly)
+        }
+        (
+            Ask::Line(l),
+            Truth::Line {
+                hits, crossings, ..
+            },
+        ) => {
+            let found = second.line(l.origin.coords.into(), l.direction.into(), l.kind);
+            line(&found, hits, *crossings, l.direction.norm() / size)
+        }
+        _ => Outcome::None,
+    }
+}
+
+fn side(second: &Second<'_>, point: [f64; 3], truly: Side) -> Outcome {
+    match (second.inside(point), truly) {
+        (SecondSide::Inside, Side::Inside) | (SecondSide::Outside, Side::Outside) => {
+            Outcome::Agrees(0.0)
+        }
+        (SecondSide::Undecided, _) => Outcome::Undecided("no rays that agree".to_owned()),
+        (found, truly) => Outcome::Disagrees(format!("truly {truly:?}, second {found:?}")),
+    }
+}
+
+/// Every true hit must be one of the second method's, or where that is open; and the other way round for those
+/// that it is certain of.
+fn line(found: &SecondLine, truths: &[HitTruth], crossings: Option<usize>, scale: f64) -> Outcome {
+    let meets = |h: &SecondHit, truth: &HitTruth| {
+        let Some((lo, hi)) = h.t.ends() else {
+            return true;
+        };
+        let end = truth.t_end.as_ref().unwrap_or(&truth.t);
+        h.face == truth.face && lo <= end.hi && truth.t.lo <= hi
+    };
+    let mut width = 0.0f64;
+    for truth in truths {
+        let open = found.open.iter().any(|(face, [lo, hi])| {
+            let (a, b) = (truth.t.lo.approximate(), truth.t.hi.approximate());
+            *face == truth.face && *lo <= b && a <= *hi
+        });
+        match found.hits.iter().find(|h| meets(h, truth)) {
+            Some(h) => width = width.max(2.0 * h.t.radius() * scale),
+            None if open => {}
+            None => {
+                let t = truth.t.lo.approximate();
+                let reason = format!("the hit with face {} at t = {t:e} is none", truth.face);
+                return Outcome::Disagrees(reason);
+            }
+        }
+    }
+    for h in found.hits.iter().filter(|h| h.certain) {
+        if !truths.iter().any(|t| meets(h, t)) {
+            let t = h.t.lo();
+            let reason = format!("face {} is hit at t = {t:e}, uv {:?}", h.face, h.uv);
+            return Outcome::Disagrees(reason);
+        }
+    }
+    let settled = found.open.is_empty() && found.hits.iter().all(|h| h.certain);
+    if let Some(n) = crossings
+        && settled
+        && n != found.hits.len()
+    {
+        let reason = format!(
+            "{n} crossings, and the second method has {}",
+            found.hits.len()
+        );
+        return Outcome::Disagrees(reason);
+    }
+    if found.open.is_empty() {
+        Outcome::Agrees(width)
+    } else {
+        Outcome::Undecided("open parts of the line".to_owned())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The first queries of a suite with their truth, on one model.
+    fn stored(suite: &str, count: usize) -> (Model, Vec<(CorpusQuery, Truth)>) {
+        let corpora = crate::test::root().join("corpora");
+        let suite = suites(&corpora, Some(suite)).unwrap().remove(0);
+        let (queries, hash) = suite.files[0].queries().unwrap();
+        let (_, truths) = suite.files[0].truth(queries.len(), &hash).unwrap();
+        let name = queries[0].model.clone();
+        let model = Model::load(&corpora.join(MODELS).join(&name), None).unwrap();
+        let same = queries.into_iter().zip(truths);
+        let same = same.filter(|(q, _)| q.model == name).take(count).collect();
+        (model, same)
+    }
+
+    fn moved(e: &TruthEnclosure, by: f64) -> TruthEnclosure {
+        let by = Dyadic::from_f64(by).unwrap();
+        TruthEnclosure {
+            lo: &e.lo + &by,
+            hi: &e.hi + &by,
+        }
+    }
+
+    /// Truths that are wrong by little, or in kind.
+    fn mistakes(truth: &Truth) -> Vec<Truth> {
+        let mut all = Vec::new();
+        match truth {
+            // Far below an ulp.
+            Truth::Separation(e) => {
+                all.extend([1e-25, -1e-25].map(|by| Truth::Separation(moved(e, by))));
+                if e.lo.approximate().abs() > 1e-6 {
+                    let lo = -&e.hi;
+                    all.push(Truth::Separation(TruthEnclosure { lo, hi: -&e.lo }));
+                }
+            }
+            Truth::Side { side, in_gap } => {
+                let side = match side {
+                    Side::Inside => Side::Outside,
+                    _ => Side::Inside,
+                };
+                let in_gap = *in_gap;
+                all.push(Truth::Side { side, in_gap });
+            }
+            Truth::Line { hits, .. } if !hits.is_empty() => {
+                let with = |hits: Vec<HitTruth>| Truth::Line {
+                    hits,
+                    crossings: None,
+                    in_crack: None,
+                };
+                all.push(with(hits[1..].to_vec()));
+                let mut other = hits.clone();
+                other[0].t = moved(&other[0].t, 1e-25);
+                all.push(with(other));
+                let mut other = hits.clone();
+                other[0].face += 1;
+                all.push(with(other));
+            }
+            _ => {}
+        }
+        all
+    }
+
+    #[test]
+    fn a_planted_mistake_is_caught() {
+        for (suite, least) in [
+            ("contact-half-space", 8),
+            ("contact-sphere", 8),
+            ("line", 4),
+        ] {
+            let (model, all) = stored(suite, 5);
+            let breps: Vec<_> = model.breps.iter().collect();
+            let (second, size) = (Second::new(&breps), feeler_gate::model_size(&model));
+            let mut caught = 0;
+            for (query, truth) in &all {
+                let line = query.line.to_text();
+                let found = held(&second, size, &query.query, truth);
+                assert!(!matches!(found, Outcome::Disagrees(_)), "{line}: {found:?}");
+                if !matches!(found, Outcome::Agrees(width) if width < 1e-28) {
+                    continue;
+                }
+                for wrong in mistakes(truth) {
+                    let found = held(&second, size, &query.query, &wrong);
+                    assert!(matches!(found, Outcome::Disagrees(_)), "{line}: {wrong:?}");
+                    caught += 1;
+                }
+            }
+            assert!(caught >= least, "{suite}: {caught}");
+        }
+        let (model, all) = stored("inside", 4);
+        let breps: Vec<_> = model.breps.iter().collect();
+        let second = Second::new(&breps);
+        for (query, truth) in &all {
+            assert_eq!(
+                held(&second, 1.0, &query.query, truth),
+                Outcome::Agrees(0.0)
+            );
+            for wrong in mistakes(truth) {
+                let found = held(&second, 1.0, &query.query, &wrong);
+                assert!(matches!(found, Outcome::Disagrees(_)));
+            }
+        }
+    }
+
+    #[test]
+    fn a_witness_is_kept_once() {
+        let folder = std::env::temp_dir().join(format!("feeler-verify-{}", std::process::id()));
+        for _ in 0..2 {
+            keep(&folder, r#"{"model":"m.3dm","inside":{"point":[0,0,0]}}"#).unwrap();
+        }
+        let suite = suites(&folder, Some(REGRESSIONS)).unwrap().remove(0);
+        assert_eq!(suite.files[0].queries().unwrap().0.len(), 1);
+        fs::remove_dir_all(&folder).unwrap();
+    }
+}
