@@ -34,8 +34,7 @@ std::pair<double, double> strip_range(double a, double b, const Box& box) {
             std::max(au0, au1) + std::max(bv0, bv1) + slack};
 }
 
-ArcNode::ArcNode(RationalBezierCurve c, bool border)
-    : curve(std::move(c)), hull(hull_of(curve)), on_border(border) {
+ArcNode::ArcNode(RationalBezierCurve c) : curve(std::move(c)), hull(hull_of(curve)) {
     box = {double_bounds(hull[0]).first, double_bounds(hull[1]).second,
            double_bounds(hull[2]).first, double_bounds(hull[3]).second};
     size_u = double_bounds(hull[1] - hull[0]).second;
@@ -69,8 +68,8 @@ ArcNode& ArcNode::child(int k) {
         halve(curve.X, left.X, right.X);
         halve(curve.Y, left.Y, right.Y);
         halve(curve.W, left.W, right.W);
-        children[0] = std::make_unique<ArcNode>(std::move(left), on_border);
-        children[1] = std::make_unique<ArcNode>(std::move(right), on_border);
+        children[0] = std::make_unique<ArcNode>(std::move(left));
+        children[1] = std::make_unique<ArcNode>(std::move(right));
     }
     return *children[k];
 }
@@ -81,6 +80,60 @@ Q ArcNode::end_u(int end) const {
 
 Q ArcNode::end_v(int end) const {
     return end ? curve.Y.back() / curve.W.back() : curve.Y.front() / curve.W.front();
+}
+
+namespace {
+
+bool disjoint(const ArcNode& arc, const QueryBox& b) {
+    if (arc.box.u0 > b.box.u1 || arc.box.u1 < b.box.u0 || arc.box.v0 > b.box.v1 ||
+        arc.box.v1 < b.box.v0)
+        return true;
+    const auto range = strip_range(arc.a, arc.b, b.box);
+    if (range.first > arc.strip_hi || range.second < arc.strip_lo) return true;
+    if (b.q) {
+        const auto &h = arc.hull, &q = *b.q;
+        return h[0] > q[1] || h[1] < q[0] || h[2] > q[3] || h[3] < q[2];
+    }
+    return false;
+}
+
+bool end_inside(const ArcNode& arc, const QueryBox& b) {
+    // Inward is not needed: a wrong yes only makes the answer Mixed.
+    for (int end = 0; end < 2; ++end) {
+        const auto u = double_bounds(arc.end_u(end)), v = double_bounds(arc.end_v(end));
+        if (b.box.u0 <= u.first && u.second <= b.box.u1 && b.box.v0 <= v.first &&
+            v.second <= b.box.v1)
+            return true;
+    }
+    return false;
+}
+
+// Bounds the recursion; 2^-200 of an arc is far below what any root box reaches.
+constexpr int kDeepest = 200;
+// Below 2^-60 of an arc a box of doubles cannot be told apart from it any better.
+constexpr int kDeepestDouble = 60;
+
+bool clear_of(ArcNode& arc, const QueryBox& b, int depth) {
+    if (disjoint(arc, b)) return true;
+    // A box that is flat in one direction is judged by the other.
+    const double larger = std::max(b.size_u, b.size_v);
+    const bool small = std::max(arc.size_u, arc.size_v) <= 0.5 * larger &&
+                       (b.size_u == 0 || b.size_v == 0 ||
+                        (arc.size_u <= 0.5 * b.size_u && arc.size_v <= 0.5 * b.size_v));
+    if (small || depth == 0) return false;
+    if (!b.q && end_inside(arc, b)) return false;
+    return clear_of(arc.child(0), b, depth - 1) && clear_of(arc.child(1), b, depth - 1);
+}
+
+}  // namespace
+
+bool clear_of(ArcNode& arc, const QueryBox& box) {
+    return clear_of(arc, box, box.q ? kDeepest : kDeepestDouble);
+}
+
+std::array<Q, 4> QueryBox::exact() const {
+    if (q) return *q;
+    return {Q(box.u0), Q(box.u1), Q(box.v0), Q(box.v1)};
 }
 
 }  // namespace feeler_oracle

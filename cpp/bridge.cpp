@@ -6,6 +6,7 @@
 #include <cmath>
 #include <string>
 
+#include "evaluate.hpp"
 #include "feeler-oracle/src/bridge.rs.h"
 #include "guard.hpp"
 
@@ -25,15 +26,6 @@ void silence_cgal() {
 }
 
 namespace {
-
-RawDyadic round(const Q& x, mpfr_rnd_t direction) {
-    // Rounding twice in one direction stays outward.
-    Real r;
-    mpfr_set_q(r.get(), x.mpq(), direction);
-    return to_dyadic(r, direction);
-}
-
-RawEnclosure enclose(const Q& x) { return {round(x, MPFR_RNDD), round(x, MPFR_RNDU)}; }
 
 void check_finite(double x) {
     if (!std::isfinite(x)) throw std::invalid_argument("the query is not finite");
@@ -63,7 +55,8 @@ RawDyadic to_dyadic(const Real& x, mpfr_rnd_t direction) {
     return d;
 }
 
-RawEvaluation evaluate_face(const Core& core, std::size_t face, double u, double v) {
+RawEvaluation evaluate_face(const Core& core, std::size_t face, double u, double v, bool below_u,
+                            bool below_v) {
     return guarded([&] {
         check_finite(u);
         check_finite(v);
@@ -71,10 +64,12 @@ RawEvaluation evaluate_face(const Core& core, std::size_t face, double u, double
         const auto domain = surface_domain(surface);
         if (Q(u) < domain[0] || Q(u) > domain[1] || Q(v) < domain[2] || Q(v) > domain[3])
             throw std::invalid_argument("the point is outside the surface's domain");
-        const auto e = evaluate(surface, Q(u), Q(v));
+        const auto limit = [](bool below) { return below ? Limit::FromBelow : Limit::FromAbove; };
+        const auto e = enclose_evaluation(surface, Q(u), Q(v), limit(below_u), limit(below_v));
         RawEvaluation raw;
-        for (const auto* vector : {&e.point, &e.du, &e.dv})
-            for (const Q& x : *vector) raw.numbers.push_back(enclose(x));
+        for (const auto* vector : {&e.point, &e.du, &e.dv, &e.duu, &e.duv, &e.dvv})
+            for (const Interval& x : *vector)
+                raw.numbers.push_back({to_dyadic(x.lo, MPFR_RNDD), to_dyadic(x.hi, MPFR_RNDU)});
         return raw;
     });
 }

@@ -62,7 +62,8 @@ class Builder {
 
 std::unique_ptr<Builder> new_builder();
 
-RawEvaluation evaluate_face(const Core& core, std::size_t face, double u, double v);
+RawEvaluation evaluate_face(const Core& core, std::size_t face, double u, double v, bool below_u,
+                            bool below_v);
 RawSide side_of(const Core& core, std::size_t face, double u, double v);
 // Of trim `trim` of loop `loop` of a face, each counted from 0.
 RawDerivativeRoots derivative_roots_of(const Core& core, std::size_t face, std::size_t loop,

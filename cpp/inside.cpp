@@ -5,6 +5,7 @@
 
 #include "edge_near.hpp"
 #include "edge_width.hpp"
+#include "evaluate.hpp"
 #include "line.hpp"
 
 namespace feeler_oracle {
@@ -122,6 +123,8 @@ class Query {
         const Face& face = core_.model().faces[hit.face];
         const auto& region = core_.face(std::size_t(hit.face)).region;
         const auto& domain = region.domain();
+        // No point of these is known exactly.
+        if (!is_rational(face.surface)) return false;
         const auto beside = [](double x) {
             return std::array<double, 3>{std::nextafter(x, -INFINITY), x,
                                          std::nextafter(x, INFINITY)};

@@ -17,7 +17,7 @@ std::vector<Q> local_knots(const std::vector<double>& knots, int p, int span) {
 // Weights of the p + 1 control points of a span in the blossom at arguments s[0..p-1]: the
 // recursion of The NURBS Book A2.2 with another argument at each level. `knots` are the span's
 // local ones.
-std::vector<Q> blossom_weights(const std::vector<Q>& knots, int p, const std::vector<Q>& s) {
+std::vector<Q> weights_in(const std::vector<Q>& knots, int p, const std::vector<Q>& s) {
     std::vector<Q> n(p + 1, Q(0));
     n[0] = Q(1);
     for (int r = 1; r <= p; ++r) {
@@ -49,72 +49,11 @@ Q combine(const std::vector<Q>& weights, F values) {
     return sum;
 }
 
-std::array<Q, 2> plane_parameter(const Plane& plane, int axis, const Q& t) {
-    // a(t) and its derivative.
-    const Q t0(plane.domain[2 * axis]), t1(plane.domain[2 * axis + 1]);
-    const Q a0(plane.extents[2 * axis]), a1(plane.extents[2 * axis + 1]);
-    const Q slope = (a1 - a0) / (t1 - t0);
-    return {a0 + (t - t0) * slope, slope};
-}
-
 std::array<Q, 3> plane_point(const Plane& plane, const Q& a, const Q& b) {
     std::array<Q, 3> point;
     for (int k = 0; k < 3; ++k)
         point[k] = Q(plane.origin[k]) + a * Q(plane.x[k]) + b * Q(plane.y[k]);
     return point;
-}
-
-ExactEvaluation evaluate_plane(const Plane& plane, const Q& u, const Q& v) {
-    const auto a = plane_parameter(plane, 0, u), b = plane_parameter(plane, 1, v);
-    ExactEvaluation e;
-    e.point = plane_point(plane, a[0], b[0]);
-    for (int k = 0; k < 3; ++k) {
-        e.du[k] = a[1] * Q(plane.x[k]);
-        e.dv[k] = b[1] * Q(plane.y[k]);
-    }
-    return e;
-}
-
-// Weights of the control points span-p..span for the point and for the derivative.
-std::array<std::vector<Q>, 2> basis(int p, const std::vector<double>& knots, int span, const Q& t) {
-    const auto exact = local_knots(knots, p, span);
-    std::array<std::vector<Q>, 2> result;
-    result[0] = blossom_weights(exact, p, std::vector<Q>(p, t));
-    // The derivative is p times the blossom at (t, .., t, direction 1): the difference of the
-    // blossoms at (t, .., t, 1 + t) and (t, .., t, t).
-    std::vector<Q> arguments(p, t);
-    arguments.back() = t + Q(1);
-    result[1] = blossom_weights(exact, p, arguments);
-    for (int k = 0; k <= p; ++k) result[1][k] = Q(p) * (result[1][k] - result[0][k]);
-    return result;
-}
-
-ExactEvaluation evaluate_nurbs(const NurbsSurface& s, const Q& u, const Q& v) {
-    const int iu = find_span(s.degree_u, s.knots_u, u), iv = find_span(s.degree_v, s.knots_v, v);
-    const auto bu = basis(s.degree_u, s.knots_u, iu, u), bv = basis(s.degree_v, s.knots_v, iv, v);
-    const int stride = s.count_v();
-    std::array<Q, 4> value, along_u, along_v;
-    for (int c = 0; c < 4; ++c) {
-        std::vector<Q> row(s.degree_u + 1), row_dv(s.degree_u + 1);
-        for (int i = 0; i <= s.degree_u; ++i) {
-            const auto net = [&](int j) {
-                return Q(s.net[4 * ((iu - s.degree_u + i) * stride + iv - s.degree_v + j) + c]);
-            };
-            row[i] = combine(bv[0], net);
-            row_dv[i] = combine(bv[1], net);
-        }
-        value[c] = combine(bu[0], [&](int i) { return row[i]; });
-        along_u[c] = combine(bu[1], [&](int i) { return row[i]; });
-        along_v[c] = combine(bu[0], [&](int i) { return row_dv[i]; });
-    }
-    ExactEvaluation e;
-    const Q inverse = Q(1) / value[3];
-    for (int k = 0; k < 3; ++k) {
-        e.point[k] = value[k] * inverse;
-        e.du[k] = (along_u[k] - along_u[3] * e.point[k]) * inverse;
-        e.dv[k] = (along_v[k] - along_v[3] * e.point[k]) * inverse;
-    }
-    return e;
 }
 
 RationalBezierPatch plane_patch(const Plane& plane) {
@@ -184,6 +123,11 @@ RationalBezierPatch nurbs_patch(const NurbsSurface& s, int iu, int iv,
 
 }  // namespace
 
+std::vector<Q> blossom_weights(int degree, const std::vector<double>& knots, int span,
+                               const std::vector<Q>& arguments) {
+    return weights_in(local_knots(knots, degree, span), degree, arguments);
+}
+
 std::vector<std::vector<Q>> blossom_matrix(int degree, const std::vector<double>& knots, int span,
                                            const Q& a, const Q& b) {
     const auto exact = local_knots(knots, degree, span);
@@ -191,18 +135,9 @@ std::vector<std::vector<Q>> blossom_matrix(int degree, const std::vector<double>
     for (int k = 0; k <= degree; ++k) {
         std::vector<Q> arguments(degree - k, a);
         arguments.insert(arguments.end(), k, b);
-        rows.push_back(blossom_weights(exact, degree, arguments));
+        rows.push_back(weights_in(exact, degree, arguments));
     }
     return rows;
-}
-
-int find_span(int degree, const std::vector<double>& knots, const Q& t) {
-    const int n = int(knots.size()) - degree - 1;
-    int found = -1;
-    for (int i = degree; i < n; ++i)
-        if (knots[i] < knots[i + 1] && (found < 0 || Q(knots[i]) <= t)) found = i;
-    if (found < 0) throw std::invalid_argument("a knot vector with an empty domain");
-    return found;
 }
 
 std::array<Q, 4> surface_domain(const Surface& surface) {
@@ -250,12 +185,6 @@ std::vector<RationalBezierPatch> bezier_patches(const Surface& surface) {
     for (const auto& [iu, mu] : along_u)
         for (const auto& [iv, mv] : along_v) patches.push_back(nurbs_patch(s, iu, iv, mu, mv));
     return patches;
-}
-
-ExactEvaluation evaluate(const Surface& surface, const Q& u, const Q& v) {
-    if (const auto* plane = std::get_if<Plane>(&surface)) return evaluate_plane(*plane, u, v);
-    if (const auto* s = std::get_if<NurbsSurface>(&surface)) return evaluate_nurbs(*s, u, v);
-    throw std::runtime_error(std::string("evaluation of a ") + kind_name(surface));
 }
 
 }  // namespace feeler_oracle

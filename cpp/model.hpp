@@ -200,20 +200,16 @@ std::vector<RationalBezierPatch> bezier_patches(const Surface& surface);
 // exact. Successive pieces meet, but for the inner ends of a poly-curve that do not.
 std::vector<RegionArc> uv_pieces(const TrimCurve& trim);
 
+// Weights of the p + 1 control points i-p..i of span [knots[i], knots[i + 1]) in the blossom at
+// the p arguments.
+std::vector<Q> blossom_weights(int degree, const std::vector<double>& knots, int span,
+                               const std::vector<Q>& arguments);
+
 // The matrix (rows k = 0..p) that takes the p + 1 control points i-p..i of span
 // [knots[i], knots[i + 1]) to the Bernstein coefficients over [a, b]: row k holds the weights of
 // the blossom f(a, .., a, b, .., b), b taken k times (L. Ramshaw, "Blossoms are polar forms",
 // 1989).
 std::vector<std::vector<Q>> blossom_matrix(int degree, const std::vector<double>& knots, int span,
                                            const Q& a, const Q& b);
-
-// Index i of the span [knots[i], knots[i + 1]) that holds t; the last one is closed.
-int find_span(int degree, const std::vector<double>& knots, const Q& t);
-
-// A point and first derivatives, exactly. At a knot the derivative is that of find_span's span.
-struct ExactEvaluation {
-    std::array<Q, 3> point, du, dv;
-};
-ExactEvaluation evaluate(const Surface& surface, const Q& u, const Q& v);
 
 }  // namespace feeler_oracle

@@ -5,7 +5,7 @@
 #include <memory>
 #include <vector>
 
-#include "model.hpp"
+#include "uv_curve.hpp"
 
 namespace feeler_oracle {
 
@@ -17,11 +17,12 @@ enum class Side { Inside, Outside, Boundary };
 // Mixed: neither is proven.
 enum class BoxSide { Inside, Outside, Mixed };
 
-struct Box {
-    double u0, u1, v0, v1;
-};
+class ArcIndex;
 
-struct ArcNode;
+// Two end points that differ and are joined by a segment.
+struct Gap {
+    EndPoint from, to;
+};
 
 // Closed boundary made of the trim curves of all loops, each joined to the next (the last to the
 // first) by a straight segment where their end points differ.
@@ -43,23 +44,28 @@ class Region {
     const std::array<Q, 4>& domain() const { return domain_; }
     // Whether the region is the whole domain, because no loops are given.
     bool whole_domain() const { return whole_; }
-    // Pairs of end points that differ: u0, u1, v0, v1 of their box.
-    const std::vector<std::array<Q, 4>>& gaps() const { return gaps_; }
+    // Pairs of end points that differ. Irrational ones that are equal, but given by other numbers,
+    // count as different: such a gap is one irrational point, to which no rational point belongs.
+    const std::vector<Gap>& gaps() const { return gaps_; }
 
-    const std::vector<std::unique_ptr<ArcNode>>& roots() const { return roots_; }
+    const ArcIndex& index() const { return *index_; }
 
  private:
     std::vector<RegionArc> arcs_;
     std::vector<int> arc_edge_, arc_trim_;
     std::array<Q, 4> domain_;
-    std::vector<std::array<Q, 4>> gaps_;
-    std::vector<std::unique_ptr<ArcNode>> roots_;
+    std::vector<Gap> gaps_;
+    std::unique_ptr<ArcIndex> index_;
     bool whole_ = false;
 };
 
 // The region is the closure of the points of odd parity, cut with the surface's domain. A point
 // outside the closed domain is Outside. On the border of the domain a point is Boundary if its
 // parity is odd. A point on a loop is Boundary. Exact.
+//
+// Cost: logarithmic in the number of arcs (arc_index.hpp), and one exact decision for each arc
+// whose box holds the point. Throws std::runtime_error where the sign of a number is not known at
+// kMostBits (uv_curve.hpp says when that may be).
 //
 // Not for use by several threads on one region: subdivided arcs are kept in it.
 Side side(const Region& region, const Q& u, const Q& v);

@@ -19,7 +19,7 @@ pub(crate) mod ffi {
         hi: RawDyadic,
     }
 
-    /// Point, derivative along u, derivative along v: nine numbers.
+    /// Point, u, v, uu, uv and vv derivatives: eighteen numbers.
     struct RawEvaluation {
         numbers: Vec<RawEnclosure>,
     }
@@ -162,7 +162,14 @@ pub(crate) mod ffi {
         fn add_arc(self: Pin<&mut Builder>, numbers: &[f64]) -> Result<()>;
         fn finish(self: Pin<&mut Builder>) -> Result<UniquePtr<Core>>;
 
-        fn evaluate_face(core: &Core, face: usize, u: f64, v: f64) -> Result<RawEvaluation>;
+        fn evaluate_face(
+            core: &Core,
+            face: usize,
+            u: f64,
+            v: f64,
+            below_u: bool,
+            below_v: bool,
+        ) -> Result<RawEvaluation>;
         fn side_of(core: &Core, face: usize, u: f64, v: f64) -> Result<RawSide>;
         fn derivative_roots_of(
             core: &Core,

@@ -6,6 +6,7 @@ use crate::truth::{Evaluation, OracleError, SideTruth, TruthEnclosure};
 use dashu_int::IBig;
 use feeler::brep::Brep;
 use feeler::numeric::Dyadic;
+use feeler::nurbs::Limit;
 use feeler::trim::Side;
 use std::cell::OnceCell;
 
@@ -107,27 +108,49 @@ impl Oracle {
         }
     }
 
-    /// The point of a face's surface at `uv` and its first derivatives: exact rationals, rounded
-    /// outward to 192 bits. About 0.2 ms.
+    /// The point of a face's surface at `uv` and its derivatives up to the second, rounded outward
+    /// to 192 bits; from above at knots and joints. Exact before that where the surface is
+    /// rational, else enclosed to about 2^-300 of the model's size. About 0.2 ms.
     ///
     /// # Errors
     /// `uv` must be finite and in the surface's domain.
     pub fn evaluate(&self, face: usize, uv: [f64; 2]) -> Result<Evaluation, OracleError> {
+        self.evaluate_from(face, uv, [Limit::FromAbove; 2])
+    }
+
+    /// Like [`evaluate`](Self::evaluate), with the sides from which derivatives are taken at knots and
+    /// joints along u and v.
+    ///
+    /// # Errors
+    /// Likewise.
+    pub fn evaluate_from(
+        &self,
+        face: usize,
+        uv: [f64; 2],
+        limits: [Limit; 2],
+    ) -> Result<Evaluation, OracleError> {
         self.check_face(face)?;
-        let raw = ffi::evaluate_face(&self.core, face, uv[0], uv[1])?;
+        let [below_u, below_v] = limits.map(|l| l == Limit::FromBelow);
+        let raw = ffi::evaluate_face(&self.core, face, uv[0], uv[1], below_u, below_v)?;
         let numbers = raw
             .numbers
             .iter()
             .map(enclosure)
             .collect::<Result<Vec<_>, _>>()?;
-        let numbers: [TruthEnclosure; 9] = numbers
-            .try_into()
-            .map_err(|_| OracleError::Defect("an evaluation has nine numbers"))?;
-        let [x, y, z, ux, uy, uz, vx, vy, vz] = numbers;
+        let mut vectors = numbers
+            .chunks_exact(3)
+            .map(|v| <[_; 3]>::try_from(v.to_vec()));
+        let mut next = || {
+            vectors
+                .next()
+                .and_then(Result::ok)
+                .ok_or(OracleError::Defect("an evaluation has eighteen numbers"))
+        };
         Ok(Evaluation {
-            point: [x, y, z],
-            du: [ux, uy, uz],
-            dv: [vx, vy, vz],
+            point: next()?,
+            du: next()?,
+            dv: next()?,
+            second: [next()?, next()?, next()?],
         })
     }
 

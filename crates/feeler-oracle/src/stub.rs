@@ -5,6 +5,7 @@ use crate::truth::{
     SideTruth, TruthEnclosure,
 };
 use feeler::brep::Brep;
+use feeler::nurbs::Limit;
 use feeler::query::LineKind;
 use std::convert::Infallible;
 
@@ -26,7 +27,7 @@ impl Oracle {
         match self.never {}
     }
 
-    /// The point of a face's surface at `uv` and its first derivatives.
+    /// The point of a face's surface at `uv` and its derivatives.
     pub fn evaluate(&self, _face: usize, _uv: [f64; 2]) -> Result<Evaluation, OracleError> {
         match self.never {}
     }
@@ -38,6 +39,16 @@ impl Oracle {
         _trim_loop: usize,
         _trim: usize,
     ) -> Result<DerivativeRootsTruth, OracleError> {
+        match self.never {}
+    }
+
+    /// Likewise, with the sides from which derivatives are taken.
+    pub fn evaluate_from(
+        &self,
+        _face: usize,
+        _uv: [f64; 2],
+        _limits: [Limit; 2],
+    ) -> Result<Evaluation, OracleError> {
         match self.never {}
     }
 

@@ -25,15 +25,17 @@ impl TruthEnclosure {
     }
 }
 
-/// A surface point and its first derivatives.
+/// A surface point and its derivatives up to the second.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Evaluation {
     /// The point, in the model's frame.
     pub point: [TruthEnclosure; 3],
-    /// Derivative along u; at a knot that of the span above it.
+    /// Derivative along u. At knots and joints all derivatives are one-sided, as was asked.
     pub du: [TruthEnclosure; 3],
-    /// Derivative along v; likewise.
+    /// Derivative along v.
     pub dv: [TruthEnclosure; 3],
+    /// Second derivatives: twice along u, along u and v, twice along v.
+    pub second: [[TruthEnclosure; 3]; 3],
 }
 
 /// The side of a uv point, exactly.
