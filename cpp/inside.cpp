@@ -12,6 +12,9 @@ namespace feeler_oracle {
 namespace {
 
 constexpr int kRays = 48;
+// Enclosures of hits are far narrower than this, relative to the ray's direction; other open parts
+// wider.
+constexpr double kNarrow = 0x1p-160;
 
 // Spread evenly, none along an axis or a plane that parts are built along.
 std::array<double, 3> ray_direction(int k) {
@@ -104,6 +107,11 @@ class Query {
     // ---- on a face
 
     bool on_a_face() const {
+        for (const int f : around_) {
+            const PreparedFace& face = core_.face(std::size_t(f));
+            for (const auto& patch : face.patches)
+                if (on_parallelogram(face, patch)) return true;
+        }
         const auto& faces = core_.model().faces;
         std::vector<char> wanted(faces.size(), 0);
         for (const int f : around_) wanted[f] = 1;
@@ -116,6 +124,37 @@ class Query {
             if (hit.t.lo.sign() <= 0 && hit.t.hi.sign() >= 0 && exact_foot(hit)) return true;
         }
         return false;
+    }
+
+    // Exactly, for a patch that is an affine image of its square; false for others.
+    bool on_parallelogram(const PreparedFace& face, const RationalBezierPatch& s) const {
+        if (s.p != 1 || s.q != 1) return false;
+        for (const Q& w : s.W)
+            if (w != s.W[0]) return false;
+        using Q3 = std::array<Q, 3>;
+        Q3 u, v, x;
+        const std::vector<Q>* const xyz[3] = {&s.X, &s.Y, &s.Z};
+        for (int k = 0; k < 3; ++k) {
+            const auto& c = *xyz[k];
+            if (c[0] + c[3] != c[1] + c[2]) return false;
+            u[k] = (c[2] - c[0]) / s.W[0];
+            v[k] = (c[1] - c[0]) / s.W[0];
+            x[k] = Q(point_[k]) - c[0] / s.W[0];
+        }
+        const auto dot = [](const Q3& a, const Q3& b) -> Q {
+            return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+        };
+        const auto cross = [](const Q3& a, const Q3& b) -> Q3 {
+            return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2],
+                    a[0] * b[1] - a[1] * b[0]};
+        };
+        const Q3 n = cross(u, v);
+        const Q n2 = dot(n, n);
+        if (sign(n2) == 0 || sign(dot(n, x)) != 0) return false;
+        const Q a = dot(cross(x, v), n) / n2, b = dot(cross(u, x), n) / n2;
+        if (sign(a) < 0 || a > Q(1) || sign(b) < 0 || b > Q(1)) return false;
+        return side(face.region, s.u0 + a * (s.u1 - s.u0), s.v0 + b * (s.v1 - s.v0)) !=
+               Side::Outside;
     }
 
     // Whether the point is the exact image of parameters beside those of the hit.
@@ -224,6 +263,11 @@ class Query {
         LineOptions options{brep_, 20000};
         options.faces = &faces;
         const LineAnswer answer = line_hits(core_, line, options);
+        // A hit that is not told apart from the start is an open part, and a narrow one.
+        for (const auto& open : answer.open)
+            if (open.t.lo.sign() <= 0 && open.t.hi.sign() >= 0 &&
+                sub_up(open.t.hi, open.t.lo).up() < kNarrow)
+                return Count::AtPoint;
         odd = false;
         bool settled = answer.open.empty();
         for (const auto& hit : answer.hits) {
