@@ -3,6 +3,7 @@
 #include <stdexcept>
 
 #include "bridge.hpp"
+#include "edge_line.hpp"
 #include "feeler-oracle/src/bridge.rs.h"
 #include "guard.hpp"
 #include "inside.hpp"
@@ -32,7 +33,9 @@ RawLine line_truth(const Core& core, rust::Slice<const double> origin,
             throw std::invalid_argument("the direction is zero");
         const LineAnswer answer = line_hits(core, line);
         RawLine raw;
-        raw.clear = answer.clear;
+        const LineCrossings found = line_crossings(core, line, answer);
+        raw.crossings = found.crossings;
+        raw.in_crack = found.in_crack;
         for (const auto& h : answer.hits)
             raw.hits.push_back({std::size_t(h.face), to_raw(h.t), h.lies_in,
                                 to_raw(h.lies_in ? h.t_end : h.t), h.boundary,

@@ -64,7 +64,10 @@ pub(crate) mod ffi {
     struct RawLine {
         hits: Vec<RawHit>,
         open: Vec<RawOpen>,
-        clear: bool,
+        /// -1: not known.
+        crossings: i32,
+        /// 0, 1, or -1: not known.
+        in_crack: i32,
     }
 
     /// The width of an edge's crack.

@@ -60,11 +60,13 @@ impl Oracle {
         let raw = ffi::line_truth(self.core(), &origin, &direction, kind)?;
         let hits = raw.hits.iter().map(hit).collect::<Result<Vec<_>, _>>()?;
         let open = raw.open.iter().map(open).collect::<Result<Vec<_>, _>>()?;
-        let regular = |h: &LineHitTruth| h.transversal && !h.boundary && h.t_end.is_none();
-        let settled = raw.clear && open.is_empty() && hits.iter().all(regular);
         Ok(LineTruth {
-            crossings: settled.then_some(hits.len()),
-            in_crack: raw.clear.then_some(false),
+            crossings: usize::try_from(raw.crossings).ok(),
+            in_crack: match raw.in_crack {
+                0 => Some(false),
+                1 => Some(true),
+                _ => None,
+            },
             hits,
             open,
         })

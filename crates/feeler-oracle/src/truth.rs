@@ -156,11 +156,12 @@ pub struct LineTruth {
     pub hits: Vec<LineHitTruth>,
     /// Where more hits may be, and only there.
     pub open: Vec<LineOpen>,
-    /// How often the line passes through the faces; known where all hits are transversal, inside
-    /// their faces and clear of every edge by the margin.
+    /// How often the line passes through the faces: hits in one passage of an edge's crack count once, others
+    /// where they cross. `None` where this is not known, or has no meaning (a line in a face). The exact words
+    /// are in `cpp/edge_line.hpp`.
     pub crossings: Option<usize>,
-    /// Whether it passes a crack; known (not) where it is clear of every edge by the margin: no hit
-    /// with a surface, extended by 2^-10 of its domain, is nearer than that to a loop or border in uv.
+    /// Whether the line passes an edge within the width of its crack without a hit there; `None` where it
+    /// is not known.
     pub in_crack: Option<bool>,
 }
 

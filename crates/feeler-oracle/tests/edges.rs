@@ -6,6 +6,7 @@ mod scene;
 use feeler::brep::{Brep, BrepBuilder};
 use feeler::numeric::Dyadic;
 use feeler::nurbs::Surface;
+use feeler::query::LineKind;
 use feeler_oracle::{InsideTruth, Oracle};
 use scene::{changed, dyadic, model};
 
@@ -241,4 +242,80 @@ fn side_of_shape(name: &str, [x, y, z]: [f64; 3]) -> Option<InsideTruth> {
     } else {
         None
     }
+}
+
+/// Hits, crossings, in_crack.
+fn count(
+    o: &Oracle,
+    origin: [f64; 3],
+    direction: [f64; 3],
+    kind: LineKind,
+) -> (usize, Option<usize>, Option<bool>) {
+    let t = o.line(origin, direction, kind).unwrap();
+    assert!(t.open.is_empty(), "{t:?}");
+    (t.hits.len(), t.crossings, t.in_crack)
+}
+
+#[test]
+fn crossings_of_a_planted_crack_are_those_of_the_definition() {
+    let c = (-20f64).exp2();
+    let (whole, no, yes) = (LineKind::Line, Some(false), Some(true));
+    // A gap at the upper edges, c high.
+    let o = Oracle::new(&[&cracked([0.0, 0.0, c])]).unwrap();
+    // Through two gaps, below the top: no hit at all.
+    let gap = [0.5, 2.0, 1.0 + 0.5 * c];
+    assert_eq!(count(&o, gap, [0.0, -1.0, 0.0], whole), (0, Some(0), yes));
+    // Through one, then the bottom.
+    let gap = [0.5, 1.0, 1.0 + 0.5 * c];
+    let down = [0.0, -1.0, -2.0];
+    assert_eq!(count(&o, gap, down, whole), (1, Some(1), yes));
+    // The same as a ray from either side of the gap, and one that ends within the crack: not decided.
+    let moved = |t: f64| [0.5, 1.0 - t, 1.0 + 0.5 * c - 2.0 * t];
+    assert_eq!(
+        count(&o, moved(-0.25), down, LineKind::Ray),
+        (1, Some(1), yes)
+    );
+    assert_eq!(
+        count(&o, moved(0.25), down, LineKind::Ray),
+        (1, Some(1), no)
+    );
+    assert_eq!(
+        count(&o, moved(-0.25), down, LineKind::Segment),
+        (1, Some(1), yes)
+    );
+    assert_eq!(
+        count(&o, moved(0.0), down, LineKind::Ray),
+        (1, Some(1), None)
+    );
+    // Beside the edge, 2 c and 0.5 c off its images, without a hit there.
+    let beside = |y: f64, z: f64| [0.5, 1.0 + y * c, 1.0 + z * c];
+    let away = [0.0, 1.0, -1.0];
+    assert_eq!(count(&o, beside(1.5, 1.5), away, whole), (0, Some(0), no));
+    assert_eq!(count(&o, beside(0.5, 1.0), away, whole), (0, Some(0), yes));
+    // An overlap: the sides stand out over the top. The line hits both within c, and the bottom.
+    let o = Oracle::new(&[&cracked([0.0, 0.0, -c])]).unwrap();
+    let over = [0.5, 1.0, 1.0 - 0.5 * c];
+    assert_eq!(count(&o, over, down, whole), (3, Some(2), no));
+    // Farther down the side the second hit is in no crack: side, then bottom.
+    let below = [0.5, 1.0, 1.0 - 4.0 * c];
+    assert_eq!(count(&o, below, down, whole), (2, Some(2), no));
+    // The exact cube: through an edge, and through a corner; the edge touched from outside is hit, and counts.
+    let o = Oracle::new(&[&cube()]).unwrap();
+    assert_eq!(count(&o, [0.5, 1.0, 1.0], down, whole), (3, Some(2), no));
+    assert_eq!(
+        count(&o, [1.0, 1.0, 1.0], [-1.0, -1.5, -2.0], whole),
+        (4, Some(2), no)
+    );
+    assert_eq!(
+        count(&o, [0.5, 1.0, 1.0], [0.0, -1.0, 1.0], whole),
+        (2, Some(1), no)
+    );
+    // Next to it by one unit in the last place: no.
+    assert_eq!(
+        count(&o, [0.5, 1.0 + f64::EPSILON, 1.0], [0.0, -1.0, 1.0], whole),
+        (0, Some(0), no)
+    );
+    // Along a face: hits, but no number of crossings.
+    let t = o.line([0.5, 2.0, 1.0], [0.0, -1.0, 0.0], whole).unwrap();
+    assert_eq!(t.crossings, None);
 }

@@ -341,8 +341,7 @@ mod with_oracle {
                 Ok(Truth::Line {
                     hits: hits.collect::<Result<_, String>>()?,
                     crossings: found.crossings,
-                    // The oracle does not compute the cracks' widths: not judged.
-                    in_crack: None,
+                    in_crack: found.in_crack,
                 })
             }
             Ask::Side(face, uv) => {
