@@ -121,44 +121,40 @@ class Search {
             return target_.origin[k];
     }
 
-    // Towards the middle of the part, in doubles, of length about 1 (0 if there is none).
-    Vector<double> towards(const Node<T>& node) const {
+    // The sum of x(D_i) / W_i over a few i, in doubles and of length about 1; 0 if there is none.
+    template <class F>
+    Vector<double> direction(const Node<T>& node, F x) const {
         const std::size_t n = node.w.size();
         Vector<double> v{};
         for (const std::size_t i : {std::size_t(0), n / 2, n - 1}) {
             const double w = approximate(node.w[i]);
-            for (int k = 0; k < 3; ++k) v[k] += approximate(node.d[i][k]) / w;
+            const Vector<T> of = x(node.d[i]);
+            for (int k = 0; k < 3; ++k) v[k] += approximate(of[k]) / w;
         }
         const double largest = std::max({std::fabs(v[0]), std::fabs(v[1]), std::fabs(v[2])});
         if (!(largest > 0) || !std::isfinite(largest)) return {};
         double norm = 0;
-        for (double& x : v) {
-            x /= largest;
-            norm += x * x;
+        for (double& y : v) {
+            y /= largest;
+            norm += y * y;
         }
-        for (double& x : v) x /= std::sqrt(norm);
+        for (double& y : v) y /= std::sqrt(norm);
         return v;
     }
 
     bool farther(const Node<T>& node) const {
-        Vector<double> v = towards(node);
-        if (v == Vector<double>{}) return false;
-        Vector<T> n;
         bool across = target_.kind == NearTarget::Line;
         if (target_.kind == NearTarget::Ray) {
             for (const auto& d : node.d) across |= !(dot(d, along_).hi < zero_.lo);
         }
-        if (across) {
-            // d x (v x d): perpendicular to d, whatever the rounding of v x d.
-            const auto& d = target_.direction;
-            const double scale = std::max({std::fabs(d[0]), std::fabs(d[1]), std::fabs(d[2])});
-            Vector<double> w{v[1] * d[2] - v[2] * d[1], v[2] * d[0] - v[0] * d[2],
-                             v[0] * d[1] - v[1] * d[0]};
-            for (double& x : w) x /= scale;
-            n = cross(along_, Vector<T>{T(w[0]), T(w[1]), T(w[2])});
-        } else {
-            n = {T(v[0]), T(v[1]), T(v[2])};
-        }
+        // n = d x w is perpendicular to d, whatever w; it points towards the part for w about D x
+        // d, which is formed in T: D may be nearly parallel to d.
+        const Vector<double> v =
+            across ? direction(node, [&](const Vector<T>& d) { return cross(d, along_); })
+                   : direction(node, [](const Vector<T>& d) { return d; });
+        if (v == Vector<double>{}) return false;
+        Vector<T> n{T(v[0]), T(v[1]), T(v[2])};
+        if (across) n = cross(along_, n);
         const T reach = outer_ * T(norm_up({outer(n[0]), outer(n[1]), outer(n[2])}));
         for (std::size_t i = 0; i < node.w.size(); ++i)
             if (!(zero_.hi < (dot(n, node.d[i]) - reach * node.w[i]).lo)) return false;
