@@ -15,14 +15,31 @@
 //! | `search` | the least value of an objective over trimmed faces: [`Second::distance`], [`Second::half_space`] |
 //! | `line` | [`Second::line`] and [`Second::inside`] |
 //! | [`analytic`] | closed forms |
+//! | `polynomial`, `candidates`, `isolate` | exact roots: Sturm chains, eigenvalues as candidates |
+//! | `spline`, `pieces` | exact values by truncated powers, Bezier pieces by knot insertion |
+//! | `fixed` | intervals of any precision: roots, angles |
+//! | `derivative_roots`, `side`, `evaluate` | the exact truths by them |
 
 pub mod analytic;
+mod candidates;
+mod derivative_roots;
+mod evaluate;
+mod fixed;
+mod isolate;
 mod line;
 pub mod number;
+mod pieces;
+mod polynomial;
+mod rational;
 mod region;
 mod search;
 mod shape;
+mod side;
 mod space;
+mod spline;
 
+pub use derivative_roots::{derivative_roots, isolated_by_candidates};
+pub use evaluate::evaluate;
 pub use line::{SecondHit, SecondLine, SecondSide};
+pub use side::{TrimmedRegion, side};
 pub use space::{Bound, Second};
