@@ -20,30 +20,6 @@ constexpr long kGuessBits = 1L << 13;
 
 Q dyadic(double x) { return Q(x); }
 
-// The fraction of least denominator in [lo, hi].
-Q simplest(Q lo, Q hi) {
-    // Continued fractions: convergents' recursion, iterated while both ends agree.
-    Z p0(0), q0(1), p1(1), q1(0);
-    while (true) {
-        Z floor_lo;
-        mpz_fdiv_q(floor_lo.mpz(), lo.numerator().mpz(), lo.denominator().mpz());
-        const bool whole = Q(floor_lo) == lo;
-        if (whole || Q(floor_lo) + Q(1) <= hi) {
-            const Z a = whole ? floor_lo : floor_lo + Z(1);
-            return Q(a * p1 + p0, a * q1 + q0);
-        }
-        const Z p2 = floor_lo * p1 + p0, q2 = floor_lo * q1 + q0;
-        p0 = p1;
-        q0 = q1;
-        p1 = p2;
-        q1 = q2;
-        const Q a(floor_lo);
-        const Q next_lo = Q(1) / (hi - a), next_hi = Q(1) / (lo - a);
-        lo = next_lo;
-        hi = next_hi;
-    }
-}
-
 // x rounded to a multiple of 2^-bits.
 Q rounded(const Q& x, long bits) {
     Z n = x.numerator();
@@ -250,7 +226,7 @@ std::optional<Arc> make_arc(const Tower& tower, int m, const Q& x, const Q& y, d
                             double size_y) {
     constexpr long kBits = 256;
     constexpr int kHalvings = 7;
-    const BiPoly &a = tower.a(), &b = tower.level(m - 1);
+    const BiPoly &a = tower.a(), &b = tower.level(std::max(m - 1, 0));
     auto ca = shifted(a, x, y, kBits);
     const auto cb = shifted(b, x, y, kBits);
     // To the range of doubles.
@@ -272,7 +248,7 @@ std::optional<Arc> make_arc(const Tower& tower, int m, const Q& x, const Q& y, d
         if (!(h > 0) || !std::isfinite(h)) continue;
         if (h < hy) over_a = bounds(a, ca, range(hx), range(h));
         const Bounds over_b = bounds(b, cb, range(hx), range(h));
-        if ((over_a.dx * over_b.dy - over_a.dy * over_b.dx).sign() == 0) continue;
+        if (m > 0 && (over_a.dx * over_b.dy - over_a.dy * over_b.dx).sign() == 0) continue;
         // In doubles rounded to nearest, with room to spare.
         if (!(over_a.dx.least_magnitude() * hx > 1.01 * (at + over_a.dy.magnitude() * h))) continue;
         const Q qx = dyadic(hx), qy = dyadic(h);
@@ -355,11 +331,33 @@ std::optional<std::array<Q, 2>> Tower::newton(int k, const Q& x, const Q& y) con
                             ((bx * fa - ax * fb) / det).middle()};
 }
 
+std::optional<std::array<Q, 2>> Tower::to_curve(const Q& x, const Q& y) const {
+    const Big u(x, kFirstBits), v(y, kFirstBits), slope = value(a_x_, u, v);
+    if (slope.sign() == 0) return std::nullopt;
+    return std::array<Q, 2>{(Big(Q(0), kFirstBits) - value(a_, u, v) / slope).middle(), Q(0)};
+}
+
 bool Tower::coprime_with(int k) const {
     coprime_.resize(std::max(coprime_.size(), std::size_t(k) + 1), -1);
     int& known = coprime_[std::size_t(k)];
     if (known < 0) known = coprime(a_, level(k));
     return known == 1;
+}
+
+bool Tower::constant() const {
+    if (constant_ < 0) {
+        const BiPoly& j = level(1);
+        if (j.is_zero()) {
+            constant_ = 1;
+        } else if (coprime_with(1)) {
+            constant_ = 0;
+        } else {
+            // A's factors that J_1 lacks are constant.
+            const BiPoly rest = common_factor(a_, j).f;
+            constant_ = rest.p == 0 && rest.q == 0;
+        }
+    }
+    return constant_ == 1;
 }
 
 std::optional<ArcRoots> arc_roots(const Tower& tower, int m, const Q& x, const Q& y, double size_x,
@@ -368,6 +366,7 @@ std::optional<ArcRoots> arc_roots(const Tower& tower, int m, const Q& x, const Q
     if (!arc) return std::nullopt;
     std::vector<Found> found;
     int last = 0;
+    if (m == 0 && (!tower.constant() || arc->sign_at(0, arc->y0) == 0)) return std::nullopt;
     for (int k = m - 1; k >= 0; --k)
         if (!descend(*arc, k, found, last)) return std::nullopt;
     ArcRoots result{arc->x0, arc->x1, arc->y0, arc->y1, {}};

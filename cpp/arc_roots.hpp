@@ -55,20 +55,26 @@ class Tower {
     const BiPoly& level(int k) const;
     // Newton's step from (x, y) to a common root of A and J_k; nothing where it has none.
     std::optional<std::array<Q, 2>> newton(int k, const Q& x, const Q& y) const;
+    // Newton's step from (x, y) to the curve along x; likewise.
+    std::optional<std::array<Q, 2>> to_curve(const Q& x, const Q& y) const;
     // Whether A and J_k are proven coprime.
     bool coprime_with(int k) const;
+    // Whether J_1 vanishes wherever A does, so that F is constant along the curve.
+    bool constant() const;
 
  private:
     BiPoly a_, a_x_, a_y_;
     mutable std::vector<BiPoly> levels_;
     mutable std::vector<int> coprime_;  // -1: not known yet
+    mutable int constant_ = -1;
 };
 
 // The largest m that is tried.
 constexpr int kMostLevels = 5;
 
-// All common roots of A and F in some box about (x, y), near which J_(m-1) is about 0 along the
-// curve, at most of half sizes (size_x, size_y). Nothing where no certificate is found.
+// All common roots of A and F in some box about (x, y), at most of half sizes (size_x, size_y): a
+// point near the curve where for m >= 2 J_(m-1) is about 0. m = 0 where F is constant along the
+// curve: then one sign tells. Nothing where no certificate is found.
 std::optional<ArcRoots> arc_roots(const Tower& tower, int m, const Q& x, const Q& y, double size_x,
                                   double size_y);
 

@@ -84,6 +84,29 @@ bool coprime_at(const BiPoly& f, const BiPoly& g, std::uint64_t v) {
 
 }  // namespace
 
+Q simplest(Q lo, Q hi) {
+    // Continued fractions: convergents' recursion, iterated while both ends agree.
+    Z p0(0), q0(1), p1(1), q1(0);
+    while (true) {
+        Z floor_lo;
+        mpz_fdiv_q(floor_lo.mpz(), lo.numerator().mpz(), lo.denominator().mpz());
+        const bool whole = Q(floor_lo) == lo;
+        if (whole || Q(floor_lo) + Q(1) <= hi) {
+            const Z a = whole ? floor_lo : floor_lo + Z(1);
+            return Q(a * p1 + p0, a * q1 + q0);
+        }
+        const Z p2 = floor_lo * p1 + p0, q2 = floor_lo * q1 + q0;
+        p0 = p1;
+        q0 = q1;
+        p1 = p2;
+        q1 = q2;
+        const Q a(floor_lo);
+        const Q next_lo = Q(1) / (hi - a), next_hi = Q(1) / (lo - a);
+        lo = next_lo;
+        hi = next_hi;
+    }
+}
+
 bool BiPoly::is_zero() const {
     return std::all_of(c.begin(), c.end(), [](const Z& x) { return CGAL::is_zero(x); });
 }
@@ -189,6 +212,25 @@ std::vector<Big> shifted(const BiPoly& f, const Q& u, const Q& v, long bits) {
         for (int level = 0; level < f.p; ++level)
             for (int i = f.p - 1; i >= level; --i) at(i, j) = at(i, j) + bu * at(i + 1, j);
     return c;
+}
+
+std::vector<Q> to_bernstein(const BiPoly& f, int p, int q) {
+    // x^k = sum over i of C(i, k) / C(n, k) B_i.
+    const auto share = [](int n, int i, int k) {
+        Q r(1);
+        for (int m = 0; m < k; ++m) r *= Q(i - m, n - m);
+        return r;
+    };
+    std::vector<Q> b(std::size_t((p + 1) * (q + 1)), Q(0));
+    for (int k = 0; k <= f.p; ++k)
+        for (int l = 0; l <= f.q; ++l) {
+            if (CGAL::is_zero(f.at(k, l))) continue;
+            for (int i = k; i <= p; ++i)
+                for (int j = l; j <= q; ++j)
+                    b[std::size_t(i * (q + 1) + j)] +=
+                        share(p, i, k) * share(q, j, l) * Q(f.at(k, l));
+        }
+    return b;
 }
 
 long length_bits(const BiPoly& f) {

@@ -1,12 +1,16 @@
 // Bivariate polynomials with integer coefficients, exactly.
 #pragma once
 
+#include <array>
 #include <vector>
 
 #include "big.hpp"
 #include "exact.hpp"
 
 namespace feeler_oracle {
+
+// The fraction of least denominator in [lo, hi].
+Q simplest(Q lo, Q hi);
 
 // Sum of c[i (q + 1) + j] u^i v^j.
 struct BiPoly {
@@ -40,5 +44,17 @@ long length_bits(const BiPoly& f);
 // Whether f and g are proven to have no common factor. False where they have one; practically never
 // otherwise.
 bool coprime(const BiPoly& f, const BiPoly& g);
+
+// f = common f', g = common g', not both zero, with f' and g' coprime.
+struct CommonFactor {
+    BiPoly common, f, g;
+};
+CommonFactor common_factor(const BiPoly& f, const BiPoly& g);
+
+// f, which is not 0, as a product of a polynomial in u, one in v, and one without such factors.
+std::array<BiPoly, 3> contents(const BiPoly& f);
+
+// Bernstein coefficients over [0, 1]^2 in degrees p and q, which are no less than f's.
+std::vector<Q> to_bernstein(const BiPoly& f, int p, int q);
 
 }  // namespace feeler_oracle

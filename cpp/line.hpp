@@ -49,7 +49,7 @@ struct LineAnswer {
 struct LineOptions {
     int only_brep = -1;  // -1: all
     // Boxes of all faces together, and what costs as much. What remains then is open.
-    long budget = 40000;
+    long budget = 20000;
     // Only faces with a non-zero entry, if given.
     const std::vector<char>* faces = nullptr;
 };

@@ -4,6 +4,7 @@
 
 #include "line.hpp"
 #include "line_roots.hpp"
+#include "patch_curve.hpp"
 #include "roots.hpp"
 
 namespace feeler_oracle {
@@ -131,14 +132,23 @@ struct Search {
     std::vector<Joint> joints;
 
     void patch(std::size_t i);
-    void root(const RationalBezierPatch& patch, const PatchLine& f, const PatchRoot& root,
-              const std::vector<int>& deflated);
+    // What the line has of whole curves of the face, and points of such.
+    std::vector<LineHit> runs;
+    std::optional<std::array<bool, 2>> closed;  // at its seam, exactly: in u, in v
+
+    // f: on the patch; g: with the same common roots, or fewer.
+    void root(const RationalBezierPatch& patch, const PatchLine& f, const PatchLine& g,
+              const PatchRoot& root, const std::vector<int>& deflated);
+    bool in_face(const RationalBezierPatch& patch, const PatchLine& f, PatchLine& g);
+    bool follow(const RationalBezierPatch& patch, const PatchLine& f, const PatchCurve& curve);
+    void unite_runs(std::size_t first_hit);
+    bool closed_in(int axis);
     void pole(const RationalBezierPatch& patch, int s, const Q& t);
     void open(const RationalBezierPatch& patch, const PatchLine& f, std::array<Real, 4> box,
               const char* why);
     Interval parameter(const PatchLine& f, const std::array<Real, 4>& box) const;
     enum class Where { Inside, Outside, Boundary, Unknown };
-    Where classify(const RationalBezierPatch& patch, const PatchLine& f,
+    Where classify(const RationalBezierPatch& patch, const PatchLine& g, const PatchRoot& root,
                    const std::array<Q, 4>& local, const std::array<Q, 4>& uv) const;
     bool margin_clear(const std::array<Q, 4>& uv) const;
 };
@@ -167,7 +177,8 @@ bool Search::margin_clear(const std::array<Q, 4>& uv) const {
 }
 
 Search::Where Search::classify(const RationalBezierPatch& patch, const PatchLine& f,
-                               const std::array<Q, 4>& local, const std::array<Q, 4>& uv) const {
+                               const PatchRoot& root, const std::array<Q, 4>& local,
+                               const std::array<Q, 4>& uv) const {
     const Q half(1, 2);
     const auto& region = face.region;
     if (loops_clear(region, uv)) {
@@ -203,6 +214,20 @@ Search::Where Search::classify(const RationalBezierPatch& patch, const PatchLine
                             iso_line(f.f2, f.p, f.q, axis == 0, s), local[o], local[o + 1]))
                 return Where::Boundary;
         }
+    // Any other loop: where the two forms, put on its arc, have a common root there.
+    const auto unique = to_surface(patch, exact_box(root.unique));
+    for (const auto& any : region.arcs()) {
+        const auto* arc = std::get_if<RationalBezierCurve>(&any);
+        if (!arc) continue;
+        const auto parts = near_box(*arc, uv, unique);
+        if (!parts || parts->empty()) continue;
+        const LocalArc c = local_arc(*arc, patch);
+        const Bernstein on1 = composed(f.f1, f.p, f.q, c.x, c.y, c.w),
+                        on2 = composed(f.f2, f.p, f.q, c.x, c.y, c.w);
+        if (is_zero(on1) && is_zero(on2)) continue;
+        for (const auto& [lo, hi] : *parts)
+            if (common_root(on1, on2, lo, hi)) return Where::Boundary;
+    }
     return Where::Unknown;
 }
 
@@ -232,10 +257,18 @@ void Search::open(const RationalBezierPatch& patch, const PatchLine& f, std::arr
 
 void Search::pole(const RationalBezierPatch& patch, int s, const Q& t) {
     answer.clear = false;
-    const Q half(1, 2), u = (patch.u0 + patch.u1) * half, v = (patch.v0 + patch.v1) * half;
-    const Q at_u = s == 0 ? patch.u0 : s == 1 ? patch.u1 : u;
-    const Q at_v = s == 2 ? patch.v0 : s == 3 ? patch.v1 : v;
-    if (side(face.region, at_u, at_v) == Side::Outside) return;
+    std::vector<CurveRun> parts;
+    const PatchCurve collapsed{{Q(s % 2)}, {Q(1)}, s >= 2};
+    if (!runs_in_region(face, patch, collapsed, {Q(0)}, parts)) {
+        answer.open.push_back(
+            {index, to_interval(t), "a pole, of which a part may be in the face"});
+        return;
+    }
+    if (parts.empty()) return;
+    const Q half(1, 2), at = (parts[0].first_lo + parts[0].last_hi) * half;
+    const Q u = s < 2 ? Q(s % 2) : at, v = s < 2 ? at : Q(s % 2);
+    const Q at_u = patch.u0 + u * (patch.u1 - patch.u0),
+            at_v = patch.v0 + v * (patch.v1 - patch.v0);
     LineHit hit;
     hit.face = index;
     hit.t = to_interval(t);
@@ -262,8 +295,8 @@ bool agree(const PatchRoot& a, const PatchRoot& b, int axis, bool corner) {
     return !corner && axis != 2 && a.curve == b.curve && a.by_u == b.by_u && a.by_u == (axis == 1);
 }
 
-void Search::root(const RationalBezierPatch& patch, const PatchLine& f, const PatchRoot& root,
-                  const std::vector<int>& deflated) {
+void Search::root(const RationalBezierPatch& patch, const PatchLine& f, const PatchLine& g,
+                  const PatchRoot& root, const std::vector<int>& deflated) {
     auto local = exact_box(root.box);
     const auto& domain = face.region.domain();
     const Q zero(0), one(1);
@@ -288,9 +321,12 @@ void Search::root(const RationalBezierPatch& patch, const PatchLine& f, const Pa
         const Q value(s % 2);
         const int axis = s / 2, o = axis == 0 ? 2 : 0;
         if (value < local[2 * axis] || value > local[2 * axis + 1]) continue;
-        if (std::find(deflated.begin(), deflated.end(), s) != deflated.end()) return;
-        if (!common_root(iso_line(f.f1, f.p, f.q, axis == 0, value),
-                         iso_line(f.f2, f.p, f.q, axis == 0, value), local[o], local[o + 1])) {
+        const bool on_side =
+            common_root(iso_line(g.f1, g.p, g.q, axis == 0, value),
+                        iso_line(g.f2, g.p, g.q, axis == 0, value), local[o], local[o + 1]);
+        // At the pole, which is known.
+        if (on_side && std::find(deflated.begin(), deflated.end(), s) != deflated.end()) return;
+        if (!on_side) {
             open(patch, f, root.box, "a hit at the joint of two patches");
             answer.clear = false;
             return;
@@ -303,10 +339,23 @@ void Search::root(const RationalBezierPatch& patch, const PatchLine& f, const Pa
     }
     const auto uv = to_surface(patch, local);
     if (!margin_clear(uv)) answer.clear = false;
-    if (on_joint)
+    // The same point as a neighbour sees it, across the seam too.
+    std::vector<std::array<Q, 4>> views(1, uv);
+    for (int axis = 0; on_border && axis < 2; ++axis) {
+        const Q &lo = domain[2 * axis], &hi = domain[2 * axis + 1];
+        const Q& here = uv[2 * axis];
+        if (here != uv[2 * axis + 1] || (here != lo && here != hi) || !closed_in(axis)) continue;
+        for (std::size_t k = views.size(); k-- > 0;) {
+            auto other = views[k];
+            other[2 * axis] = other[2 * axis + 1] = here == lo ? hi : lo;
+            views.push_back(other);
+        }
+    }
+    for (const auto& view : views) {
+        if (!on_joint) break;
         for (const auto& j : joints)
-            if (j.unique[0] <= uv[0] && uv[1] <= j.unique[1] && j.unique[2] <= uv[2] &&
-                uv[3] <= j.unique[3]) {
+            if (j.unique[0] <= view[0] && view[1] <= j.unique[1] && j.unique[2] <= view[2] &&
+                view[3] <= j.unique[3]) {
                 if (j.hit < answer.hits.size() && !agree(j.root, root, joint_axis, j.corner)) {
                     LineHit& hit = answer.hits[j.hit];
                     hit.multiplicity = 0;
@@ -314,7 +363,8 @@ void Search::root(const RationalBezierPatch& patch, const PatchLine& f, const Pa
                 }
                 return;
             }
-    const Where where = classify(patch, f, local, uv);
+    }
+    const Where where = classify(patch, g, root, local, uv);
     if (where == Where::Outside) return;
     if (where == Where::Unknown) {
         open(patch, f, root.box, "a hit on a loop, as far as can be told");
@@ -338,6 +388,158 @@ void Search::root(const RationalBezierPatch& patch, const PatchLine& f, const Pa
     }
 }
 
+bool Search::follow(const RationalBezierPatch& patch, const PatchLine& f, const PatchCurve& curve) {
+    // The line's parameter along the curve; it is cut where that turns.
+    const Bernstein zero(std::max(curve.n.size(), curve.d.size()) + 1, Q(0));
+    const Bernstein w = combination(Q(1), curve.d, Q(1), zero),
+                    dependent = combination(Q(1), curve.n, Q(1), zero),
+                    own = combination(Q(1), product(curve.d, {Q(0), Q(1)}), Q(1), zero);
+    const auto on = [&](const std::vector<Q>& c) {
+        return curve.swapped ? composed(c, f.p, f.q, own, dependent, w)
+                             : composed(c, f.p, f.q, dependent, own, w);
+    };
+    const Bernstein t = on(f.along), weight = on(*f.weight);
+    const Bernstein turns =
+        combination(Q(1), product(derivative(t), weight), Q(-1), product(t, derivative(weight)));
+    std::vector<CurveRun> found;
+    if (!runs_in_region(face, patch, curve, turns, found)) return false;
+    for (const CurveRun& run : found) {
+        const auto parameter_at = [&](const Q& lo, const Q& hi, std::array<Real, 4>& box) {
+            Interval n = range(curve.n, lo, hi), d = range(curve.d, lo, hi);
+            if (d.hi.sign() < 0) {
+                n = -n;
+                d = -d;
+            }
+            if (d.lo.sign() <= 0) return false;
+            const Interval u = divide_positive(n, d);
+            const Real v0 = to_interval(lo).lo, v1 = to_interval(hi).hi;
+            box = curve.swapped ? std::array<Real, 4>{v0, v1, u.lo, u.hi}
+                                : std::array<Real, 4>{u.lo, u.hi, v0, v1};
+            return true;
+        };
+        std::array<Real, 4> first, last;
+        if (!parameter_at(run.first_lo, run.first_hi, first) ||
+            !parameter_at(run.last_lo, run.last_hi, last))
+            return false;
+        LineHit hit;
+        hit.face = index;
+        hit.boundary = run.boundary;
+        hit.t = parameter(f, first);
+        hit.t_end = parameter(f, last);
+        // A point, or a curve that is one point in space.
+        hit.lies_in = !run.is_point() && !is_zero(turns);
+        hit.tangential = hit.lies_in;
+        if (hit.t_end.lo < hit.t.lo) {
+            std::swap(hit.t, hit.t_end);
+            std::swap(first, last);
+        }
+        const auto uv = to_surface(patch, exact_box(first));
+        hit.uv = {double_bounds(uv[0]).first, double_bounds(uv[2]).first};
+        runs.push_back(std::move(hit));
+    }
+    return true;
+}
+
+bool Search::in_face(const RationalBezierPatch& patch, const PatchLine& f, PatchLine& g) {
+    answer.clear = false;
+    const BiPoly f1 = to_bipoly(g.p, g.q, g.f1), f2 = to_bipoly(g.p, g.q, g.f2);
+    if (f1.is_zero() && f2.is_zero()) return false;
+    const CommonFactor factor = common_factor(f1, f2);
+    const auto [of_u, of_v, core] = contents(factor.common);
+    // Lines of constant u or v.
+    for (const bool swapped : {false, true}) {
+        const BiPoly& c = swapped ? of_v : of_u;
+        const Bernstein b = to_bernstein(c, c.p, c.q);
+        for (const auto& [lo, hi] : isolate_roots(b, kRootBits)) {
+            const Q at = simplest(lo, hi);
+            if (sign(value(b, at)) != 0) return false;
+            if (!follow(patch, f, {{at}, {Q(1)}, swapped})) return false;
+        }
+    }
+    // Graphs of rational functions.
+    if (core.p > 0 || core.q > 0) {
+        const bool swapped = core.p > 1;
+        const BiPoly c = swapped ? transposed(core) : core;
+        if (c.p != 1) return false;
+        const auto row = [&c](int i, const Z& factor) {
+            BiPoly r{0, c.q, {}};
+            for (int j = 0; j <= c.q; ++j) r.c.push_back(c.at(i, j) * factor);
+            return to_bernstein(r, 0, c.q);
+        };
+        if (!follow(patch, f, {row(0, Z(-1)), row(1, Z(1)), swapped})) return false;
+    }
+    g.f1 = to_bernstein(factor.f, g.p, g.q);
+    g.f2 = to_bernstein(factor.g, g.p, g.q);
+    return true;
+}
+
+// Adds the runs to the answer. As parameters of the line they are one where they overlap, and what
+// else of the face is met at such parameters adds none.
+void Search::unite_runs(std::size_t first_hit) {
+    if (runs.empty()) return;
+    const auto end = [](const LineHit& h) -> const Interval& { return h.lies_in ? h.t_end : h.t; };
+    std::sort(runs.begin(), runs.end(),
+              [](const LineHit& a, const LineHit& b) { return a.t.lo < b.t.lo; });
+    std::vector<LineHit> united;
+    for (const LineHit& r : runs) {
+        if (united.empty() || end(united.back()).hi < r.t.lo) {
+            united.push_back(r);
+            continue;
+        }
+        LineHit& u = united.back();
+        u.boundary = u.boundary && r.boundary;
+        if (!u.lies_in && r.lies_in) {
+            const Interval start = u.t;
+            u = r;
+            u.t = r.t.lo < start.lo ? r.t : start;
+            continue;
+        }
+        if (r.lies_in && u.t_end.hi < r.t_end.hi) u.t_end = r.t_end;
+    }
+    auto& hits = answer.hits;
+    hits.erase(std::remove_if(hits.begin() + std::ptrdiff_t(first_hit), hits.end(),
+                              [&](const LineHit& h) {
+                                  return std::any_of(
+                                      united.begin(), united.end(), [&](const LineHit& u) {
+                                          return u.t.lo <= h.t.hi && h.t.lo <= end(u).hi;
+                                      });
+                              }),
+               hits.end());
+    for (LineHit& u : united) keep_hit(line, std::move(u), answer);
+}
+
+// Whether the surface's first and last line of constant u (axis 0) or v are one curve, point by
+// point, by their data.
+bool Search::closed_in(int axis) {
+    if (!closed) {
+        closed = {true, true};
+        const auto& d = face.region.domain();
+        for (int k = 0; k < 2; ++k)
+            for (const auto& a : face.patches) {
+                if ((k == 0 ? a.u0 : a.v0) != d[2 * k]) continue;
+                bool matched = false;
+                for (const auto& b : face.patches) {
+                    if ((k == 0 ? b.u1 : b.v1) != d[2 * k + 1] ||
+                        (k == 0 ? a.v0 != b.v0 : a.u0 != b.u0))
+                        continue;
+                    const auto side = [&](const RationalBezierPatch& s, const std::vector<Q>& c,
+                                          int at) { return iso_line(c, s.p, s.q, k == 0, Q(at)); };
+                    const auto wa = side(a, a.W, 0), wb = side(b, b.W, 1);
+                    matched = wa.size() == wb.size();
+                    const std::vector<Q>* const ca[4] = {&a.X, &a.Y, &a.Z, &a.W};
+                    const std::vector<Q>* const cb[4] = {&b.X, &b.Y, &b.Z, &b.W};
+                    for (int c = 0; matched && c < 4; ++c) {
+                        const auto x = side(a, *ca[c], 0), y = side(b, *cb[c], 1);
+                        for (std::size_t i = 0; i < x.size(); ++i)
+                            matched &= x[i] * wb[0] == y[i] * wa[0];
+                    }
+                }
+                (*closed)[std::size_t(k)] &= matched;
+            }
+    }
+    return (*closed)[std::size_t(axis)];
+}
+
 void Search::patch(std::size_t i) {
     const RationalBezierPatch& s = face.patches[i];
     if (box_missed(face.boxes[i], line)) return;
@@ -354,16 +556,20 @@ void Search::patch(std::size_t i) {
         (side < 2 ? g.p : g.q) -= 1;
         deflated.push_back(side);
     }
-    const Net n1 = to_net(g.p, g.q, g.f1), n2 = to_net(g.p, g.q, g.f2);
-    const PatchRoots found = patch_roots(n1, n2, face.areas[i], budget, [&g] {
-        return ExactForms{to_bipoly(g.p, g.q, g.f1), to_bipoly(g.p, g.q, g.f2)};
-    });
+    const auto search = [&] {
+        return patch_roots(
+            to_net(g.p, g.q, g.f1), to_net(g.p, g.q, g.f2), face.areas[i], budget, [&g] {
+                return ExactForms{to_bipoly(g.p, g.q, g.f1), to_bipoly(g.p, g.q, g.f2)};
+            });
+    };
+    PatchRoots found = search();
+    if (found.common_factor && in_face(s, f, g)) found = search();
     if (found.common_factor) {
         answer.clear = false;
         open(s, f, {Real(0.0), Real(1.0), Real(0.0), Real(1.0)}, "a line in the face");
         return;
     }
-    for (const auto& r : found.roots) root(s, f, r, deflated);
+    for (const auto& r : found.roots) root(s, f, g, r, deflated);
     for (const auto& b : found.open) {
         answer.clear = false;
         const Real zero(0.0), one(1.0);
@@ -376,8 +582,10 @@ void Search::patch(std::size_t i) {
 
 void line_hits_nurbs(const PreparedFace& face, int index, const Line& line, long& budget,
                      LineAnswer& answer) {
-    Search search{face, index, line, budget, answer, {}};
+    Search search{face, index, line, budget, answer, {}, {}, {}};
+    const std::size_t first_hit = answer.hits.size();
     for (std::size_t i = 0; i < face.patches.size(); ++i) search.patch(i);
+    search.unite_runs(first_hit);
 }
 
 }  // namespace feeler_oracle

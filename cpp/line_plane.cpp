@@ -119,6 +119,9 @@ void breaks_of(const RationalBezierCurve& arc, const std::array<Q, 2>& start,
         breaks.push_back({t, t});
         return;
     }
+    for (int side : {1, -1})
+        if (std::all_of(off.begin(), off.end(), [&](const Q& x) { return sign(x) == side; }))
+            return;
     for (const auto& root : isolate_roots(off, kRootBits)) add(root.first, root.second);
 }
 

@@ -203,11 +203,13 @@ bool overlaps_settled(const PatchRoots& found, const std::array<Real, 4>& box) {
 constexpr double kNearlyParallel = 0.5;
 // Boxes of so many halvings are tried for a contact of order m (multiplicity m or less): before,
 // halving is cheaper.
-constexpr int kFromDepth[kMostLevels + 1] = {0, 0, 4, 12, 16, 20};
+constexpr int kFromDepth[kMostLevels + 1] = {4, 16, 4, 12, 20, 24};
 // What an attempt costs, in boxes.
 constexpr long kAttempt = 20;
-// Attempts are made at boxes of every so many halvings.
+// Attempts are made at boxes of every so many halvings, and for one that failed so many boxes are
+// halved before the next: what fails must not take more time than halving does.
 constexpr int kEvery = 2;
+constexpr long kAfterFailure = 16;
 
 Real outward(const Q& x, mpfr_rnd_t direction) {
     Real r;
@@ -257,7 +259,10 @@ bool Tangencies::attempt(const Node& n, PatchRoots& found) {
         (*gradient)[1] /= wv;
     }
     const double n1 = std::hypot(g1[0], g1[1]), n2 = std::hypot(g2[0], g2[1]);
-    const bool second = n2 > n1;
+    bool second = n2 > n1;
+    // Along a curve on which the other is constant one sign tells; one may have that, the other
+    // not.
+    if (!tower(second, false).constant() && tower(!second, false).constant()) second = !second;
     const auto& g = second ? g2 : g1;
     const bool swapped = std::abs(g[1]) > std::abs(g[0]);
     const Tower& t = tower(second, swapped);
@@ -266,14 +271,14 @@ bool Tangencies::attempt(const Node& n, PatchRoots& found) {
     const Q ends[2][2] = {{to_exact(n.box[kx]), to_exact(n.box[kx + 1])},
                           {to_exact(n.box[ky]), to_exact(n.box[ky + 1])}};
     const Q size = std::max(ends[0][1] - ends[0][0], ends[1][1] - ends[1][0]);
-    for (int m = 2; m <= kMostLevels && n.depth >= kFromDepth[m]; ++m) {
-        if (t.level(m - 1).is_zero()) return false;
+    for (int m = t.constant() ? 0 : 1; m <= kMostLevels; m = m == 0 ? kMostLevels + 1 : m + 1) {
+        if (n.depth < kFromDepth[m]) continue;
         // To the place where the method is centred: a common root of the curve and J_(m-1).
         std::array<Q, 2> at = {(ends[0][0] + ends[0][1]) * half, (ends[1][0] + ends[1][1]) * half};
         constexpr int kSteps = 8;
         bool near = true;
         for (int step = 0; near && step < kSteps; ++step) {
-            const auto by = t.newton(m - 1, at[0], at[1]);
+            const auto by = m < 2 ? t.to_curve(at[0], at[1]) : t.newton(m - 1, at[0], at[1]);
             if (!by) break;
             bool small = true;
             for (int k = 0; k < 2; ++k) {
@@ -365,12 +370,14 @@ PatchRoots patch_roots(const Net& f1, const Net& f2, const std::array<double, 4>
         return restrict_v(restrict_u(f, whole[0], whole[1]), whole[2], whole[3]);
     };
     const bool unit = area[0] == 0 && area[1] == 1 && area[2] == 0 && area[3] == 1;
+    long boxes = 0, failures = 0;
     std::vector<Node> stack;
     stack.push_back({unit ? f1 : over(f1), unit ? f2 : over(f2), whole, 0});
     while (!stack.empty()) {
         const Node n = std::move(stack.back());
         stack.pop_back();
         if (known(found, n.box)) continue;
+        ++boxes;
         if (budget-- <= 0 || n.depth >= kDeepest) {
             found.open.push_back(n.box);
             continue;
@@ -387,13 +394,16 @@ PatchRoots patch_roots(const Net& f1, const Net& f2, const std::array<double, 4>
             continue;
         }
         if (tangencies.possible() && n.depth >= kFromDepth[2] && n.depth % kEvery == 0 &&
-            may_touch(n)) {
+            boxes >= kAfterFailure * failures && may_touch(n)) {
             if (!tangencies.coprime_forms()) {
                 found.common_factor = true;
                 return found;
             }
             budget -= kAttempt;
-            if (tangencies.attempt(n, found) && known(found, n.box)) continue;
+            if (!tangencies.attempt(n, found))
+                ++failures;
+            else if (known(found, n.box))
+                continue;
         }
         // Halve where the polynomials change more, however long the boxes get: next to a side that
         // nearly collapses to a point, or along two curves that touch, they must.

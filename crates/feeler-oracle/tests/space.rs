@@ -211,10 +211,10 @@ fn trims_cut_hits_exactly() {
         assert_eq!(only_hits(&down(s - e, s - e)).len(), 1);
         assert_eq!(only_hits(&down(s + e, s + e)).len(), 0);
     }
-    // On the curved loop: boundary, or honestly open.
+    // On the curved loop, at z = 0.
     let t = down(on, 0.0);
-    assert!(t.crossings.is_none());
-    assert!(!t.open.is_empty() || t.hits.iter().all(|h| h.boundary));
+    assert!(t.open.is_empty() && t.hits.len() == 1 && t.hits[0].boundary);
+    assert!(is_narrow_about(&t.hits[0].t, 2.0), "{t:?}");
 }
 
 #[test]
