@@ -26,6 +26,8 @@ pub struct SecondHit {
     pub t: Ball,
     /// The root lies in the face's region, as proven; otherwise it is on a loop, up to 2^-150.
     pub certain: bool,
+    /// It is farther from every loop than a small part of the domain, in uv.
+    pub clear: bool,
     /// About where.
     pub uv: [f64; 2],
 }
@@ -388,7 +390,12 @@ impl Second<'_> {
         for root in roots {
             let parts = &self.scene.faces[root.face];
             let k = self.scene.shrink(&probe, root.face, root.cell, root.k);
-            if (0..2).any(|c| k[c].below(&root.x[c]) || root.x[c].below(&k[c])) {
+            // Not of this box, or of the formula's continuation beyond its cell.
+            let beyond = (0..2).any(|c| {
+                let r = &parts.shape.ranges[c][root.cell[c]];
+                k[c].below(&r.from) || r.to.below(&k[c])
+            });
+            if beyond || (0..2).any(|c| k[c].below(&root.x[c]) || root.x[c].below(&k[c])) {
                 continue;
             }
             let place = parts.region.place(&k);
@@ -416,8 +423,12 @@ impl Second<'_> {
             // At the very end of a ray or segment: not known to count.
             let end = kind != LineKind::Line
                 && (t.may_be_zero() || kind == LineKind::Segment && !t.below(&Ball::exact(1.0)));
+            let wide: [Interval64; 2] = std::array::from_fn(|c| {
+                Interval64::of(&k[c]).widened(MARGIN * parts.shape.domain[c].length())
+            });
             all.hits.push(SecondHit {
                 face: root.face,
+                clear: parts.region.place(&wide) == Place::Inside,
                 certain: place == Place::Inside && !end,
                 uv: [k[0].middle().lo(), k[1].middle().lo()],
                 t,

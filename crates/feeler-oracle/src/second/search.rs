@@ -52,6 +52,8 @@ pub(crate) struct Seed {
     pub(crate) kind: Kind,
     /// Parameters; along an arc [0, 1] and nothing.
     pub(crate) x: [Ball; 2],
+    /// Its ends, exactly: `x` may reach beyond them by rounding.
+    ends: [(Ball, Ball); 2],
     /// All of it is known to belong to the face.
     inside: bool,
     /// Holds all of it in space.
@@ -59,6 +61,34 @@ pub(crate) struct Seed {
 }
 
 impl Seed {
+    /// Whether a point is on this part, and not on its formula's continuation.
+    fn owns<N: Number>(&self, x: &[N; 2]) -> bool {
+        (0..self.dims()).all(|c| {
+            let x = x[c].ball();
+            !x.below(&self.ends[c].0) && !self.ends[c].1.below(&x)
+        })
+    }
+
+    /// The same without what lies beyond the ends.
+    fn clipped<N: Number>(&self, x: [N; 2]) -> [N; 2] {
+        let mut all = x;
+        for c in 0..self.dims() {
+            let (from, to) = (
+                N::of(&self.ends[c].0).lower(),
+                N::of(&self.ends[c].1).upper(),
+            );
+            let below = all[c].lower().below(&from) && from.below(&all[c].upper());
+            let lower = if below { from } else { all[c].lower() };
+            let above = to.below(&all[c].upper()) && lower.below(&to);
+            if above {
+                all[c] = lower.hull(&to);
+            } else if below {
+                all[c] = lower.hull(&all[c].upper());
+            }
+        }
+        all
+    }
+
     fn dims(&self) -> usize {
         match self.kind {
             Kind::Cell(_) => 2,
@@ -224,7 +254,8 @@ impl<'a> Scene<'a> {
         scene
     }
 
-    fn add(&mut self, face: usize, kind: Kind, x: [Ball; 2]) {
+    fn add(&mut self, face: usize, kind: Kind, ends: [(Ball, Ball); 2]) {
+        let x = ends.each_ref().map(|(a, b)| a.hull(b));
         let parts = &self.faces[face];
         let inside = match &kind {
             Kind::Arc(a) => {
@@ -237,6 +268,7 @@ impl<'a> Scene<'a> {
             inside,
             kind,
             x,
+            ends,
             bounds: [Interval64::new(f64::NEG_INFINITY, f64::INFINITY); 3],
         };
         let x = point_of::<Interval64>(&seed.x);
@@ -253,6 +285,7 @@ impl<'a> Scene<'a> {
 
     fn seed(&mut self, face: usize) {
         let zero = || Ball::exact(0.0);
+        let none = || (zero(), zero());
         let (ranges, creases, domain) = {
             let s = &self.faces[face].shape;
             let ranges: [Vec<(Ball, Ball)>; 2] = std::array::from_fn(|c| {
@@ -263,17 +296,17 @@ impl<'a> Scene<'a> {
             });
             (ranges, s.creases.clone(), s.domain)
         };
-        let span = |(a, b): &(Ball, Ball)| a.hull(b);
         for i in 0..ranges[0].len() {
             for j in 0..ranges[1].len() {
-                let x = [span(&ranges[0][i]), span(&ranges[1][j])];
+                let x = [ranges[0][i].clone(), ranges[1][j].clone()];
                 self.add(face, Kind::Cell([i, j]), x);
             }
         }
         for a in 0..self.faces[face].region.arcs.len() {
-            let unit = zero().hull(&Ball::exact(1.0));
-            self.add(face, Kind::Arc(a), [unit, zero()]);
+            let unit = (zero(), Ball::exact(1.0));
+            self.add(face, Kind::Arc(a), [unit, none()]);
             let start = self.faces[face].region.arcs[a].start.clone();
+            let start = start.map(|x| (x.clone(), x));
             self.add(face, Kind::Point { on_loop: true }, start);
         }
         for fixed in 0..2 {
@@ -285,14 +318,15 @@ impl<'a> Scene<'a> {
             for at in lines {
                 for r in &ranges[1 - fixed] {
                     let at = at.clone();
-                    self.add(face, Kind::Iso { fixed, at }, [span(r), zero()]);
+                    self.add(face, Kind::Iso { fixed, at }, [r.clone(), none()]);
                 }
             }
         }
         // Corners of all cells.
         for u in corners(&ranges[0]) {
             for v in corners(&ranges[1]) {
-                self.add(face, Kind::Point { on_loop: false }, [u.clone(), v]);
+                let both = [(u.clone(), u.clone()), (v.clone(), v)];
+                self.add(face, Kind::Point { on_loop: false }, both);
             }
         }
     }
@@ -490,7 +524,7 @@ impl<'a> Scene<'a> {
             return Step::Gone;
         }
         let Some(over) = self.local(goal, seed, &item.x, None) else {
-            return split(item, dims, &[1.0, 1.0]);
+            return split(seed, item, dims, &[1.0, 1.0]);
         };
         let raise = |item: &mut Item<N>, low: N| {
             if item.low.below(&low) {
@@ -509,19 +543,20 @@ impl<'a> Scene<'a> {
             }
         }
         let improve = |value: &N,
+                       x: &[N; 2],
                        uv: &[N; 2],
                        high: &mut Option<N>,
                        best: &mut Option<Ball>,
                        inside: bool| {
             let value = value.upper();
             let better = high.as_ref().is_none_or(|b| value.below(b));
-            if better && (inside || self.place(seed, uv) == Place::Inside) {
+            if better && seed.owns(x) && (inside || self.place(seed, uv) == Place::Inside) {
                 *best = Some(value.ball().upper());
                 *high = Some(value);
             }
         };
         if dims == 0 {
-            improve(&over.f, &over.uv, high, best, item.inside);
+            improve(&over.f, &item.x, &over.uv, high, best, item.inside);
             return Step::Left(item);
         }
         // An arc that may leave the domain may have its minimum where it does.
@@ -532,9 +567,9 @@ impl<'a> Scene<'a> {
         }
         let middle = [item.x[0].middle(), item.x[1].middle()];
         let Some(at) = self.local(goal, seed, &middle, over.cell) else {
-            return split(item, dims, &[1.0, 1.0]);
+            return split(seed, item, dims, &[1.0, 1.0]);
         };
-        improve(&at.f, &at.uv, high, best, item.inside);
+        improve(&at.f, &middle, &at.uv, high, best, item.inside);
         let d: [N; 2] = std::array::from_fn(|c| item.x[c].minus(&middle[c]));
         let product = |a: &N, b: &N, c: &N| a.times(&d[0]).plus(&b.times(&d[1])).plus(c);
         let smooth = over.smooth;
@@ -566,7 +601,7 @@ impl<'a> Scene<'a> {
             }
         });
         if !smooth || !critical {
-            return split(item, dims, &weight);
+            return split(seed, item, dims, &weight);
         }
         let g = [
             product(&over.h[0], &over.h[1], &at.g[0]),
@@ -577,7 +612,7 @@ impl<'a> Scene<'a> {
         }
         match self.newton(goal, seed, &item, &at, &over, dims) {
             Newton::Nothing => Step::Gone,
-            Newton::Unknown => split(item, dims, &weight),
+            Newton::Unknown => split(seed, item, dims, &weight),
             Newton::Shrunk(x) => {
                 item.x = x;
                 Step::Parts(vec![item])
@@ -591,9 +626,9 @@ impl<'a> Scene<'a> {
                     }
                 }
                 // The nearest point of the box is a point of the face, if the place is right.
-                let near = clamped(&k, &item.x);
+                let near = clamped(&k, &seed.clipped(item.x.clone()));
                 if let Some(there) = self.local(goal, seed, &near, cell) {
-                    improve(&there.f, &there.uv, high, best, item.inside);
+                    improve(&there.f, &near, &there.uv, high, best, item.inside);
                 }
                 let ball = |x: &[N; 2]| [x[0].ball(), x[1].ball()];
                 candidates.push(Candidate {
@@ -748,10 +783,18 @@ impl<'a> Scene<'a> {
         if place == Place::Outside {
             return None;
         }
-        let near = clamped(&k, &candidate.x);
+        let near: [Ball; 2] = std::array::from_fn(|c| {
+            let ((from, to), m) = (&seed.ends[c], k[c].middle());
+            match (m.below(from), to.below(&m)) {
+                (true, _) => from.clone(),
+                (_, true) => to.clone(),
+                _ => m,
+            }
+        });
         if let Some(there) = self.local(goal, seed, &near, cell) {
             let high = there.f.upper();
             if best.as_ref().is_none_or(|b| high.below(b))
+                && seed.owns(&near)
                 && self.place(seed, &there.uv) == Place::Inside
             {
                 *best = Some(high);
@@ -802,7 +845,7 @@ impl<'a> Scene<'a> {
                 x: if self.seeds[i.seed].dims() == 0 {
                     self.seeds[i.seed].x.clone()
                 } else {
-                    [i.x[0].ball(), i.x[1].ball()]
+                    self.seeds[i.seed].clipped([i.x[0].ball(), i.x[1].ball()])
                 },
                 low: i.low.ball().lower(),
                 inside: i.inside,
@@ -847,6 +890,8 @@ impl<'a> Scene<'a> {
 
 /// A box whose bound is within this of the best is left to the balls, relative to the objective's size.
 const NOISE: f64 = 1e-13;
+/// In f64, curves that are not known to belong to a face are not halved below this share of theirs.
+const HUGGING: f64 = 1e-5;
 /// And here it is settled.
 const BALL_NOISE: f64 = 1e-62;
 
@@ -884,11 +929,18 @@ fn clamped<N: Number>(k: &[N; 2], x: &[N; 2]) -> [N; 2] {
 }
 
 /// Halves of the box across the direction of the larger weight.
-fn split<N: Number>(item: Item<N>, dims: usize, weight: &[f64; 2]) -> Step<N> {
+fn split<N: Number>(seed: &Seed, item: Item<N>, dims: usize, weight: &[f64; 2]) -> Step<N> {
+    // A line that may be on either side of a border all along: only balls can tell.
+    let hugging = dims == 1 && !item.inside && N::UNIT == f64::EPSILON;
     let splittable = |c: usize| {
         let x = &item.x[c];
         let m = x.middle();
-        let wide = x.radius() > N::UNIT * x.magnitude() && x.radius() > N::SMALL;
+        let limit = if hugging {
+            HUGGING * seed.x[c].radius()
+        } else {
+            N::SMALL.max(N::UNIT * x.magnitude())
+        };
+        let wide = x.radius() > limit;
         c < dims && wide && x.lower().below(&m) && m.below(&x.upper())
     };
     let first = usize::from(dims == 2 && !(weight[0] >= weight[1]));
@@ -901,7 +953,7 @@ fn split<N: Number>(item: Item<N>, dims: usize, weight: &[f64; 2]) -> Step<N> {
         all[c] = x;
         Item {
             seed: item.seed,
-            x: all,
+            x: seed.clipped(all),
             low: item.low.clone(),
             inside: item.inside,
         }

@@ -34,7 +34,7 @@ impl Bound {
 }
 
 /// Boxes in f64 and in balls, unless told otherwise.
-const BUDGET: [usize; 2] = [8000, 600];
+const BUDGET: [usize; 2] = [5000, 400];
 
 fn bound(least: &Least, of: impl Fn(&Ball) -> Ball) -> Bound {
     let end = |x: Ball| x.center();
