@@ -177,6 +177,7 @@ std::optional<int> Arc::sign_of(int k, Place& p) const {
     if (f.is_zero()) return 0;
     std::optional<long> bound;
     for (long bits = kRootWidth;;) {
+        tower.work += bits > kRootWidth ? bits / 64 : 0;
         if (!p.exact) {
             narrow(p, bits);
             if (!guess(p) && digits(p.y1 - p.y0) < bits - 2) return std::nullopt;

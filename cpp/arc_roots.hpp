@@ -61,6 +61,8 @@ class Tower {
     bool coprime_with(int k) const;
     // Whether J_1 vanishes wherever A does, so that F is constant along the curve.
     bool constant() const;
+    // What signs of more than a few digits have taken so far, in boxes of a search, about.
+    mutable long work = 0;
 
  private:
     BiPoly a_, a_x_, a_y_;

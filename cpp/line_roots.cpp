@@ -3,6 +3,7 @@
 #include <cmath>
 #include <memory>
 #include <optional>
+#include <utility>
 
 #include "arc_roots.hpp"
 
@@ -211,7 +212,7 @@ constexpr long kAttempt = 20;
 constexpr int kEvery = 2;
 constexpr long kAfterFailure = 16;
 
-Real outward(const Q& x, mpfr_rnd_t direction) {
+Real to_real(const Q& x, mpfr_rnd_t direction) {
     Real r;
     mpfr_set_q(r.get(), x.mpq(), direction);
     return r;
@@ -228,6 +229,13 @@ class Tangencies {
     }
     // Tries to settle a box near the node. Whether it did.
     bool attempt(const Node& n, PatchRoots& found);
+    // What that took since this was last asked, in boxes.
+    long spent() {
+        long sum = kAttempt;
+        for (const auto& t : towers_)
+            if (t) sum += std::exchange(t->work, 0);
+        return sum;
+    }
 
  private:
     const ExactForms& forms() {
@@ -283,7 +291,7 @@ bool Tangencies::attempt(const Node& n, PatchRoots& found) {
             bool small = true;
             for (int k = 0; k < 2; ++k) {
                 // Rounded to what matters here.
-                at[k] = to_exact(outward(at[k] + (*by)[k], MPFR_RNDN));
+                at[k] = to_exact(to_real(at[k] + (*by)[k], MPFR_RNDN));
                 near &= ends[k][0] - size <= at[k] && at[k] <= ends[k][1] + size;
                 small &= CGAL::abs((*by)[k]) * Q(1L << 40) <= size;
             }
@@ -291,8 +299,14 @@ bool Tangencies::attempt(const Node& n, PatchRoots& found) {
         }
         if (!near) continue;
         const auto box = [&](const Q& x0, const Q& x1, const Q& y0, const Q& y1) {
-            const Real x[2] = {outward(x0, MPFR_RNDD), outward(x1, MPFR_RNDU)};
-            const Real y[2] = {outward(y0, MPFR_RNDD), outward(y1, MPFR_RNDU)};
+            const Real x[2] = {to_real(x0, MPFR_RNDD), to_real(x1, MPFR_RNDU)};
+            const Real y[2] = {to_real(y0, MPFR_RNDD), to_real(y1, MPFR_RNDU)};
+            return swapped ? std::array<Real, 4>{y[0], y[1], x[0], x[1]}
+                           : std::array<Real, 4>{x[0], x[1], y[0], y[1]};
+        };
+        const auto inward = [&](const Q& x0, const Q& x1, const Q& y0, const Q& y1) {
+            const Real x[2] = {to_real(x0, MPFR_RNDU), to_real(x1, MPFR_RNDD)};
+            const Real y[2] = {to_real(y0, MPFR_RNDU), to_real(y1, MPFR_RNDD)};
             return swapped ? std::array<Real, 4>{y[0], y[1], x[0], x[1]}
                            : std::array<Real, 4>{x[0], x[1], y[0], y[1]};
         };
@@ -306,7 +320,7 @@ bool Tangencies::attempt(const Node& n, PatchRoots& found) {
         for (const ArcRoot& r : arc->roots) {
             PatchRoot root;
             root.box = box(r.x0, r.x1, r.y0, r.y1);
-            root.unique = box(arc->x0, arc->x1, r.unique_y0, r.unique_y1);
+            root.unique = inward(arc->x0, arc->x1, r.unique_y0, r.unique_y1);
             root.multiplicity = r.multiplicity;
             const bool odd = r.multiplicity % 2;
             root.orientation = r.sign * (odd && swapped ? -1 : 1) * (odd && second ? -1 : 1);
@@ -318,11 +332,7 @@ bool Tangencies::attempt(const Node& n, PatchRoots& found) {
             fresh.push_back(std::move(root));
         }
         for (auto& r : fresh) found.roots.push_back(std::move(r));
-        // Inward.
-        const Real x[2] = {outward(arc->x0, MPFR_RNDU), outward(arc->x1, MPFR_RNDD)};
-        const Real y[2] = {outward(arc->y0, MPFR_RNDU), outward(arc->y1, MPFR_RNDD)};
-        found.settled.push_back(swapped ? std::array<Real, 4>{y[0], y[1], x[0], x[1]}
-                                        : std::array<Real, 4>{x[0], x[1], y[0], y[1]});
+        found.settled.push_back(inward(arc->x0, arc->x1, arc->y0, arc->y1));
         return true;
     }
     return false;
@@ -399,8 +409,9 @@ PatchRoots patch_roots(const Net& f1, const Net& f2, const std::array<double, 4>
                 found.common_factor = true;
                 return found;
             }
-            budget -= kAttempt;
-            if (!tangencies.attempt(n, found))
+            const bool settled = tangencies.attempt(n, found);
+            budget -= tangencies.spent();
+            if (!settled)
                 ++failures;
             else if (known(found, n.box))
                 continue;
