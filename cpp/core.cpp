@@ -249,11 +249,9 @@ const PreparedFace& Core::face(std::size_t index) const {
 }
 
 const Pieces& Core::pieces() const {
-    if (!pieces_) {
-        std::vector<const PreparedFace*> faces;
-        for (std::size_t i = 0; i < model_.faces.size(); ++i) faces.push_back(&face(i));
-        pieces_ = std::make_shared<const Pieces>(prepare_pieces(faces));
-    }
+    if (!pieces_)
+        pieces_ = std::make_shared<const Pieces>(
+            model_, [this](std::size_t i) -> const Region& { return face(i).region; });
     return *pieces_;
 }
 

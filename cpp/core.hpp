@@ -10,7 +10,7 @@
 
 namespace feeler_oracle {
 
-struct Pieces;
+class Pieces;
 class Edges;
 
 struct PreparedFace {
@@ -32,10 +32,12 @@ constexpr int kMarginBits = 10;
 class Core {
  public:
     explicit Core(Model model);
+    // Prepared faces point into it.
+    Core(const Core&) = delete;
     const Model& model() const { return model_; }
     // Made on first use. Throws std::out_of_range.
     const PreparedFace& face(std::size_t index) const;
-    // What distances need; made on first use, of all faces.
+    // What distances need; made on first use.
     const Pieces& pieces() const;
     // Images of edges and the widths of their cracks; made on first use.
     const Edges& edges() const;

@@ -10,19 +10,21 @@
 //    value tau in T, and derivative zero where the kinds (b2), (b1), (a) say so; and
 //    B grad f = grad A - f grad B = grad(A - tau B) there. So if a first difference of A - T B (T
 //    an interval) has a strict sign throughout, the box goes.
-// 3. With t any number, x any point of the box (unit square), h = A - t B, g = grad h(x), and -mu
-// <= 0 below
-//    the least eigenvalue of h's second derivatives (bounded by second differences of the nets),
-//    h >= h(x) + g.(y - x) - mu |y - x|^2 / 2 on the box; hence f >= t + min(0, that) / min B.
-//    With x from Newton's iteration and t = f(x) this closes regular minima to the last bits;
-//    existence or uniqueness of a critical point is not needed for it.
-// 4. If A - T B is strictly convex on the box for all tau in T, with constant m > 0, and z is a
-// minimiser in
-//    the box that item 2 speaks of, then h_tau (tau = f(z)) has its least value 0 at z: z is the
-//    only one, tau <= f(x) <= t, and m |x - z| <= |grad h_tau(x)| <= |g| + (t - tau) |grad B(x)|,
-//    where t - tau is bounded by item 3. The box around x of that radius is put to the region: if
-//    it lies outside, the box goes whole; if inside, t is an upper bound; if neither is proven, the
-//    lower bound stays and x itself is classified exactly.
+// 3. With t any number, x any point of the box (unit square), h = A - t B, g = grad h(x), and L a
+//    bound on -(y - x)^T H (y - x) / 2 for all Hessians H of h on the box and all y in it (H from
+//    second differences of the nets; where one diagonal entry is positive the square is completed),
+//    h >= h(x) + g.(y - x) - L on the box; hence f >= t + min(0, that) / min B. With x from
+//    Newton's iteration and t = f(x) this closes regular minima to the last bits; existence or
+//    uniqueness of a critical point is not needed for it. Form for lines: h(u, v) = sum_i B_i(u)
+//    h_i(v), h_i the polynomial of row i of the net. If all h_i are convex, each is above its
+//    tangent at x, so h is above the least of these over i and v. This closes valleys along u: seen
+//    from the axis of a revolution, all h_i touch zero at one v.
+// 4. If A - tau B is strictly convex on the box for all tau in T (cut by item 3), with constant m >
+//    0, and z is a minimiser in the box that item 2 speaks of, then h_tau (tau = f(z)) has its
+//    least value 0 at z: z is the only one, tau <= f(x) <= t, and m |x - z| <= |grad h_tau(x)| <=
+//    |g| + (t - tau) |grad B(x)|, where t - tau is bounded by item 3. The box around x of that
+//    radius is put to the region: if it lies outside, the box goes whole; if inside, t is an upper
+//    bound; if neither is proven, the lower bound stays and x itself is classified exactly.
 //
 // Points with f below the truth that lie outside the region are thus removed only by exact
 // decisions.
@@ -49,9 +51,11 @@ struct DistanceAnswer {
     long nodes = 0;    // boxes bounded in MPFR
 };
 
+// In boxes of a bicubic patch: what has more coefficients counts for more, so that this bounds
+// the time.
 struct DistanceBudget {
-    long nodes64 = 50000;
-    long nodes = 20000;
+    double nodes64 = 50000;
+    double nodes = 20000;
 };
 
 // Of the distance from c to the union of the faces. Without any face: both ends infinite.

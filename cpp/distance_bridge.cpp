@@ -29,8 +29,8 @@ void check_query(std::initializer_list<double> numbers) {
 DistanceBudget budget_of(std::int64_t nodes) {
     DistanceBudget budget;
     if (nodes >= 0) {
-        budget.nodes = long(nodes);
-        budget.nodes64 = 10 * long(nodes);
+        budget.nodes = double(nodes);
+        budget.nodes64 = 10 * double(nodes);
     }
     return budget;
 }

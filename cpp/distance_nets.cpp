@@ -145,6 +145,19 @@ Net64 objective_net64(const Objective& o, const Piece& s) {
     return r;
 }
 
+Net64 objective_net64(const Objective& o, const Piece& s, const DyadicBox& box) {
+    const NetMp net = objective_net(o, s, box);
+    const auto outer = [](const std::vector<Interval>& c) {
+        std::vector<Interval64> x;
+        for (const Interval& i : c) x.push_back(i.outer());
+        return x;
+    };
+    Net64 r;
+    centre(outer(net.a), r.a, r.ra);
+    centre(outer(net.b), r.b, r.rb);
+    return r;
+}
+
 void split64(const Net64& n, Degrees d, bool along_u, Net64& left, Net64& right) {
     split_coefficients(n.a, d, along_u, left.a, right.a);
     split_coefficients(n.b, d, along_u, left.b, right.b);

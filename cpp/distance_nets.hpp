@@ -47,6 +47,8 @@ struct Net64 {
     double ra = 0, rb = 0;
 };
 Net64 objective_net64(const Objective& o, const Piece& s);
+// On a box of the piece, made in intervals: radii are those of the box's own coefficients.
+Net64 objective_net64(const Objective& o, const Piece& s, const DyadicBox& box);
 // Halves; every averaging rounds once, and at most degree of them make a coefficient.
 void split64(const Net64& n, Degrees d, bool along_u, Net64& left, Net64& right);
 

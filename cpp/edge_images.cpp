@@ -166,9 +166,12 @@ EdgeImages edge_images(const Core& core) {
     std::vector<std::vector<std::vector<const Piece*>>> by_arc(model.faces.size());
     for (std::size_t f = 0; f < model.faces.size(); ++f)
         by_arc[f].resize(core.face(f).region.arcs().size());
-    for (const auto* pieces : {&all.pieces, &all.clamped})
-        for (const Piece& p : *pieces)
-            if (p.arc >= 0) by_arc[p.face][p.arc].push_back(&p);
+    for (std::size_t f = 0; f < model.faces.size(); ++f) {
+        if (all.nothing(f)) continue;
+        for (const auto* pieces : {&all.face(f).pieces, &all.face(f).clamped})
+            for (const Piece& p : *pieces)
+                if (p.arc >= 0) by_arc[f][p.arc].push_back(&p);
+    }
 
     struct Join {
         int image, next;

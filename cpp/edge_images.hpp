@@ -77,6 +77,6 @@ struct EdgeImages {
 EdgeImages edge_images(const Core& core);
 
 // How far the image may be from the piece's net, at most.
-inline double slack_of(const Piece&) { return 0.0; }
+inline double slack_of(const Piece& piece) { return piece.slack; }
 
 }  // namespace feeler_oracle

@@ -408,7 +408,7 @@ CrackWidth crack_width(const Pieces& pieces, const EdgeImages& edges, int edge, 
             return result;
         }
     }
-    Real floor(pieces.size);
+    Real floor(pieces.size());
     mpfr_div_2ui(floor.get(), floor.get(), kCrackFloorBits, MPFR_RNDD);
     for (std::size_t i = 0; i < uses.size(); ++i)
         for (std::size_t j = i + 1; j < uses.size(); ++j) {
