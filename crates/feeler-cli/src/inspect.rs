@@ -3,6 +3,7 @@
 use crate::{Bad, Outcome, write_error};
 use feeler::brep::Brep;
 use feeler::nurbs::Curve;
+use feeler_corpus::{MODEL_FILE_VERSION, Model};
 use feeler_io::{Document, Object, ObjectKind};
 use serde_json::{Map, Value, json};
 use std::collections::BTreeMap;
@@ -14,7 +15,7 @@ const SHOWN: usize = 10;
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct Args {
-    /// The .3dm file.
+    /// The .3dm file, or a model file of our own (.json, .json.gz).
     file: PathBuf,
     /// One JSON object instead of text.
     #[arg(long)]
@@ -22,6 +23,9 @@ pub(crate) struct Args {
 }
 
 pub(crate) fn run(args: &Args) -> Result<Outcome, Bad> {
+    if Model::is_own(&args.file) {
+        return own(args);
+    }
     let document = feeler_io::read_file(&args.file).map_err(|e| Bad(e.to_string()))?;
     let mut out = std::io::stdout().lock();
     let text = if args.json {
@@ -29,6 +33,38 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Bad> {
     } else {
         as_text(&document)
     };
+    out.write_all(text.as_bytes()).map_err(write_error)?;
+    Ok(Outcome::Good)
+}
+
+/// A model file of our own: BREPs and nothing else.
+fn own(args: &Args) -> Result<Outcome, Bad> {
+    let model = Model::load(&args.file, None).map_err(|e| Bad(e.to_string()))?;
+    let text = if args.json {
+        let objects = model.breps.iter().map(|b| {
+            let mut o = Map::new();
+            o.insert("kind".into(), json!("brep"));
+            brep_json(b, &mut o);
+            Value::Object(o)
+        });
+        let all = json!({
+            "format": "feeler_model",
+            "version": MODEL_FILE_VERSION,
+            "objects": objects.collect::<Vec<_>>(),
+        });
+        format!("{all}\n")
+    } else {
+        let count = model.breps.len();
+        let mut lines = vec![format!(
+            "feeler model version {MODEL_FILE_VERSION}, {count} objects"
+        )];
+        for (i, brep) in model.breps.iter().enumerate() {
+            lines.push(format!("object {i}: brep"));
+            brep_text(brep, &mut lines);
+        }
+        lines.join("\n") + "\n"
+    };
+    let mut out = std::io::stdout().lock();
     out.write_all(text.as_bytes()).map_err(write_error)?;
     Ok(Outcome::Good)
 }
@@ -83,25 +119,7 @@ fn object_json(object: &Object) -> Value {
     o.insert("name".into(), json!(object.name));
     o.insert("layer".into(), json!(object.layer));
     match &object.kind {
-        ObjectKind::Brep(brep) | ObjectKind::Surface(brep) => {
-            let p = brep.parts();
-            let c = contents(brep);
-            let defects: Vec<String> = brep.defects().iter().map(ToString::to_string).collect();
-            for (key, value) in [
-                ("faces", json!(p.faces.len())),
-                ("loops", json!(p.loops.len())),
-                ("trims", json!(p.trims.len())),
-                ("edges", json!(p.edges.len())),
-                ("vertices", json!(p.vertices.len())),
-                ("solid", json!(brep.is_closed())),
-                ("surfaces", json!(c.surfaces)),
-                ("trim_curves", json!(c.trim_curves)),
-                ("edge_curves", json!(c.edge_curves)),
-                ("defects", json!(defects)),
-            ] {
-                o.insert(key.into(), value);
-            }
-        }
+        ObjectKind::Brep(brep) | ObjectKind::Surface(brep) => brep_json(brep, &mut o),
         ObjectKind::Curve(curve) => {
             o.insert("curve".into(), json!(curve.type_name()));
             o.insert("supported".into(), json!(false));
@@ -119,6 +137,26 @@ fn object_json(object: &Object) -> Value {
         o.insert("warnings".into(), json!(object.warnings));
     }
     Value::Object(o)
+}
+
+fn brep_json(brep: &Brep, o: &mut Map<String, Value>) {
+    let p = brep.parts();
+    let c = contents(brep);
+    let defects: Vec<String> = brep.defects().iter().map(ToString::to_string).collect();
+    for (key, value) in [
+        ("faces", json!(p.faces.len())),
+        ("loops", json!(p.loops.len())),
+        ("trims", json!(p.trims.len())),
+        ("edges", json!(p.edges.len())),
+        ("vertices", json!(p.vertices.len())),
+        ("solid", json!(brep.is_closed())),
+        ("surfaces", json!(c.surfaces)),
+        ("trim_curves", json!(c.trim_curves)),
+        ("edge_curves", json!(c.edge_curves)),
+        ("defects", json!(defects)),
+    ] {
+        o.insert(key.into(), value);
+    }
 }
 
 fn list(counts: &Counts) -> String {

@@ -89,11 +89,16 @@ impl Model {
     /// `feeler inspect`; it may be a surface). A name that ends with `.json` or `.json.gz` is a model
     /// file of our own, whose BREPs count as objects; any other a .3dm file.
     pub fn load(path: &Path, object: Option<usize>) -> Result<Self, ModelError> {
-        let name = path.as_os_str().to_string_lossy().to_ascii_lowercase();
-        if name.ends_with(".json") || name.ends_with(".json.gz") {
+        if Self::is_own(path) {
             return Self::load_own(path, object);
         }
         Self::from_document(path, feeler_io::read_file(path)?, object)
+    }
+
+    /// Whether a name says that it is a model file of our own.
+    pub fn is_own(path: &Path) -> bool {
+        let name = path.as_os_str().to_string_lossy().to_ascii_lowercase();
+        name.ends_with(".json") || name.ends_with(".json.gz")
     }
 
     fn load_own(path: &Path, object: Option<usize>) -> Result<Self, ModelError> {

@@ -43,6 +43,11 @@ impl<'a> Generator<'a> {
         generator
     }
 
+    /// Longest side of the model's box.
+    pub(crate) fn size(&self) -> f64 {
+        self.size
+    }
+
     fn face(&mut self) -> usize {
         if !self.curved.is_empty() && self.random.below(4) > 0 {
             self.curved[self.random.below(self.curved.len())]
@@ -130,14 +135,33 @@ impl<'a> Generator<'a> {
         Some(Point2::from(uv))
     }
 
-    /// A point of a face near one of its trims, or anywhere.
+    /// A uv within one of [`NEAR`] of the border of the domain, inside.
+    fn near_border(&mut self, face: usize) -> Point2<f64> {
+        let mut uv = self.anywhere(face);
+        if let Some((b, f)) = self.model.face(face) {
+            let domain = self.model.breps[b].surface(f).domain();
+            let k = self.random.below(2);
+            let near = NEAR[self.random.below(NEAR.len())];
+            let s = [near, 1.0 - near][self.random.below(2)];
+            uv[k] = domain[k].lerp(s);
+        }
+        uv
+    }
+
+    /// A point of a face near one of its trims (of its border where nothing is trimmed), or anywhere.
     pub(crate) fn target(&mut self, near: bool) -> Aim {
+        // A model may have no trims at all.
+        let trimmed = (0..self.model.faces()).any(|f| {
+            let face = self.model.face(f);
+            let face = face.map(|(b, f)| &self.model.breps[b].faces()[f]);
+            face.is_some_and(|f| f.loops.as_ref().is_some_and(|l| !l.is_empty()))
+        });
         loop {
             let face = self.face();
-            let uv = if near {
-                self.near_trim(face)
-            } else {
-                Some(self.anywhere(face))
+            let uv = match (near, trimmed) {
+                (true, true) => self.near_trim(face),
+                (true, false) => Some(self.near_border(face)),
+                (false, _) => Some(self.anywhere(face)),
             };
             if let Some(aim) = uv.and_then(|uv| self.aim(face, uv)) {
                 return aim;

@@ -25,8 +25,8 @@ struct Arguments {
 enum Task {
     /// Install what the tests need, then run all of them.
     Test,
-    /// Write the corpus's queries again, from fixed seeds; then run `truth`.
-    Scenes,
+    /// Write the corpus's queries, and the models made here, again from fixed seeds; then run `truth`.
+    Scenes(scenes::Args),
     /// Compute the truth of the corpus, or of one suite, with the oracle.
     Truth(truth::Args),
     /// Ask the kernel and the oracle the same random queries about a file, and compare.
@@ -40,7 +40,7 @@ enum Task {
 fn main() -> ExitCode {
     let result = match Arguments::parse().task {
         Task::Test => test::run(),
-        Task::Scenes => scenes::run(&test::root().join("corpora")),
+        Task::Scenes(args) => scenes::run(&test::root().join("corpora"), &args),
         Task::Truth(args) if args.verify.verify => {
             verify::run(&args.verify, &args.corpora, args.suite.as_deref())
         }

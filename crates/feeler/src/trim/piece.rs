@@ -305,8 +305,15 @@ impl Piece {
     }
 
     /// Whether `q` is in the closed box of the two end points: exactly, or where the
-    /// ends are known in enclosures only, in the box of those.
+    /// ends are known in enclosures only (in double-double, so far below an ulp), in the box of those.
     pub(super) fn in_box(&self, q: [f64; 2]) -> bool {
+        if let Source::Blurred(ends) = &self.source {
+            return (0..2).all(|axis| {
+                let off = ends.each_ref().map(|e| e.at[axis] - Ball::exact(q[axis]));
+                // Not certainly on one side of both.
+                !(off.iter().all(|o| o.is_above(0.0)) || off.iter().all(|o| (-*o).is_above(0.0)))
+            });
+        }
         let Some(exact) = self.exact() else {
             return true;
         };

@@ -176,6 +176,32 @@ fn native_arcs() {
             }
         }
     }
+    // Two halves that meet at a point that is no f64: no gap, however near a point is. (From the suite `trim-loops`.) Where
+    // the second ends, at 2 pi as a f64, it is 9.2e-17 below (0.875, 0.5), where the first starts: that is a gap.
+    let halves = [[0.0, turn / 2.0], [turn / 2.0, turn]];
+    let halves = halves.map(|angle| arc([0.5, 0.5], 0.375, [1.0, 0.0], false, angle).into());
+    let region = TrimRegion::new(&face(WIDE, Some(vec![halves.into()])), 0);
+    let about = |x: f64| [x, x.next_up(), x.next_down()];
+    for x in about(0.125).into_iter().chain(about(0.875)) {
+        for y in about(0.5) {
+            let gap = x == 0.875 && y <= 0.5;
+            assert_eq!(region.side([x, y].into()).in_gap, gap, "{x} {y}");
+        }
+    }
+    // A gap that is one: the arc ends at (cos 3, sin 3), the chord starts at (-0.9, 0).
+    let open = vec![
+        arc([0.0, 0.0], 1.0, [1.0, 0.0], false, [0.0, 3.0]).into(),
+        line([-0.9, 0.0], [1.0, 0.0]).into(),
+    ];
+    let region = TrimRegion::new(&face(WIDE, Some(vec![open])), 0);
+    for (x, y, gap) in [
+        (-0.95, 0.1, true),
+        (-0.9, 0.0, true),
+        (-0.995, 0.1, false),
+        (-0.95, 0.15, false),
+    ] {
+        assert_eq!(region.side([x, y].into()).in_gap, gap, "{x} {y}");
+    }
     // Half a disc: an arc and its chord.
     for flip in [false, true] {
         let half = arc([1.0, 0.5], 2.0, [1.0, 0.0], flip, [0.0, turn / 2.0]);

@@ -1,0 +1,278 @@
+//! Suites about models that lie in the corpus: the thesis's parts and those of `make_parts.py`.
+
+use super::{Scene, Suite};
+use crate::generate::{Generator, NEAR};
+use crate::random::Random;
+use feeler_corpus::{LineKindLine, LineLine, MODELS, Model, QueryLine, SphereLine};
+use std::path::Path;
+
+/// The thesis's parts whose faces are all NURBS.
+const THESIS_NURBS: [&str; 9] = [
+    "ball_joint_cavity_nurbs",
+    "ball_joint_socket_nurbs",
+    "cube_corner_cut_nurbs",
+    "cube_corner_sphere_cut_nurbs",
+    "cylinder_nurbs",
+    "cylinder_nurbs_unclamped",
+    "sheet_trimmed_nurbs",
+    "shift_gate_straight_nurbs",
+    "geneva4_wheel_nurbs",
+];
+
+/// Those with planes, revolutions and native arcs.
+const THESIS_NATIVE: [&str; 9] = [
+    "ball",
+    "ball_joint_cavity",
+    "ball_joint_socket",
+    "cube_corner_cut",
+    "cube_corner_sphere_cut",
+    "cylinder",
+    "geneva4_wheel",
+    "sheet_trimmed",
+    "shift_gate_straight",
+];
+
+/// Of `make_parts.py`.
+const PARTS: [&str; 25] = [
+    "bored_block",
+    "bored_block_nurbs",
+    "bored_sphere",
+    "bored_sphere_nurbs",
+    "bracket",
+    "chain_link",
+    "chain_link_nurbs",
+    "fillet_box",
+    "fillet_box_nurbs",
+    "flange",
+    "flange_nurbs",
+    "nozzle",
+    "nozzle_nurbs",
+    "pipe",
+    "ratchet",
+    "spline_bored",
+    "spline_plate",
+    "square_to_round",
+    "tangent_rounds",
+    "tangent_rounds_nurbs",
+    "thin_sphere",
+    "thin_tube",
+    "twisted_prism",
+    "vase",
+    "vase_nurbs",
+];
+
+type Ask = fn(&mut Generator<'_>, bool) -> QueryLine;
+
+struct Plan {
+    name: &'static str,
+    description: &'static str,
+    ask: Ask,
+    /// Queries of each part; half of them, rounded up, near.
+    each: usize,
+    /// Of each native part.
+    each_native: usize,
+}
+
+const PLANS: [Plan; 6] = [
+    Plan {
+        name: "contact-sphere",
+        description: "balls against the thesis's parts, as NURBS and native; half of the feet within 1e-6 to 1e-15 of a trim, a seam or an edge",
+        ask: |g, near| g.sphere(near),
+        each: 50,
+        each_native: 20,
+    },
+    Plan {
+        name: "contact-half-space",
+        description: "half-spaces; half with the normal of a point within 1e-6 to 1e-15 of a trim, tilted by as little",
+        ask: |g, near| g.half_space(near),
+        each: 30,
+        each_native: 20,
+    },
+    Plan {
+        name: "line",
+        description: "lines, rays and segments; half aimed within 1e-6 to 1e-15 of a trim, a quarter nearly tangent",
+        ask: |g, near| g.line(near),
+        each: 40,
+        each_native: 30,
+    },
+    Plan {
+        name: "side",
+        description: "sides in uv; two thirds within 1e-6 to 1e-15 of a trim loop, or on it up to rounding",
+        ask: |g, near| {
+            let near = near || g.random.below(3) == 0;
+            g.side(near)
+        },
+        each: 120,
+        each_native: 120,
+    },
+    Plan {
+        name: "inside",
+        description: "points of space against the solid; half of them above points within 1e-6 to 1e-15 of a trim",
+        ask: |g, near| g.inside(near),
+        each: 40,
+        each_native: 40,
+    },
+    Plan {
+        name: "evaluate",
+        description: "points and first derivatives; half within 1e-6 to 1e-15 of a trim, a seam or the border of the domain",
+        ask: |g, near| g.evaluate(near),
+        each: 60,
+        each_native: 60,
+    },
+];
+
+fn load(corpus: &Path, path: &str) -> Result<Model, String> {
+    Model::load(&corpus.join(MODELS).join(path), None).map_err(|e| e.to_string())
+}
+
+/// A suite for each kind of query.
+pub(crate) fn kinds(corpus: &Path) -> Result<Vec<Suite>, String> {
+    let mut all = Vec::new();
+    for plan in &PLANS {
+        let mut scenes = Vec::new();
+        let nurbs = THESIS_NURBS.map(|p| (p, plan.each));
+        let native = THESIS_NATIVE.map(|p| (p, plan.each_native));
+        for (part, each) in nurbs.into_iter().chain(native) {
+            let name = format!("thesis/{part}.3dm");
+            let model = load(corpus, &name)?;
+            let mut generator = Generator::new(&model, &format!("{} {part}", plan.name));
+            let queries = (0..each).map(|i| (plan.ask)(&mut generator, i % 2 == 0));
+            scenes.push(Scene {
+                queries: queries.collect(),
+                name,
+                breps: Vec::new(),
+            });
+        }
+        all.push(Suite {
+            name: plan.name,
+            description: plan.description,
+            scenes,
+        });
+    }
+    Ok(all)
+}
+
+/// All kinds of queries about parts of our own making.
+pub(crate) fn parts(corpus: &Path) -> Result<Suite, String> {
+    const EACH: [(Ask, usize); 6] = [
+        (|g, near| g.sphere(near), 16),
+        (|g, near| g.half_space(near), 8),
+        (|g, near| g.line(near), 16),
+        (|g, near| g.side(near), 60),
+        (|g, near| g.inside(near), 20),
+        (|g, near| g.evaluate(near), 16),
+    ];
+    let mut scenes = Vec::new();
+    for part in PARTS {
+        let name = format!("parts/{part}.json.gz");
+        let model = load(corpus, &name)?;
+        let mut generator = Generator::new(&model, &format!("parts {part}"));
+        let mut queries = Vec::new();
+        for (ask, count) in EACH {
+            queries.extend((0..count).map(|i| ask(&mut generator, i % 2 == 0)));
+        }
+        scenes.push(Scene {
+            name,
+            breps: Vec::new(),
+            queries,
+        });
+    }
+    Ok(Suite {
+        name: "parts",
+        description: "parts like real ones, of fillets, bores, thin walls, shells, splines trimmed by splines, lofts and pipes, native and as NURBS: \
+                      all kinds of queries, half of them near trims, seams and edges",
+        scenes,
+    })
+}
+
+/// Lines that graze a face within nothing to 1e-3 of the size.
+pub(crate) fn grazing(corpus: &Path) -> Result<Suite, String> {
+    let thesis = THESIS_NURBS.iter().chain(&THESIS_NATIVE);
+    let thesis = thesis.map(|p| (format!("thesis/{p}.3dm"), 12));
+    let parts = PARTS.iter().map(|p| (format!("parts/{p}.json.gz"), 12));
+    let mut scenes = Vec::new();
+    for (name, each) in thesis.chain(parts) {
+        let model = load(corpus, &name)?;
+        let mut generator = Generator::new(&model, &format!("grazing {name}"));
+        let queries = (0..each).map(|i| graze(&mut generator, i));
+        scenes.push(Scene {
+            queries: queries.collect(),
+            name,
+            breps: Vec::new(),
+        });
+    }
+    Ok(Suite {
+        name: "line-grazing",
+        description: "lines tangent to a face at a point, moved off it by nothing, 1e-15 to 1e-3 of the size, out or in; a third at a trim",
+        scenes,
+    })
+}
+
+fn graze(generator: &mut Generator<'_>, i: usize) -> QueryLine {
+    let aim = generator.target(i.is_multiple_of(3));
+    let size = generator.size();
+    let random = &mut generator.random;
+    let across = random.direction();
+    let tangent = (across - aim.normal * across.dot(&aim.normal)).normalize();
+    let off = match random.below(NEAR.len() + 4) {
+        0 => 0.0,
+        k if k <= NEAR.len() => NEAR[k - 1],
+        k => [1e-5, 1e-4, 1e-3][k - NEAR.len() - 1],
+    };
+    let at = aim.point + aim.normal * (off * size * random.sign());
+    let direction = tangent * (size * random.between(0.1, 1.0));
+    let kind = [LineKindLine::Line, LineKindLine::Ray, LineKindLine::Segment];
+    QueryLine {
+        line: Some(LineLine {
+            origin: (at - direction * random.between(0.3, 0.7)).coords.into(),
+            direction: direction.into(),
+            kind: kind[random.below(3)],
+        }),
+        ..QueryLine::default()
+    }
+}
+
+/// Radii of the thesis's balls in the socket of radius 2.5 (mm).
+const BALLS: [f64; 5] = [2.472, 2.49, 2.5, 2.51, 2.52];
+/// How far the ball moves from the socket's centre at most (mm).
+const PLAY: f64 = 0.05;
+const SOCKETS: [&str; 4] = [
+    "ball_joint_cavity_nurbs",
+    "ball_joint_socket_nurbs",
+    "ball_joint_cavity",
+    "ball_joint_socket",
+];
+
+/// Balls in the spherical sockets: at the centre, near it, and off it.
+pub(crate) fn ball_joint() -> Suite {
+    let mut random = Random::new("thesis");
+    let mut scenes = Vec::new();
+    for part in SOCKETS {
+        let mut queries = Vec::new();
+        for radius in BALLS {
+            let offsets = std::iter::once(0.0)
+                .chain(NEAR)
+                .chain([1e-4, 1e-3, 0.01, PLAY]);
+            for offset in offsets {
+                let center = random.direction() * offset;
+                queries.push(QueryLine {
+                    sphere: Some(SphereLine {
+                        center: center.into(),
+                        radius,
+                    }),
+                    ..QueryLine::default()
+                });
+            }
+        }
+        scenes.push(Scene {
+            name: format!("thesis/{part}.3dm"),
+            breps: Vec::new(),
+            queries,
+        });
+    }
+    Suite {
+        name: "thesis",
+        description: "balls of the thesis's ball joint, as NURBS and native, centred and moved by 1e-15 to 0.05 mm: the focal set of the socket",
+        scenes,
+    }
+}
