@@ -10,6 +10,7 @@
 
 namespace feeler_oracle {
 
+struct RawContacts;
 struct RawDerivativeRoots;
 struct RawDistance;
 struct RawCrack;
@@ -71,6 +72,11 @@ RawDerivativeRoots derivative_roots_of(const Core& core, std::size_t face, std::
 RawDistance distance_to(const Core& core, double x, double y, double z, std::int64_t nodes);
 RawDistance support_of(const Core& core, double x, double y, double z, double h,
                        std::int64_t nodes);
+// Of the distance to the point `at`, or (linear) of at.x - h, up to the limit.
+RawContacts contacts_of(const Core& core, bool linear, rust::Slice<const double> at, double h,
+                        double limit, double join);
+// See contacts.hpp.
+double join_width(const Core& core);
 // kind: 0 line, 1 ray, 2 segment.
 RawLine line_truth(const Core& core, rust::Slice<const double> origin,
                    rust::Slice<const double> direction, std::uint8_t kind);

@@ -40,5 +40,5 @@ pub use query::{
     Pose, Query, QueryError, QueryLine, SpacePoint, SphereLine,
 };
 pub use suite::{Ceilings, CorpusError, CorpusQuery, MODELS, QueryFile, Suite, SuiteFile, suites};
-pub use truth::{HitTruth, Truth, TruthEnclosure, TruthHeader};
+pub use truth::{ContactTruth, HitTruth, SpaceBox, Truth, TruthEnclosure, TruthHeader};
 pub use verdict::{Asked, Judgement, Verdict, judge, ulp};

@@ -47,16 +47,46 @@ pub struct HitTruth {
     pub tangential: Option<bool>,
 }
 
+/// `[lo, hi]` of x, y and z.
+pub type SpaceBox = [[f64; 2]; 3];
+
+/// Where a contact is, or may be.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ContactTruth {
+    /// The separation there, if it is due.
+    pub separation: TruthEnclosure,
+    /// A box that holds the contact.
+    pub at: SpaceBox,
+    /// Whether there is a contact in the box, and within the prediction: an answer must have it. Otherwise it may.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub due: bool,
+    /// Whether the contact may be no point (or its box is too large to tell): nothing is said of the foot.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub continuum: bool,
+}
+
 /// The truth of one query.
 #[allow(
     clippy::large_enum_variant,
     reason = "a few thousand at once, and evaluations are a sixth of them"
 )]
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub enum Truth {
     /// Of a sphere or half-space.
     Separation(TruthEnclosure),
+    /// Of a sphere or half-space, with its contacts.
+    Contact {
+        /// From the union of the BREPs.
+        separation: TruthEnclosure,
+        /// A box that holds the foot of the deepest contact, where there is just one.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        foot: Option<SpaceBox>,
+        /// Every contact is in one of these; `None` where all were not asked for.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        contacts: Option<Vec<ContactTruth>>,
+    },
     /// Of a side, in uv or in space.
     Side {
         /// The side.
@@ -139,6 +169,16 @@ mod tests {
             Truth::Side {
                 side: Side::Boundary,
                 in_gap: Some(false),
+            },
+            Truth::Contact {
+                separation: third.clone(),
+                foot: Some([[0.1, 0.25], [-1e-300, 0.0], [2.0, 2.0]]),
+                contacts: Some(vec![ContactTruth {
+                    separation: third.clone(),
+                    at: [[0.1, 0.1 + f64::EPSILON], [0.0, 1.0], [-3.0, -3.0]],
+                    due: true,
+                    continuum: false,
+                }]),
             },
             Truth::Line {
                 hits: vec![HitTruth {

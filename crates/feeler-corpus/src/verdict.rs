@@ -3,8 +3,8 @@
 //! Every comparison of a claim with the truth is exact: both are dyadic. Only sizes of errors, which
 //! are reported and held against a suite's ceilings, are rounded.
 
-use crate::answer::{Body, Claim, HitLine};
-use crate::truth::{HitTruth, Truth, TruthEnclosure};
+use crate::answer::{Body, Claim, ContactLine, HitLine};
+use crate::truth::{ContactTruth, HitTruth, SpaceBox, Truth, TruthEnclosure};
 use feeler::numeric::Dyadic;
 use feeler::query::Accuracy;
 
@@ -137,27 +137,38 @@ pub fn judge(asked: &Asked, answer: &Body, truth: &Truth) -> Judgement {
                 ..
             },
             Truth::Separation(truth),
+        ) => contact_verdict(asked, separation, contacts, truth),
+        (
+            Body::Contact {
+                separation,
+                contacts,
+                continuum,
+                undecided,
+            },
+            Truth::Contact {
+                separation: truth,
+                foot,
+                contacts: all,
+            },
         ) => {
-            let mut all = separation_verdict(asked, separation, truth);
-            let deepest = contacts.first().map(|c| c.separation);
-            if let Some(deepest) = &deepest {
-                let mut of_contact = claim_verdict(deepest, truth, "the deepest contact");
-                // Its width is the contact's own affair: the separation's is what was asked.
-                of_contact.error = None;
-                all = all.and(of_contact);
+            let mut judgement = contact_verdict(asked, separation, contacts, truth);
+            if let (Some(deepest), Some(foot), false) = (contacts.first(), foot, *continuum) {
+                judgement = judgement.and(foot_verdict(deepest, foot));
             }
-            let touching = truth.hi <= exact(asked.prediction);
-            if asked.contacts && touching && deepest.is_none() && all.verdict == Verdict::Right {
-                all = all.and(Judgement::new(Verdict::Wrong, "no contact reported"));
+            if let (true, Some(all)) = (asked.contacts, all) {
+                judgement = judgement.and(contacts_verdict(asked, contacts, all, undecided));
             }
-            all
+            judgement
         }
         (
             Body::Overlap {
                 overlap: Some(overlap),
                 ..
             },
-            Truth::Separation(truth),
+            Truth::Separation(truth)
+            | Truth::Contact {
+                separation: truth, ..
+            },
         ) => {
             let negative = truth.hi.signum() < 0;
             if !negative && truth.lo.signum() < 0 {
@@ -328,6 +339,111 @@ fn separation_verdict(asked: &Asked, claim: &Claim, truth: &TruthEnclosure) -> J
         }
     }
     judgement
+}
+
+/// The separation, and that of the deepest contact.
+fn contact_verdict(
+    asked: &Asked,
+    separation: &Claim,
+    contacts: &[ContactLine],
+    truth: &TruthEnclosure,
+) -> Judgement {
+    let mut all = separation_verdict(asked, separation, truth);
+    let deepest = contacts.first().map(|c| c.separation);
+    if let Some(deepest) = &deepest {
+        let mut of_contact = claim_verdict(deepest, truth, "the deepest contact");
+        // Its width is the contact's own affair: the separation's is what was asked.
+        of_contact.error = None;
+        all = all.and(of_contact);
+    }
+    let touching = truth.hi <= exact(asked.prediction);
+    if asked.contacts && touching && deepest.is_none() && all.verdict == Verdict::Right {
+        all = all.and(Judgement::new(Verdict::Wrong, "no contact reported"));
+    }
+    all
+}
+
+/// The distance of a point from a box, up to a few roundings.
+fn apart(point: &[f64; 3], at: &SpaceBox) -> f64 {
+    let gaps = point.iter().zip(at);
+    let square = gaps.map(|(x, [lo, hi])| (lo - x).max(x - hi).max(0.0).powi(2));
+    square.sum::<f64>().sqrt()
+}
+
+/// Whether the foot is as near to its true place as it claims; no claim is right.
+fn foot_verdict(claim: &ContactLine, at: &SpaceBox) -> Judgement {
+    /// Above the roundings of [`apart`].
+    const ROUNDINGS: f64 = 1.0 - 16.0 * f64::EPSILON;
+    let off = apart(&claim.on_brep, at);
+    let Some(bound) = claim.position_bound else {
+        return Judgement::right();
+    };
+    // NaN is wrong, too.
+    if off * ROUNDINGS <= bound {
+        Judgement::right()
+    } else {
+        let reason = format!("the foot is off by {off:e}, the bound is {bound:e}");
+        Judgement::new(Verdict::Wrong, reason)
+    }
+}
+
+/// Contacts nearer to each other than this part of the model's size are one.
+const ONE_CONTACT: f64 = 1.0 / (1u64 << 24) as f64;
+
+/// Each contact that is due must be reported, once, and nothing else. A contact is known by its foot: by the
+/// nearest of the true boxes.
+fn contacts_verdict(
+    asked: &Asked,
+    claims: &[ContactLine],
+    truths: &[ContactTruth],
+    undecided: &Option<String>,
+) -> Judgement {
+    let mut all = Judgement::right();
+    let near = ONE_CONTACT * asked.size;
+    let mut found = vec![0usize; truths.len()];
+    for (i, claim) in claims.iter().enumerate() {
+        let apart = |t: &ContactTruth| apart(&claim.on_brep, &t.at);
+        let nearest = (0..truths.len()).min_by(|a, b| {
+            let by_place = apart(&truths[*a]).total_cmp(&apart(&truths[*b]));
+            by_place.then(truths[*b].due.cmp(&truths[*a].due))
+        });
+        let Some(k) = nearest.filter(|k| apart(&truths[*k]) <= near) else {
+            let reason = format!("a false contact: {i}, at {:?}", claim.on_brep);
+            all = all.and(Judgement::new(Verdict::Wrong, reason));
+            continue;
+        };
+        found[k] += 1;
+        let truth = &truths[k];
+        if truth.due && !truth.continuum {
+            let mut one = claim_verdict(&claim.separation, &truth.separation, "a contact");
+            // Its width is its own affair.
+            one.error = None;
+            all = all.and(one).and(foot_verdict(claim, &truth.at));
+        }
+    }
+    for (truth, count) in truths.iter().zip(found) {
+        if truth.due && count == 0 {
+            let reason = format!(
+                "a missed contact: near {:?}, separation near {:e}",
+                truth.at.map(|x| x[0]),
+                truth.separation.lo.approximate()
+            );
+            // An answer that says it is not whole has claimed nothing.
+            let verdict = match undecided {
+                None => Verdict::Wrong,
+                Some(_) => Verdict::Undecided,
+            };
+            all = all.and(Judgement::new(verdict, reason));
+        }
+        if count > 1 && !truth.continuum {
+            let reason = format!(
+                "{count} contacts for one, near {:?}",
+                truth.at.map(|x| x[0])
+            );
+            all = all.and(Judgement::new(Verdict::Wrong, reason));
+        }
+    }
+    all
 }
 
 /// Hits in the order of t. Two faces that meet at an edge may give one parameter or two; a claim must

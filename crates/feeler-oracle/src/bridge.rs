@@ -107,6 +107,23 @@ pub(crate) mod ffi {
         v: RawAxisRoots,
     }
 
+    /// A box in space, x0, x1, y0, y1, z0, z1; `held`: `f.hi` is the value of a point of a face.
+    struct RawEntry {
+        f: RawEnclosure,
+        held: bool,
+        at: [f64; 6],
+        minimum: bool,
+        continuum: bool,
+        face: i64,
+    }
+
+    struct RawContacts {
+        entries: Vec<RawEntry>,
+        join: f64,
+        whole: bool,
+        nodes: u64,
+    }
+
     unsafe extern "C++" {
         include!("bridge.hpp");
 
@@ -191,6 +208,15 @@ pub(crate) mod ffi {
         ) -> Result<RawDistance>;
         fn line_truth(core: &Core, origin: &[f64], direction: &[f64], kind: u8) -> Result<RawLine>;
         fn crack_of(core: &Core, edge: usize) -> Result<RawCrack>;
+        fn contacts_of(
+            core: &Core,
+            linear: bool,
+            at: &[f64],
+            h: f64,
+            limit: f64,
+            join: f64,
+        ) -> Result<RawContacts>;
+        fn join_width(core: &Core) -> Result<f64>;
         fn inside_of(core: &Core, x: f64, y: f64, z: f64, rays: i32) -> Result<RawInside>;
         fn set_rounding_upward(upward: bool);
     }

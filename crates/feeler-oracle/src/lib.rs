@@ -15,6 +15,8 @@
 #[cfg(feature = "cgal")]
 mod bridge;
 #[cfg(feature = "cgal")]
+mod contacts;
+#[cfg(feature = "cgal")]
 mod convert;
 #[cfg(feature = "cgal")]
 mod derivative_roots;
@@ -36,7 +38,7 @@ pub use oracle::{Oracle, set_rounding_upward};
 #[cfg(not(feature = "cgal"))]
 pub use stub::Oracle;
 pub use truth::{
-    AxisRootsTruth, DerivativeRootTruth, DerivativeRootsTruth, DistanceStatus, DistanceTruth,
-    Evaluation, InsideTruth, LineHitTruth, LineOpen, LineTruth, OracleError, SideTruth,
-    TruthEnclosure,
+    AxisRootsTruth, ContactTruth, ContactsTruth, DerivativeRootTruth, DerivativeRootsTruth,
+    DistanceStatus, DistanceTruth, Evaluation, InsideTruth, LineHitTruth, LineOpen, LineTruth,
+    OracleError, SideTruth, TruthEnclosure,
 };

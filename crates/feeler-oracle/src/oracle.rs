@@ -18,6 +18,8 @@ pub struct Oracle {
     faces: usize,
     /// Each BREP on its own, where there are several; empty otherwise.
     single: Vec<(Brep, OnceCell<Box<Oracle>>)>,
+    /// Length within which points of the faces count as joined, for contacts.
+    pub(crate) join: OnceCell<f64>,
 }
 
 /// For tests of the containment: sets this thread's rounding mode, upward or to nearest.
@@ -68,6 +70,7 @@ impl Oracle {
             core,
             faces,
             single,
+            join: OnceCell::new(),
         })
     }
 

@@ -1,12 +1,12 @@
 //! The oracle of a build without the feature `cgal`: it cannot be made.
 
 use crate::truth::{
-    DerivativeRootsTruth, DistanceTruth, Evaluation, InsideTruth, LineTruth, OracleError,
-    SideTruth, TruthEnclosure,
+    ContactsTruth, DerivativeRootsTruth, DistanceTruth, Evaluation, InsideTruth, LineTruth,
+    OracleError, SideTruth, TruthEnclosure,
 };
 use feeler::brep::Brep;
 use feeler::nurbs::Limit;
-use feeler::query::LineKind;
+use feeler::query::{LineKind, Probe};
 use std::convert::Infallible;
 
 /// Exact truth about BREPs; this build has none, and [`Oracle::new`] says so.
@@ -68,6 +68,11 @@ impl Oracle {
         _offset: f64,
         _nodes: Option<u32>,
     ) -> Result<Option<DistanceTruth>, OracleError> {
+        match self.never {}
+    }
+
+    /// All contacts of a sphere or half-space.
+    pub fn contacts(&self, _probe: &Probe, _prediction: f64) -> Result<ContactsTruth, OracleError> {
         match self.never {}
     }
 

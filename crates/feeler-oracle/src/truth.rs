@@ -178,6 +178,36 @@ pub enum InsideTruth {
     Undecided(String),
 }
 
+/// Where a contact is, or may be.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ContactTruth {
+    /// Holds the separation at the contact, if it is `proven`; otherwise a bound on one end is all that is
+    /// certain (the lower; for a centre in material the upper).
+    pub separation: TruthEnclosure,
+    /// A box that holds the contact: `[lo, hi]` of x, y and z.
+    pub at: [[f64; 2]; 3],
+    /// Whether there is a contact in the box for certain.
+    pub proven: bool,
+    /// Whether it is then within the prediction for certain.
+    pub within: bool,
+    /// Whether the box is longer than 2^-30 of the model's size: a contact that is no point, or one that is not
+    /// told from such.
+    pub continuum: bool,
+    /// A face on which it is, if known.
+    pub face: Option<usize>,
+}
+
+/// All contacts within a prediction.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ContactsTruth {
+    /// Every contact is in one of these boxes.
+    pub contacts: Vec<ContactTruth>,
+    /// Points of the faces that are nearer to each other count as joined (`cpp/contacts.hpp`).
+    pub join: f64,
+    /// Whether the budget sufficed; else some boxes are large.
+    pub whole: bool,
+}
+
 /// Why the oracle gives no answer.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum OracleError {

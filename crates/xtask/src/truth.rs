@@ -70,11 +70,11 @@ mod with_oracle {
     use super::Args;
     use super::log::{self, Log, sources_hash};
     use super::parallel::in_parallel;
-    use feeler::query::Probe;
+    use feeler::query::{Contacts, Probe};
     use feeler::trim::Side;
     use feeler_corpus::{
-        Ask, CorpusQuery, HitTruth, MODELS, Model, Query, QueryFile, Truth, TruthEnclosure,
-        TruthHeader, suites,
+        Ask, ContactTruth, CorpusQuery, HitTruth, MODELS, Model, Query, QueryFile, Truth,
+        TruthEnclosure, TruthHeader, suites,
     };
     use feeler_oracle::{InsideTruth, Oracle};
     use indicatif::{ProgressBar, ProgressStyle};
@@ -303,6 +303,37 @@ mod with_oracle {
         }
     }
 
+    /// The truth of the contacts beside the separation: all of them, or the place of the deepest alone.
+    fn contact_truth(
+        oracle: &Oracle,
+        query: &Query,
+        probe: &Probe,
+        separation: TruthEnclosure,
+    ) -> Result<Truth, String> {
+        if query.contacts == Some(Contacts::All) {
+            // The protocol's default.
+            let prediction = query.prediction.unwrap_or(0.0);
+            let found = oracle
+                .contacts(probe, prediction)
+                .map_err(|e| e.to_string())?;
+            if !found.whole {
+                return Err("contacts: the budget is spent".to_owned());
+            }
+            let contacts = found.contacts.iter().map(|c| ContactTruth {
+                separation: enclosure(&c.separation),
+                at: c.at,
+                due: c.proven && c.within,
+                continuum: c.continuum,
+            });
+            return Ok(Truth::Contact {
+                separation,
+                foot: None,
+                contacts: Some(contacts.collect()),
+            });
+        }
+        Ok(Truth::Separation(separation))
+    }
+
     /// The truth of a query about a model of this size, or why the oracle has none.
     pub(crate) fn truth_of(oracle: &Oracle, query: &Query, size: f64) -> Result<Truth, String> {
         let limit = LARGEST_WIDTH * size;
@@ -315,7 +346,7 @@ mod with_oracle {
                     Probe::HalfSpace(h) => oracle.half_space(h.normal.into(), h.offset, None),
                 };
                 let found = found.map_err(text)?.ok_or("the model has no face")?;
-                Ok(Truth::Separation(narrow(&found.enclosure, limit)?))
+                contact_truth(oracle, query, &probe, narrow(&found.enclosure, limit)?)
             }
             Ask::Line(l) => {
                 // Of t, which counts in the direction's length.

@@ -359,13 +359,23 @@ fn same_numbers(
 
 fn in_space(second: &Second<'_>, size: f64, query: &Query, truth: &Truth) -> Outcome {
     match (query.ask, truth) {
-        (Ask::Contact(Probe::HalfSpace(h)), Truth::Separation(truth)) => {
-            match second.half_space(h.normal.into(), h.offset) {
-                Some(bound) => overlap(truth, &bound, size),
-                None => Outcome::Disagrees("no face".to_owned()),
-            }
-        }
-        (Ask::Contact(Probe::Sphere(s)), Truth::Separation(truth)) => {
+        (
+            Ask::Contact(Probe::HalfSpace(h)),
+            Truth::Separation(truth)
+            | Truth::Contact {
+                separation: truth, ..
+            },
+        ) => match second.half_space(h.normal.into(), h.offset) {
+            Some(bound) => overlap(truth, &bound, size),
+            None => Outcome::Disagrees("no face".to_owned()),
+        },
+        (
+            Ask::Contact(Probe::Sphere(s)),
+            Truth::Separation(truth)
+            | Truth::Contact {
+                separation: truth, ..
+            },
+        ) => {
             let Some(r) = Dyadic::from_f64(s.radius) else {
                 return Outcome::Undecided("no radius".to_owned());
             };

@@ -194,3 +194,120 @@ fn sides_and_points() {
     assert_eq!(j.verdict, Verdict::Wrong);
     assert!(judge(&ASKED, &evaluate(x, f64::INFINITY), &t).unbounded);
 }
+
+fn contact(x: f64, separation: f64, position_bound: Option<f64>) -> ContactLine {
+    ContactLine {
+        on_brep: [x, 0.0, 0.0],
+        on_probe: [x, 0.0, 1.0],
+        normal: [0.0, 0.0, 1.0],
+        separation: Claim {
+            value: separation,
+            lo: Some(separation),
+            hi: Some(separation),
+        },
+        feature: Feature::Face(0),
+        face: 0,
+        uv: [0.0; 2],
+        position_bound,
+        normal_bound: None,
+    }
+}
+
+fn with_contacts(contacts: Vec<ContactLine>, undecided: Option<&str>) -> Body {
+    let separation = contacts[0].separation;
+    Body::Contact {
+        separation,
+        continuum: false,
+        contacts,
+        undecided: undecided.map(str::to_owned),
+    }
+}
+
+#[test]
+fn all_contacts() {
+    let one = truth("-1p-1", "-1p-1");
+    let at = |x: f64, separation: &str, due| ContactTruth {
+        separation: truth(separation, separation),
+        at: [[x, x.next_up()], [0.0; 2], [0.0; 2]],
+        due,
+        continuum: false,
+    };
+    let mut t = Truth::Contact {
+        separation: one,
+        foot: None,
+        contacts: Some(vec![
+            at(1.0, "-1p-1", true),
+            at(2.0, "-1p-2", true),
+            at(3.0, "1p-3", false),
+        ]),
+    };
+    let asked = Asked {
+        contacts: true,
+        ..ASKED
+    };
+    let (a, b) = (contact(1.0, -0.5, Some(1e-12)), contact(2.0, -0.25, None));
+    let judged = |t: &Truth, c: &[&ContactLine]| {
+        let all = c.iter().map(|c| (*c).clone()).collect();
+        judge(&asked, &with_contacts(all, None), t)
+    };
+    assert_eq!(judged(&t, &[&a, &b]).verdict, Verdict::Right);
+    // One that may be, and one that is not.
+    let maybe = contact(3.0, 0.2, None);
+    assert_eq!(judged(&t, &[&a, &b, &maybe]).verdict, Verdict::Right);
+    let wrong = |c: &[&ContactLine], why: &str| {
+        let j = judged(&t, c);
+        assert_eq!(j.verdict, Verdict::Wrong);
+        assert!(j.reason.unwrap().contains(why), "{why}");
+    };
+    wrong(&[&a, &b, &contact(4.0, 0.0, None)], "false contact");
+    wrong(&[&a], "missed contact");
+    wrong(&[&a, &b, &b], "2 contacts for one");
+    wrong(&[&a, &contact(2.0, -0.24, None)], "a contact");
+    wrong(
+        &[&a, &contact(2.0 + 1e-8, -0.25, Some(1e-9))],
+        "foot is off",
+    );
+    wrong(
+        &[&a, &contact(2.0 + 1e-8, -0.25, Some(f64::NAN))],
+        "foot is off",
+    );
+    assert_eq!(
+        judged(&t, &[&a, &contact(2.0 + 1e-8, -0.25, Some(1e-7))]).verdict,
+        Verdict::Right
+    );
+    // An answer that is not whole is not wrong for what it lacks.
+    let j = judge(&asked, &with_contacts(vec![a.clone()], Some("budget")), &t);
+    assert_eq!(j.verdict, Verdict::Undecided);
+    // Of a continuum there may be several, and nothing is said of feet.
+    if let Truth::Contact {
+        contacts: Some(all),
+        ..
+    } = &mut t
+    {
+        all[1].at[0] = [2.0, 2.5];
+        all[1].continuum = true;
+    }
+    let c = contact(2.4, -0.25, Some(1e-9));
+    assert_eq!(judged(&t, &[&a, &b, &c]).verdict, Verdict::Right);
+    assert_eq!(judged(&t, &[&a]).verdict, Verdict::Wrong);
+}
+
+#[test]
+fn the_deepest_foot() {
+    let t = Truth::Contact {
+        separation: truth("-1p-1", "-1p-1"),
+        foot: Some([[1.0, 1.0], [0.0; 2], [0.0; 2]]),
+        contacts: None,
+    };
+    let verdict = |c: ContactLine| judge(&ASKED, &with_contacts(vec![c], None), &t).verdict;
+    assert_eq!(verdict(contact(1.0, -0.5, Some(0.0))), Verdict::Right);
+    assert_eq!(
+        verdict(contact(1.0 + 1e-9, -0.5, Some(1e-8))),
+        Verdict::Right
+    );
+    assert_eq!(
+        verdict(contact(1.0 + 1e-8, -0.5, Some(1e-9))),
+        Verdict::Wrong
+    );
+    assert_eq!(verdict(contact(7.0, -0.5, None)), Verdict::Right);
+}

@@ -1,0 +1,154 @@
+//! All contacts within a prediction: safe calls into C++.
+
+use crate::bridge::ffi;
+use crate::oracle::{Oracle, enclosure};
+use crate::truth::{ContactTruth, ContactsTruth, InsideTruth, OracleError, TruthEnclosure};
+use feeler::numeric::Dyadic;
+use feeler::query::Probe;
+
+fn entry(raw: &ffi::RawEntry) -> Result<(TruthEnclosure, ContactTruth), OracleError> {
+    let f = enclosure(&raw.f)?;
+    let a = raw.at;
+    let truth = ContactTruth {
+        separation: f.clone(),
+        at: [[a[0], a[1]], [a[2], a[3]], [a[4], a[5]]],
+        proven: raw.minimum,
+        within: false,
+        continuum: raw.continuum,
+        face: usize::try_from(raw.face).ok(),
+    };
+    Ok((f, truth))
+}
+
+/// Whether an entry may hold the nearest point, at most this far away.
+fn nearest_may_be(raw: &ffi::RawEntry, nearest: &Option<Dyadic>) -> bool {
+    let lo = crate::oracle::dyadic(&raw.f.lo);
+    matches!((lo, nearest), (Ok(lo), Some(d)) if lo <= *d)
+}
+
+fn dyadic(x: f64) -> Result<Dyadic, OracleError> {
+    Dyadic::from_f64(x).ok_or_else(|| OracleError::Refused("a number is not finite".to_owned()))
+}
+
+impl Oracle {
+    /// All contacts of a sphere or half-space with separation up to `prediction`, of each BREP on its own;
+    /// with the centre of a sphere in a BREP's material, the nearest of it and those with
+    /// `|c - x| <= radius + prediction`.
+    ///
+    /// Complete: every contact is in the box of one of the answer's entries; a `proven` entry has one.
+    /// `cpp/contacts.hpp` has definition, method and proof. 5 to 500 ms. NURBS faces and planes alone, their trims
+    /// without arcs.
+    ///
+    /// # Errors
+    /// As [`Self::distance`]; [`OracleError::Refused`] where the side of the centre is undecided, and for faces
+    /// that are not served.
+    pub fn contacts(&self, probe: &Probe, prediction: f64) -> Result<ContactsTruth, OracleError> {
+        let mut all = ContactsTruth {
+            contacts: Vec::new(),
+            join: 0.0,
+            whole: true,
+        };
+        for one in self.each_brep()? {
+            let found = match probe {
+                Probe::HalfSpace(h) => {
+                    one.half_space_contacts(h.normal.into(), h.offset, prediction)
+                }
+                Probe::Sphere(s) => {
+                    one.sphere_contacts(s.center.coords.into(), s.radius, prediction)
+                }
+            }?;
+            all.join = all.join.max(found.join);
+            all.whole &= found.whole;
+            all.contacts.extend(found.contacts);
+        }
+        Ok(all)
+    }
+
+    /// The length within which points of the faces count as joined: four times the widest crack that samples of the
+    /// edges show, and no less than 2^-44 of the model's size.
+    fn join(&self) -> Result<f64, OracleError> {
+        if let Some(join) = self.join.get() {
+            return Ok(*join);
+        }
+        let join = ffi::join_width(self.core())?;
+        Ok(*self.join.get_or_init(|| join))
+    }
+
+    fn half_space_contacts(
+        &self,
+        normal: [f64; 3],
+        offset: f64,
+        prediction: f64,
+    ) -> Result<ContactsTruth, OracleError> {
+        let raw = ffi::contacts_of(self.core(), true, &normal, offset, prediction, self.join()?)?;
+        let limit = dyadic(prediction)?;
+        let mut contacts = Vec::new();
+        for e in &raw.entries {
+            let (f, mut truth) = entry(e)?;
+            truth.within = e.held && f.hi <= limit;
+            if f.lo <= limit {
+                contacts.push(truth);
+            }
+        }
+        Ok(ContactsTruth {
+            contacts,
+            join: raw.join,
+            whole: raw.whole,
+        })
+    }
+
+    fn sphere_contacts(
+        &self,
+        center: [f64; 3],
+        radius: f64,
+        prediction: f64,
+    ) -> Result<ContactsTruth, OracleError> {
+        let r = dyadic(radius)?;
+        let reach = &r + &dyadic(prediction)?;
+        let material = match self.inside(center)? {
+            InsideTruth::Inside => true,
+            InsideTruth::Outside | InsideTruth::Boundary => false,
+            InsideTruth::Undecided(why) => return Err(OracleError::Refused(why)),
+        };
+        let nearest = match self.distance(center, None)? {
+            Some(d) if material => Some(d.enclosure.hi),
+            _ => None,
+        };
+        let up = |x: &Dyadic| x.approximate().next_up().next_up();
+        let limit = nearest.iter().fold(up(&reach), |l, d| l.max(up(d)));
+        let raw = ffi::contacts_of(self.core(), false, &center, 0.0, limit, self.join()?)?;
+        let mut contacts = Vec::new();
+        for e in &raw.entries {
+            let (f, mut truth) = entry(e)?;
+            if f.lo > reach && nearest.as_ref().is_none_or(|d| f.lo > *d) {
+                continue;
+            }
+            // The nearest is in any case.
+            let only = || {
+                raw.entries
+                    .iter()
+                    .filter(|o| nearest_may_be(o, &nearest))
+                    .count()
+                    == 1
+            };
+            truth.within = e.held && (f.hi <= reach || (nearest_may_be(e, &nearest) && only()));
+            truth.separation = if material {
+                TruthEnclosure {
+                    lo: &-&f.hi - &r,
+                    hi: &-&f.lo - &r,
+                }
+            } else {
+                TruthEnclosure {
+                    lo: &f.lo - &r,
+                    hi: &f.hi - &r,
+                }
+            };
+            contacts.push(truth);
+        }
+        Ok(ContactsTruth {
+            contacts,
+            join: raw.join,
+            whole: raw.whole,
+        })
+    }
+}
