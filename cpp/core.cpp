@@ -228,12 +228,6 @@ Core::Core(Model model) : model_(std::move(model)), faces_(model_.faces.size()) 
     validate(model_);
 }
 
-void require_rational(const Face& face, std::size_t index) {
-    if (!is_rational(face.surface))
-        throw std::runtime_error("face " + std::to_string(index) +
-                                 ": this truth does not treat a " + kind_name(face.surface));
-}
-
 const PreparedFace& Core::face(std::size_t index) const {
     auto& slot = faces_.at(index);
     if (!slot) {

@@ -49,9 +49,6 @@ class Core {
     mutable std::shared_ptr<const Edges> edges_;
 };
 
-// Throws std::runtime_error naming the face and its kind unless is_rational(face.surface).
-void require_rational(const Face& face, std::size_t index);
-
 // Throws std::invalid_argument naming face and defect: what is not finite, weights that are not
 // positive, counts that do not fit, knots that decrease, empty domains.
 void validate(const Model& model);

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <stdexcept>
 
+#include "distance_pieces.hpp"
 #include "edge_near.hpp"
 #include "edge_width.hpp"
 #include "evaluate.hpp"
@@ -66,8 +67,10 @@ class Query {
             if (!face.region.whole_domain() && face.region.arcs().empty()) continue;
             faces_.push_back(int(f));
             const auto holds = [&](const auto& b) { return in_box(point_, to_box(b)); };
-            if (face.boxes.empty() || std::any_of(face.boxes.begin(), face.boxes.end(), holds))
-                around_.push_back(int(f));
+            const bool near = face.boxes.empty()
+                                  ? in_box(point_, core_.pieces().box(f))
+                                  : std::any_of(face.boxes.begin(), face.boxes.end(), holds);
+            if (near) around_.push_back(int(f));
         }
     }
 
@@ -216,7 +219,7 @@ class Query {
             int boxes = 0;
             for (const int f : faces_) {
                 const PreparedFace& face = core_.face(std::size_t(f));
-                if (face.boxes.empty()) {
+                if (face.boxes.empty() && !line_misses(ray, core_.pieces().box(f), 0)) {
                     ++boxes;
                     met[k][f] = 1;
                 }

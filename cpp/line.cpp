@@ -1,9 +1,34 @@
 #include "line.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <stdexcept>
 
+#include "line_native.hpp"
+
 namespace feeler_oracle {
+
+Planes::Planes(const std::array<double, 3>& d) {
+    k = 0;
+    for (int m = 1; m < 3; ++m)
+        if (std::abs(d[m]) > std::abs(d[k])) k = m;
+    i = (k + 1) % 3;
+    j = (k + 2) % 3;
+}
+
+bool box_missed(const std::array<Interval64, 3>& box, const Line& line) {
+    const Planes planes(line.direction);
+    const auto off = [&](int m) {
+        const Interval64 dk(line.direction[planes.k]), dm(line.direction[m]);
+        const Interval64 o_m(line.origin[m]), o_k(line.origin[planes.k]);
+        return dk * (box[m] - o_m) - dm * (box[planes.k] - o_k);
+    };
+    for (int m : {planes.i, planes.j}) {
+        const Interval64 range = off(m);
+        if (range.lo > 0 || range.hi < 0) return true;
+    }
+    return false;
+}
 
 void keep_hit(const Line& line, LineHit hit, LineAnswer& answer) {
     if (line.kind != LineKind::Line) {
@@ -41,11 +66,12 @@ LineAnswer line_hits(const Core& core, const Line& line, const LineOptions& opti
         const PreparedFace& face = core.face(i);
         // An empty list of loops: no face.
         if (!face.region.whole_domain() && face.region.arcs().empty()) continue;
-        require_rational(faces[i], i);
         if (std::holds_alternative<Plane>(faces[i].surface))
             line_hits_plane(face, int(i), line, answer);
-        else
+        else if (is_rational(faces[i].surface))
             line_hits_nurbs(face, int(i), line, budget, answer);
+        else
+            line_hits_native(core, int(i), line, budget, answer);
     }
     std::stable_sort(answer.hits.begin(), answer.hits.end(),
                      [](const LineHit& a, const LineHit& b) { return a.t.lo < b.t.lo; });

@@ -61,6 +61,15 @@ void line_hits_plane(const PreparedFace& face, int index, const Line& line, Line
 void line_hits_nurbs(const PreparedFace& face, int index, const Line& line, long& budget,
                      LineAnswer& answer);
 
+// d_k e_i - d_i e_k for the largest |d_k| and the two other i: both normal to d, independent.
+struct Planes {
+    int k, i, j;
+    explicit Planes(const std::array<double, 3>& d);
+};
+
+// Whether the box is proven to miss the line through it, whatever part of it counts.
+bool box_missed(const std::array<Interval64, 3>& box, const Line& line);
+
 // Adds the hit unless t is not on the part of the line that counts.
 void keep_hit(const Line& line, LineHit hit, LineAnswer& answer);
 

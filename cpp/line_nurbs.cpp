@@ -18,18 +18,6 @@ struct PatchLine {
     const std::vector<Q>* weight;
 };
 
-// d_k e_i - d_i e_k for the largest |d_k| and the two other i: both normal to d, independent.
-struct Planes {
-    int k, i, j;
-    explicit Planes(const std::array<double, 3>& d) {
-        k = 0;
-        for (int m = 1; m < 3; ++m)
-            if (std::abs(d[m]) > std::abs(d[k])) k = m;
-        i = (k + 1) % 3;
-        j = (k + 2) % 3;
-    }
-};
-
 PatchLine on_patch(const RationalBezierPatch& patch, const Line& line) {
     const Planes planes(line.direction);
     const std::vector<Q>* const xyz[3] = {&patch.X, &patch.Y, &patch.Z};
@@ -45,21 +33,6 @@ PatchLine on_patch(const RationalBezierPatch& patch, const Line& line) {
         f.along.push_back((d[0] * x[0] + d[1] * x[1] + d[2] * x[2]) * inverse);
     }
     return f;
-}
-
-// The hull of the patch, rounded outward, against the line; much cheaper than the coefficients.
-bool box_missed(const std::array<Interval64, 3>& box, const Line& line) {
-    const Planes planes(line.direction);
-    const auto off = [&](int m) {
-        const Interval64 dk(line.direction[planes.k]), dm(line.direction[m]);
-        const Interval64 o_m(line.origin[m]), o_k(line.origin[planes.k]);
-        return dk * (box[m] - o_m) - dm * (box[planes.k] - o_k);
-    };
-    for (int m : {planes.i, planes.j}) {
-        const Interval64 range = off(m);
-        if (range.lo > 0 || range.hi < 0) return true;
-    }
-    return false;
 }
 
 // Coefficients on a line of constant local parameter s: along u (fixed_u) or v.

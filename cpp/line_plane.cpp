@@ -2,11 +2,12 @@
 // intervals between its crossings with the loops.
 
 #include <algorithm>
+#include <stdexcept>
 
 #include "line.hpp"
+#include "line_arc.hpp"
 #include "net.hpp"
 #include "roots.hpp"
-#include "uv_curve.hpp"
 
 namespace feeler_oracle {
 namespace {
@@ -77,9 +78,7 @@ void cross_plane(const PreparedFace& face, int index, const Line& line, const Fr
     answer.hits.push_back(std::move(hit));
 }
 
-struct Break {
-    Q lo, hi;  // of t
-};
+using Break = LineBreak;
 
 // Where the line u = u0 + t u1, v = v0 + t v1 meets a loop's arc.
 void breaks_of(const RationalBezierCurve& arc, const std::array<Q, 2>& start,
@@ -132,8 +131,18 @@ void lie_in_plane(const PreparedFace& face, int index, const Line& line, const F
     const std::array<Q, 2> start{frame.parameter(0, at[0]), frame.parameter(1, at[1])};
     const std::array<Q, 2> along{step[0] * frame.slope(0), step[1] * frame.slope(1)};
     std::vector<Break> breaks;
-    for (const auto& arc : face.region.arcs())
-        breaks_of(rational_curve(arc, std::size_t(index)), start, along, breaks);
+    answer.clear = false;
+    for (const RegionArc& any : face.region.arcs()) {
+        if (const auto* curve = std::get_if<RationalBezierCurve>(&any)) {
+            breaks_of(*curve, start, along, breaks);
+            continue;
+        }
+        const auto* arc = std::get_if<CircularArc>(&any);
+        if (arc ? arc_breaks(*arc, start, along, breaks)
+                : arc_breaks(std::get<Segment>(any), start, along, breaks))
+            continue;
+        throw std::runtime_error("a loop that is not told from the line at the top precision");
+    }
     const auto& d = face.region.domain();
     for (int k = 0; k < 4; ++k)
         if (sign(along[k / 2]) != 0) {
@@ -186,7 +195,6 @@ void lie_in_plane(const PreparedFace& face, int index, const Line& line, const F
             hit_at(i, i);
         }
     }
-    answer.clear = false;
 }
 
 }  // namespace

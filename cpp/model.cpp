@@ -158,11 +158,6 @@ std::array<Q, 4> surface_domain(const Surface& surface) {
             Q(s.knots_v[s.count_v()])};
 }
 
-const char* kind_name(const Surface& surface) {
-    constexpr const char* kNames[] = {"nurbs", "plane", "revolution", "sum"};
-    return kNames[surface.index()];
-}
-
 bool is_rational(const Surface& surface) {
     if (const auto* sum = std::get_if<SumSurface>(&surface))
         return is_rational(sum->first) && is_rational(sum->second);

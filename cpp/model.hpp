@@ -80,9 +80,6 @@ constexpr double kMaxAngle = 0x1p30;
 
 using Surface = std::variant<NurbsSurface, Plane, Revolution, SumSurface>;
 
-// "nurbs", "plane", "revolution" or "sum".
-const char* kind_name(const Surface& surface);
-
 // Whether the surface is made of rational Bezier patches: NURBS, planes, and sums of curves
 // without arcs.
 bool is_rational(const Surface& surface);

@@ -137,12 +137,6 @@ RegionArc joined(const EndPoint& a, const EndPoint& b) {
     return Segment{a, b};
 }
 
-const RationalBezierCurve& rational_curve(const RegionArc& arc, std::size_t face) {
-    if (const auto* c = std::get_if<RationalBezierCurve>(&arc)) return *c;
-    throw std::runtime_error("face " + std::to_string(face) +
-                             ": this truth does not treat circular arcs in its loops");
-}
-
 std::vector<RegionArc> uv_pieces(const TrimCurve& trim) {
     const Q start(trim.start), end(trim.end);
     std::vector<RegionArc> out;

@@ -63,7 +63,4 @@ std::optional<Q> rational_root(const Q& x);
 // A straight segment between two points that differ.
 RegionArc joined(const EndPoint& a, const EndPoint& b);
 
-// The rational curve; throws std::runtime_error naming the face if it is none.
-const RationalBezierCurve& rational_curve(const RegionArc& arc, std::size_t face);
-
 }  // namespace feeler_oracle
