@@ -1,10 +1,11 @@
 //! An answer, as a line of JSON.
 
+use feeler::numeric::Enclosure;
 use feeler::nurbs::SurfacePoint;
 use feeler::query::{
     Contact, ContactAnswer, Feature, Hit, LineAnswer, Separation, SideAnswer, Undecided,
 };
-use feeler::trim::Side;
+use feeler::trim::{AxisSplit, Side, Stationary};
 use serde::{Serialize, Serializer};
 use serde_json::Value;
 
@@ -135,6 +136,36 @@ pub enum Body {
         #[serde(skip_serializing_if = "Option::is_none")]
         bound: Option<f64>,
     },
+    /// Of a split.
+    Split {
+        /// Where u is stationary.
+        u: AxisSplitLine,
+        /// Where v is.
+        v: AxisSplitLine,
+        /// Why they are not known; the lists are empty then.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        undecided: Option<String>,
+    },
+}
+
+/// Where one coordinate of a trim curve is stationary.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct AxisSplitLine {
+    /// By the curve's parameter.
+    pub roots: Vec<SplitRootLine>,
+    /// The parts on which the coordinate is constant, by their ends.
+    pub constant: Vec<[Claim; 2]>,
+}
+
+/// A derivative root, or a joint where the coordinate turns.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct SplitRootLine {
+    /// The parameter of the trim's curve.
+    pub t: Claim,
+    /// How often the derivative vanishes, from below and from above.
+    pub multiplicity: [usize; 2],
+    /// Whether the coordinate turns.
+    pub turns: bool,
 }
 
 /// An answer: what it says, with the id of its query.
@@ -162,7 +193,8 @@ impl Body {
             Self::Contact { undecided, .. }
             | Self::Overlap { undecided, .. }
             | Self::Line { undecided, .. }
-            | Self::Side { undecided, .. } => undecided.as_deref(),
+            | Self::Side { undecided, .. }
+            | Self::Split { undecided, .. } => undecided.as_deref(),
             Self::Evaluate { .. } | Self::Error { .. } => None,
         }
     }
@@ -240,6 +272,46 @@ impl From<SideAnswer> for Body {
             side: a.side,
             in_gap: a.in_gap,
             undecided: why(a.undecided),
+        }
+    }
+}
+
+impl From<Enclosure> for Claim {
+    fn from(e: Enclosure) -> Self {
+        Self {
+            value: e.mid(),
+            lo: Some(e.lo),
+            hi: Some(e.hi),
+        }
+    }
+}
+
+impl From<&AxisSplit> for AxisSplitLine {
+    fn from(axis: &AxisSplit) -> Self {
+        let root = |s: &Stationary| SplitRootLine {
+            t: Claim {
+                value: s.t,
+                ..s.bounds.into()
+            },
+            multiplicity: s.multiplicity,
+            turns: s.turns(),
+        };
+        Self {
+            roots: axis.places.iter().map(root).collect(),
+            constant: axis.constant.iter().map(|c| c.map(Claim::from)).collect(),
+        }
+    }
+}
+
+impl From<Option<[AxisSplit; 2]>> for Body {
+    fn from(found: Option<[AxisSplit; 2]>) -> Self {
+        let [u, v] = found.as_ref().map_or_else(Default::default, |axes| {
+            axes.each_ref().map(AxisSplitLine::from)
+        });
+        Self::Split {
+            u,
+            v,
+            undecided: why(found.is_none().then_some(Undecided::Degenerate)),
         }
     }
 }

@@ -30,15 +30,20 @@ mod suite;
 mod truth;
 mod verdict;
 
-pub use answer::{Answer, Body, Claim, ContactLine, HitLine, side_word};
+pub use answer::{
+    Answer, AxisSplitLine, Body, Claim, ContactLine, HitLine, SplitRootLine, side_word,
+};
 pub use files::{MAX_TEXT, read_text, write_text};
 pub use hash::{breps_hash, bytes_hash};
 pub use model::{Model, ModelError};
 pub use model_file::MODEL_FILE_VERSION;
 pub use query::{
     AccuracyLine, Ask, ContactsLine, FacePoint, Full, HalfSpaceLine, Hits, LineKindLine, LineLine,
-    Pose, Query, QueryError, QueryLine, SpacePoint, SphereLine,
+    Pose, Query, QueryError, QueryLine, SpacePoint, SphereLine, TrimLine,
 };
 pub use suite::{Ceilings, CorpusError, CorpusQuery, MODELS, QueryFile, Suite, SuiteFile, suites};
-pub use truth::{ContactTruth, HitTruth, SpaceBox, Truth, TruthEnclosure, TruthHeader};
+pub use truth::{
+    AxisSplitTruth, ContactTruth, HitTruth, SpaceBox, SplitRootTruth, Truth, TruthEnclosure,
+    TruthHeader,
+};
 pub use verdict::{Asked, Judgement, Verdict, judge, ulp};

@@ -7,7 +7,7 @@ use nalgebra::{Point2, Point3, Quaternion, Vector3};
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
-/// A line as it is written: one of the six questions, and options beside it.
+/// A line as it is written: one of the seven questions, and options beside it.
 ///
 /// Unknown and doubled fields are refused. [`query`](Self::query) checks the rest.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -37,6 +37,9 @@ pub struct QueryLine {
     /// A point of a face's surface and first derivatives there.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub evaluate: Option<FacePoint>,
+    /// Where the coordinates of a trim curve are stationary.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub split: Option<TrimLine>,
     /// Report contacts with separation <= this, in model units.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub prediction: Option<f64>,
@@ -111,6 +114,19 @@ pub struct FacePoint {
     pub face: usize,
     /// Parameters.
     pub uv: [f64; 2],
+}
+
+/// A trim of a face.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct TrimLine {
+    /// The face, counted through the BREPs of the file.
+    pub face: usize,
+    /// The loop, counted in the face.
+    #[serde(rename = "loop")]
+    pub trim_loop: usize,
+    /// The trim, counted in the loop.
+    pub trim: usize,
 }
 
 /// A point of space.
@@ -197,7 +213,7 @@ pub enum QueryError {
     NoObject,
     /// Not exactly one question.
     #[error(
-        "a query asks one of sphere, half_space, line, side, inside, evaluate; this asks {0} of them"
+        "a query asks one of sphere, half_space, line, side, inside, evaluate, split; this asks {0} of them"
     )]
     Questions(usize),
     /// A probe that the kernel refuses.
@@ -235,6 +251,8 @@ pub enum Ask {
     Inside(Point3<f64>),
     /// A point of a face and first derivatives.
     Evaluate(usize, Point2<f64>),
+    /// The derivative roots of a trim curve.
+    Split(TrimLine),
 }
 
 /// A query whose numbers have been checked and whose probe stands in its pose.
@@ -282,6 +300,7 @@ impl QueryLine {
             self.side.map(|s| Ok(Ask::Side(s.face, uv(s.uv)?))),
             self.inside.map(|s| ask_inside(s.point, pose)),
             self.evaluate.map(|s| Ok(Ask::Evaluate(s.face, uv(s.uv)?))),
+            self.split.map(|s| Ok(Ask::Split(s))),
         ];
         let mut asked: Vec<_> = questions.into_iter().flatten().collect();
         let count = asked.len();

@@ -66,6 +66,29 @@ pub struct ContactTruth {
     pub continuum: bool,
 }
 
+/// Where one coordinate of a trim curve is stationary.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct AxisSplitTruth {
+    /// By the curve's parameter.
+    pub roots: Vec<SplitRootTruth>,
+    /// The maximal parts on which the coordinate is constant, by their ends.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub constant: Vec<[TruthEnclosure; 2]>,
+}
+
+/// A derivative root, or a joint of Bezier pieces where the coordinate turns.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct SplitRootTruth {
+    /// The parameter of the trim's curve.
+    pub t: TruthEnclosure,
+    /// How often the derivative vanishes, seen from below and from above.
+    pub multiplicity: [usize; 2],
+    /// Whether the derivative changes its sign.
+    pub turns: bool,
+}
+
 /// The truth of one query.
 #[allow(
     clippy::large_enum_variant,
@@ -115,6 +138,13 @@ pub enum Truth {
         du: [TruthEnclosure; 3],
         /// Derivative along v, likewise.
         dv: [TruthEnclosure; 3],
+    },
+    /// Of a split: u and v.
+    Split {
+        /// Where u is stationary.
+        u: AxisSplitTruth,
+        /// Where v is.
+        v: AxisSplitTruth,
     },
     /// The oracle could not settle it; every such line counts as indeterminate.
     Unknown {

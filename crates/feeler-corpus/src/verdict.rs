@@ -3,8 +3,8 @@
 //! Every comparison of a claim with the truth is exact: both are dyadic. Only sizes of errors, which
 //! are reported and held against a suite's ceilings, are rounded.
 
-use crate::answer::{Body, Claim, ContactLine, HitLine};
-use crate::truth::{ContactTruth, HitTruth, SpaceBox, Truth, TruthEnclosure};
+use crate::answer::{AxisSplitLine, Body, Claim, ContactLine, HitLine};
+use crate::truth::{AxisSplitTruth, ContactTruth, HitTruth, SpaceBox, Truth, TruthEnclosure};
 use feeler::numeric::Dyadic;
 use feeler::query::Accuracy;
 
@@ -249,7 +249,20 @@ pub fn judge(asked: &Asked, answer: &Body, truth: &Truth) -> Judgement {
             all.derivative_error = Some(derivative_error([du, dv], [true_du, true_dv]));
             all
         }
-        (Body::Overlap { .. } | Body::Side { .. }, _) if answer.undecided().is_some() => {
+        (
+            Body::Split {
+                u,
+                v,
+                undecided: None,
+            },
+            Truth::Split {
+                u: true_u,
+                v: true_v,
+            },
+        ) => split_verdict("u", u, true_u).and(split_verdict("v", v, true_v)),
+        (Body::Overlap { .. } | Body::Side { .. } | Body::Split { .. }, _)
+            if answer.undecided().is_some() =>
+        {
             Judgement::right()
         }
         _ => Judgement::new(Verdict::Wrong, "an answer to another question"),
@@ -494,6 +507,44 @@ fn hits_verdict(asked: &Asked, claims: &[HitLine], truths: &[HitTruth]) -> Judge
         }
     }
     all.error = all.error.map(|e| e * asked.scale);
+    all
+}
+
+/// The places one by one: count, order, multiplicities, turns, and each parameter within its claim.
+fn split_verdict(axis: &str, claim: &AxisSplitLine, truth: &AxisSplitTruth) -> Judgement {
+    let counts = [claim.roots.len(), claim.constant.len()];
+    if counts != [truth.roots.len(), truth.constant.len()] {
+        let reason = format!(
+            "{axis}: {} roots and {} constant parts, and the truth is {} and {}",
+            counts[0],
+            counts[1],
+            truth.roots.len(),
+            truth.constant.len()
+        );
+        return Judgement::new(Verdict::Wrong, reason);
+    }
+    let mut all = Judgement::right();
+    for (i, (claim, truth)) in claim.roots.iter().zip(&truth.roots).enumerate() {
+        let what = format!("{axis}, root {i}");
+        if (claim.multiplicity, claim.turns) != (truth.multiplicity, truth.turns) {
+            let reason = format!(
+                "{what}: multiplicity {:?}, turns: {}, and the truth is {:?}, {}",
+                claim.multiplicity, claim.turns, truth.multiplicity, truth.turns
+            );
+            all = all.and(Judgement::new(Verdict::Wrong, reason));
+        }
+        let mut one = claim_verdict(&claim.t, &truth.t, &what);
+        // A parameter is no length; near 0 its ulp means nothing.
+        one.error = None;
+        all = all.and(one);
+    }
+    for (claim, truth) in claim.constant.iter().zip(&truth.constant) {
+        for end in 0..2 {
+            let mut one = claim_verdict(&claim[end], &truth[end], axis);
+            one.error = None;
+            all = all.and(one);
+        }
+    }
     all
 }
 

@@ -247,6 +247,21 @@ impl Engine for FeelerEngine {
                 None => self.no_face(face),
             },
             Ask::Inside(point) => self.inside(point).into(),
+            Ask::Split(at) => {
+                let found = self
+                    .part_of(at.face)
+                    .map(|(part, local)| query::split(&part.brep, local, at.trim_loop, at.trim));
+                match found {
+                    Some(Some(split)) => split.into(),
+                    Some(None) => Body::Error {
+                        error: format!(
+                            "face {} has no trim {} in a loop {}; all are counted from 0",
+                            at.face, at.trim, at.trim_loop
+                        ),
+                    },
+                    None => self.no_face(at.face),
+                }
+            }
             Ask::Evaluate(face, uv) => match self.part_of(face) {
                 Some((part, local)) => match query::evaluate(&part.brep, local, uv) {
                     Some(found) => found.into(),

@@ -3,8 +3,10 @@
 
 mod scene;
 
-use feeler::brep::Brep;
+use feeler::brep::{Brep, TrimCurve};
+use feeler::numeric::Enclosure;
 use feeler::nurbs::{Arc, Curve2, NurbsCurve, PolyCurve};
+use feeler::trim::trim_split;
 use feeler_oracle::{DerivativeRootsTruth, Oracle, TruthEnclosure, second};
 use nalgebra::{Point2, Vector2, Vector3};
 use scene::stress::{chebyshev, curve, graph, reweighted, root};
@@ -58,6 +60,38 @@ impl Times {
     }
 }
 
+/// The kernel's own: the same places, each within its bounds, which are a few ulp wide.
+fn check_kernel(trim: &TrimCurve, curve: &Curve2, truth: &DerivativeRootsTruth) {
+    let found = trim_split(trim, curve).unwrap();
+    let size = trim.span.end - trim.span.start;
+    for (claim, truth) in found.iter().zip(&truth.axes) {
+        let context = || format!("{trim:?} {curve:?}\n{claim:?}\n{truth:?}");
+        assert_eq!(claim.places.len(), truth.roots.len(), "{}", context());
+        assert_eq!(claim.constant.len(), truth.constant.len(), "{}", context());
+        let holds = |e: &Enclosure, t: &TruthEnclosure| {
+            scene::dyadic(e.lo) <= t.lo && t.hi <= scene::dyadic(e.hi)
+        };
+        for (c, t) in claim.places.iter().zip(&truth.roots) {
+            assert_eq!(
+                (c.multiplicity, c.sign),
+                (t.multiplicity, t.sign),
+                "{}",
+                context()
+            );
+            assert!(
+                holds(&c.bounds, &t.t) && c.bounds.contains(c.t),
+                "{}",
+                context()
+            );
+            let ulp = c.t.abs().max(size).next_up() - c.t.abs().max(size);
+            assert!(c.bounds.width() <= 8.0 * ulp, "{}", context());
+        }
+        for (c, t) in claim.constant.iter().zip(&truth.constant) {
+            assert!(holds(&c[0], &t[0]) && holds(&c[1], &t[1]), "{}", context());
+        }
+    }
+}
+
 fn check_roots(breps: &[&Brep], times: &mut Times) {
     let o = Oracle::new(breps).unwrap();
     let mut face = 0;
@@ -74,6 +108,8 @@ fn check_roots(breps: &[&Brep], times: &mut Times) {
                     times.roots += first.axes.iter().map(|a| a.roots.len()).sum::<usize>();
                     let curve =
                         &b.parts().curves2[b.parts().trims[b.parts().loops[*index].trims[t]].curve];
+                    let trim = &b.parts().trims[b.parts().loops[*index].trims[t]];
+                    check_kernel(trim, curve, &first);
                     assert!(
                         agree(&first, &other),
                         "face {face} loop {l} trim {t}: {curve:?}\n{first:?}\n{other:?}"

@@ -62,6 +62,7 @@ pub(crate) fn run(corpus: &Path, args: &Args) -> Result<(), String> {
     let mut suites = models::kinds(corpus)?;
     suites.extend([
         models::ball_joint(),
+        models::splits(corpus)?,
         models::parts(corpus)?,
         models::grazing(corpus)?,
         analytic::suite(corpus)?,

@@ -73,10 +73,10 @@ mod with_oracle {
     use feeler::query::{Contacts, Probe};
     use feeler::trim::Side;
     use feeler_corpus::{
-        Ask, ContactTruth, CorpusQuery, HitTruth, MODELS, Model, Query, QueryFile, Truth,
-        TruthEnclosure, TruthHeader, suites,
+        Ask, AxisSplitTruth, ContactTruth, CorpusQuery, HitTruth, MODELS, Model, Query, QueryFile,
+        SplitRootTruth, Truth, TruthEnclosure, TruthHeader, suites,
     };
-    use feeler_oracle::{InsideTruth, Oracle};
+    use feeler_oracle::{AxisRootsTruth, InsideTruth, Oracle};
     use indicatif::{ProgressBar, ProgressStyle};
     use std::collections::BTreeMap;
     use std::path::Path;
@@ -390,6 +390,13 @@ mod with_oracle {
                     InsideTruth::Undecided(why) => return Err(why),
                 };
                 Ok(Truth::Side { side, in_gap: None })
+            }
+            Ask::Split(at) => {
+                let found = oracle
+                    .derivative_roots(at.face, at.trim_loop, at.trim)
+                    .map_err(text)?;
+                let [u, v] = found.axes.each_ref().map(split_truth);
+                Ok(Truth::Split { u, v })
             }
             Ask::Evaluate(face, uv) => {
                 let found = oracle.evaluate(face, uv.coords.into()).map_err(text)?;

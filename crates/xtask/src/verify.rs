@@ -204,6 +204,7 @@ fn kind(query: &Query) -> &'static str {
         Ask::Side(..) => "side",
         Ask::Inside(_) => "inside",
         Ask::Evaluate(..) => "evaluate",
+        Ask::Split(_) => "split",
     }
 }
 
@@ -331,6 +332,10 @@ impl<'a> Checker<'a> {
                         same_numbers(pairs, self.size)
                     }
                 }
+            }
+            (Ask::Split(at), Truth::Split { u, v }) => {
+                let breps: Vec<_> = self.model.breps.iter().collect();
+                crate::verify_split::held(&breps, at, [u, v])
             }
             _ => in_space(&self.second, self.size, query, truth),
         }

@@ -311,3 +311,82 @@ fn the_deepest_foot() {
     );
     assert_eq!(verdict(contact(7.0, -0.5, None)), Verdict::Right);
 }
+
+#[test]
+fn splits_are_judged_place_by_place() {
+    use crate::answer::SplitRootLine;
+    use crate::truth::SplitRootTruth;
+    let third = TruthEnclosure {
+        lo: "5555p-16".parse().unwrap(),
+        hi: "5556p-16".parse().unwrap(),
+    };
+    let root = |multiplicity: usize, turns: bool| AxisSplitTruth {
+        roots: vec![SplitRootTruth {
+            t: third.clone(),
+            multiplicity: [multiplicity; 2],
+            turns,
+        }],
+        constant: Vec::new(),
+    };
+    let level = AxisSplitTruth {
+        roots: Vec::new(),
+        constant: vec![[truth("0p0", "0p0"), truth("1p0", "1p0")]],
+    };
+    let split = Truth::Split {
+        u: root(1, true),
+        v: level,
+    };
+    let claim = |lo: f64, hi: f64| Claim {
+        value: lo,
+        lo: Some(lo),
+        hi: Some(hi),
+    };
+    let one = |t: Claim, multiplicity: usize, turns: bool| AxisSplitLine {
+        roots: vec![SplitRootLine {
+            t,
+            multiplicity: [multiplicity; 2],
+            turns,
+        }],
+        constant: Vec::new(),
+    };
+    let flat = AxisSplitLine {
+        roots: Vec::new(),
+        constant: vec![[claim(0.0, 0.0), claim(1.0, 1.0)]],
+    };
+    let verdict = |u: AxisSplitLine, v: AxisSplitLine| {
+        let body = Body::Split {
+            u,
+            v,
+            undecided: None,
+        };
+        judge(&ASKED, &body, &split).verdict
+    };
+    let good = claim(0.333, 0.334);
+    assert_eq!(verdict(one(good, 1, true), flat.clone()), Verdict::Right);
+    assert_eq!(verdict(one(good, 2, false), flat.clone()), Verdict::Wrong);
+    assert_eq!(
+        verdict(one(claim(0.34, 0.35), 1, true), flat.clone()),
+        Verdict::Wrong
+    );
+    assert_eq!(
+        verdict(AxisSplitLine::default(), flat.clone()),
+        Verdict::Wrong
+    );
+    assert_eq!(
+        verdict(one(good, 1, true), AxisSplitLine::default()),
+        Verdict::Wrong
+    );
+    let cut = third.lo.approximate();
+    let partly = claim(cut, cut + 1e-6);
+    assert_eq!(
+        verdict(one(partly, 1, true), flat.clone()),
+        Verdict::Indeterminate
+    );
+    assert_eq!(verdict(flat, one(good, 1, true)), Verdict::Wrong);
+    let open = Body::Split {
+        u: AxisSplitLine::default(),
+        v: AxisSplitLine::default(),
+        undecided: Some("why".into()),
+    };
+    assert_eq!(judge(&ASKED, &open, &split).verdict, Verdict::Undecided);
+}

@@ -23,6 +23,7 @@ pub use line::line;
 
 use crate::nurbs::SurfacePoint;
 use crate::prepare::PreparedBrep;
+use crate::trim::{AxisSplit, trim_split};
 use nalgebra::Point2;
 
 /// Memory that queries reuse; owned by the caller, one a thread.
@@ -41,6 +42,21 @@ pub fn side(brep: &PreparedBrep, face: usize, uv: Point2<f64>) -> Option<SideAns
         in_gap: found.in_gap,
         undecided: found.side.is_none().then_some(Undecided::Degenerate),
     })
+}
+
+/// Where the coordinates of trim `trim` of loop `trim_loop` of a face (counted from 0) are stationary: see
+/// [`trim_split`](crate::trim::trim_split). `None` if there is no such trim; within, if double-double does not settle it.
+pub fn split(
+    brep: &PreparedBrep,
+    face: usize,
+    trim_loop: usize,
+    trim: usize,
+) -> Option<Option<[AxisSplit; 2]>> {
+    let parts = brep.brep().parts();
+    let loops = brep.brep().faces().get(face)?.loops.as_ref()?;
+    let trims = &parts.loops[*loops.get(trim_loop)?].trims;
+    let trim = &parts.trims[*trims.get(trim)?];
+    Some(trim_split(trim, &parts.curves2[trim.curve]))
 }
 
 /// The point of a face at `uv` (clamped to the surface's domain) and its first derivatives, with

@@ -29,9 +29,11 @@ mod region;
 mod source;
 mod spline;
 mod split;
+mod turns;
 
 pub use derivative::{AxisRoots, PieceRoots, derivative_roots};
 pub use region::{BoundaryPiece, BoxSide, PieceOrigin, RegionSide, TrimRegion};
+pub use turns::{AxisSplit, Stationary, trim_split};
 
 /// Where a point of uv lies relative to the trimmed region of a face.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -293,7 +293,7 @@ fn poly_runs(poly: &PolyCurve<2, 3>, span: [f64; 2]) -> Vec<Run> {
 }
 
 /// The runs of a curve that is no poly-curve.
-fn simple_runs(curve: &Curve2, from: &Param, to: &Param) -> Vec<Run> {
+pub(super) fn simple_runs(curve: &Curve2, from: &Param, to: &Param) -> Vec<Run> {
     match curve {
         Curve2::Line(line) => vec![polyline_run(
             &[line.from.coords.into(), line.to.coords.into()],

@@ -3,7 +3,7 @@
 use super::{Scene, Suite};
 use crate::generate::{Generator, NEAR};
 use crate::random::Random;
-use feeler_corpus::{LineKindLine, LineLine, MODELS, Model, QueryLine, SphereLine};
+use feeler_corpus::{LineKindLine, LineLine, MODELS, Model, QueryLine, SphereLine, TrimLine};
 use std::path::Path;
 
 /// The thesis's parts whose faces are all NURBS.
@@ -123,6 +123,44 @@ const PLANS: [Plan; 6] = [
 
 fn load(corpus: &Path, path: &str) -> Result<Model, String> {
     Model::load(&corpus.join(MODELS).join(path), None).map_err(|e| e.to_string())
+}
+
+/// The derivative roots of every trim of the thesis's parts.
+pub(crate) fn splits(corpus: &Path) -> Result<Suite, String> {
+    let mut scenes = Vec::new();
+    for part in THESIS_NURBS.into_iter().chain(THESIS_NATIVE) {
+        let name = format!("thesis/{part}.3dm");
+        let model = load(corpus, &name)?;
+        let mut queries = Vec::new();
+        let faces = model
+            .breps
+            .iter()
+            .flat_map(|b| b.faces().iter().map(move |f| (b, f)));
+        for (face, (brep, f)) in faces.enumerate() {
+            for (trim_loop, l) in f.loops.iter().flatten().enumerate() {
+                for trim in 0..brep.parts().loops[*l].trims.len() {
+                    queries.push(QueryLine {
+                        split: Some(TrimLine {
+                            face,
+                            trim_loop,
+                            trim,
+                        }),
+                        ..QueryLine::default()
+                    });
+                }
+            }
+        }
+        scenes.push(Scene {
+            name,
+            breps: Vec::new(),
+            queries,
+        });
+    }
+    Ok(Suite {
+        name: "split",
+        description: "derivative roots of every trim curve of the thesis's parts, as NURBS and native",
+        scenes,
+    })
 }
 
 /// A suite for each kind of query.
