@@ -334,6 +334,25 @@ mod with_oracle {
         Ok(Truth::Separation(separation))
     }
 
+    fn split_truth(axis: &AxisRootsTruth) -> AxisSplitTruth {
+        AxisSplitTruth {
+            roots: axis
+                .roots
+                .iter()
+                .map(|r| SplitRootTruth {
+                    t: enclosure(&r.t),
+                    multiplicity: r.multiplicity,
+                    turns: r.turns(),
+                })
+                .collect(),
+            constant: axis
+                .constant
+                .iter()
+                .map(|c| c.each_ref().map(enclosure))
+                .collect(),
+        }
+    }
+
     /// The truth of a query about a model of this size, or why the oracle has none.
     pub(crate) fn truth_of(oracle: &Oracle, query: &Query, size: f64) -> Result<Truth, String> {
         let limit = LARGEST_WIDTH * size;
