@@ -9,12 +9,13 @@
 namespace feeler_oracle {
 namespace {
 
-bool along_border(const RationalBezierCurve& c, const Box& hull, const std::array<Q, 4>& domain) {
-    const std::pair<double, double> range[2] = {{hull.u0, hull.u1}, {hull.v0, hull.v1}};
-    for (int side = 0; side < 4; ++side) {
-        const auto [lo, hi] = range[side / 2];
-        // An arc that is longer than its bounds' rounding in this direction lies on no such line.
-        if (Q(lo) > domain[side] || Q(hi) < domain[side]) continue;
+// `border`: the domain, rounded outward.
+bool along_border(const RationalBezierCurve& c, const Box& hull, const std::array<Q, 4>& domain,
+                  const std::array<Interval64, 4>& border) {
+    const Interval64 range[2] = {{hull.u0, hull.u1}, {hull.v0, hull.v1}};
+    for (std::size_t side = 0; side < 4; ++side) {
+        const auto& [lo, hi] = range[side / 2];
+        if (lo > border[side].hi || hi < border[side].lo) continue;
         const auto& coordinate = side < 2 ? c.X : c.Y;
         bool on = true;
         for (std::size_t i = 0; on && i < c.W.size(); ++i)
@@ -42,7 +43,16 @@ constexpr int kBoxBits = 128;
 // Bits at which the ends of arcs are told from boxes, far more than boxes of root searches have.
 constexpr int kClearBits = 1024;
 
+Interval64 wide(const Q& x) {
+    const auto b = double_bounds(x);
+    return {b.first, b.second};
+}
+
 Box bounds_of(const EndPoint& p) {
+    if (const auto* q = std::get_if<0>(&p)) {
+        const Interval64 u = wide((*q)[0]), v = wide((*q)[1]);
+        return {u.lo, u.hi, v.lo, v.hi};
+    }
     const auto b = enclose(p, kBoxBits);
     return {double_bounds(b[0].lo).first, double_bounds(b[0].hi).second,
             double_bounds(b[1].lo).first, double_bounds(b[1].hi).second};
@@ -87,13 +97,11 @@ Box ArcIndex::point_box(std::uint32_t a, std::uint32_t b) const {
 }
 
 void ArcIndex::add_items(const std::vector<RegionArc>& arcs, const std::array<Q, 4>& domain) {
+    std::array<Interval64, 4> border;
+    for (std::size_t k = 0; k < 4; ++k) border[k] = wide(domain[k]);
     for (std::size_t i = 0; i < arcs.size(); ++i) {
         if (const auto* circular = std::get_if<CircularArc>(&arcs[i])) {
             const Circle& c = circular->circle;
-            const auto wide = [](const Q& x) {
-                const auto b = double_bounds(x);
-                return Interval64(b.first, b.second);
-            };
             circles_.push_back({wide(c.center[0]), wide(c.center[1]), wide(c.radius)});
             for (auto& quarter : quarter_arcs(*circular)) {
                 const auto start = add_point(std::move(quarter.from));
@@ -110,7 +118,7 @@ void ArcIndex::add_items(const std::vector<RegionArc>& arcs, const std::array<Q,
         Item item{int(i), -1, start, end, point_box(start, end), 0, 0, false};
         if (const auto* c = std::get_if<RationalBezierCurve>(&arcs[i])) {
             if (c->degree() > 1) item.box = hull_of(*c);
-            item.on_border = along_border(*c, item.box, domain);
+            item.on_border = along_border(*c, item.box, domain, border);
         }
         items_.push_back(item);
     }
@@ -250,6 +258,8 @@ Passage ArcIndex::item_passage(const Item& item, const Query& q) const {
             f.push_back(rational->Y[i] - q.v * rational->W[i]);
             g.push_back(rational->X[i] - q.u * rational->W[i]);
         }
+        const auto ends_at = [&](std::size_t i) { return sign(f[i]) == 0 && sign(g[i]) == 0; };
+        if (ends_at(0) || ends_at(f.size() - 1)) return Passage::Through;
         if (rational->degree() > 1)
             if (const auto certain = certain_passage(f, g, above0, above1)) return *certain;
         return feeler_oracle::passage(f, g);

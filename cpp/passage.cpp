@@ -6,21 +6,19 @@ namespace feeler_oracle {
 namespace {
 
 int strict_sign(const Interval64& x) { return x.lo > 0 ? 1 : x.hi < 0 ? -1 : 0; }
-int strict_sign(const Interval& x) { return x.lo.sign() > 0 ? 1 : x.hi.sign() < 0 ? -1 : 0; }
 
-template <class N>
-int hull_sign(const std::vector<N>& c) {
+int hull_sign(const std::vector<Interval64>& c) {
     const int s = strict_sign(c[0]);
     for (std::size_t i = 1; s != 0 && i < c.size(); ++i)
         if (strict_sign(c[i]) != s) return 0;
     return s;
 }
 
-// The coefficients over [0, t] and [t, 1], t a double exactly.
-template <class N>
-void split(const std::vector<N>& c, double t, std::vector<N>& left, std::vector<N>& right) {
+// The coefficients over [0, t] and [t, 1]; t and 1 - t are exact.
+void split(const std::vector<Interval64>& c, double t, std::vector<Interval64>& left,
+           std::vector<Interval64>& right) {
     const std::size_t n = c.size();
-    const N a(1 - t), b(t);
+    const Interval64 a(1 - t), b(t);
     right = c;
     left.resize(n);
     for (std::size_t k = 0; k < n; ++k) {
@@ -29,25 +27,54 @@ void split(const std::vector<N>& c, double t, std::vector<N>& left, std::vector<
     }
 }
 
-template <class N>
+// The coefficients over [a, b], 0 <= a < b <= 1.
+std::vector<Interval> restricted(const std::vector<Interval>& c, double a, double b) {
+    const std::size_t n = c.size();
+    const auto blend = [](const Interval& x, const Interval& y, const Interval& t) {
+        return x + t * (y - x);
+    };
+    std::vector<Interval> lower = c;
+    if (b < 1) {
+        const Interval t(b);
+        std::vector<Interval> rest = c;
+        for (std::size_t k = 0; k < n; ++k) {
+            lower[k] = rest[0];
+            for (std::size_t i = 0; i + 1 < n - k; ++i) rest[i] = blend(rest[i], rest[i + 1], t);
+        }
+    }
+    if (a > 0) {
+        const Interval t = divide_positive(Interval(a), Interval(b));
+        for (std::size_t k = 1; k < n; ++k)
+            for (std::size_t i = 0; i + k < n; ++i) lower[i] = blend(lower[i], lower[i + 1], t);
+    }
+    return lower;
+}
+
+// [from, from + length], multiples of 2^-bits.
 struct Part {
-    std::vector<N> f, g;
+    std::vector<Interval64> f, g;
+    double from, length;
+    int bits;
     bool above0, above1;
-    int depth;
 };
 
-// Eighths: 1 - t is exact too.
+// Eighths.
 constexpr double kSplits[] = {0.5, 0.375, 0.625, 0.25};
+// So far from the noise of doubles that one or two parts are left, where it is one point of the
+// curve that q is near to. The ends of parts are doubles.
+constexpr int kBits = 24;
+// Of parts looked at in one round, and of those that are left to the next.
+constexpr int kMost = 400, kLeft = 6;
+// Each round comes 2^-kBits nearer.
+constexpr int kRounds = 8;
 
-template <class N>
-std::optional<Passage> subdivide(std::vector<N> f, std::vector<N> g, bool above0, bool above1,
-                                 int deepest, int most) {
-    bool odd = false;
-    std::vector<Part<N>> stack;
-    stack.push_back({std::move(f), std::move(g), above0, above1, 0});
+// Parity of the parts that are settled; others go to `left`. Whether it is of use.
+bool settle(Part whole, bool& odd, std::vector<Part>& left) {
+    std::vector<Part> stack;
+    stack.push_back(std::move(whole));
     for (int count = 0; !stack.empty(); ++count) {
-        if (count == most) return std::nullopt;
-        Part<N> part = std::move(stack.back());
+        if (count == kMost || left.size() > kLeft) return false;
+        Part part = std::move(stack.back());
         stack.pop_back();
         if (hull_sign(part.f) != 0) continue;
         const int right = hull_sign(part.g);
@@ -56,49 +83,73 @@ std::optional<Passage> subdivide(std::vector<N> f, std::vector<N> g, bool above0
             odd ^= part.above0 != part.above1;
             continue;
         }
-        if (part.depth == deepest) return std::nullopt;
-        Part<N> lower, upper;
+        Part lower, upper;
         int middle = 0;
-        for (double t : kSplits) {
+        for (const double t : kSplits) {
+            if (part.bits + 3 > kBits) break;
             split(part.f, t, lower.f, upper.f);
             middle = strict_sign(upper.f[0]);
             if (middle == 0) continue;
             split(part.g, t, lower.g, upper.g);
+            lower.from = part.from;
+            lower.length = t * part.length;
+            upper.from = part.from + lower.length;
+            upper.length = part.length - lower.length;
+            lower.bits = upper.bits = part.bits + (t == 0.5 ? 1 : 3);
             break;
         }
-        if (middle == 0) return std::nullopt;
+        if (middle == 0) {
+            left.push_back(std::move(part));
+            continue;
+        }
         lower.above0 = part.above0;
         lower.above1 = upper.above0 = middle > 0;
         upper.above1 = part.above1;
-        lower.depth = upper.depth = part.depth + 1;
         stack.push_back(std::move(lower));
         stack.push_back(std::move(upper));
     }
-    return odd ? Passage::Odd : Passage::Even;
+    return true;
 }
 
-// Doubles are spent after some fifty halvings; what a point at the distance of 2^-100 of a piece
-// needs is settled with eighty.
-constexpr int kDeepest64 = 48, kMost64 = 400;
-constexpr int kDeepest = 80, kMost = 600;
+std::vector<Interval64> rounded(const std::vector<Interval>& c) {
+    std::vector<Interval64> r;
+    for (const Interval& x : c) r.push_back(x.outer());
+    return r;
+}
+
+std::vector<Interval> enclosed(const std::vector<Q>& c) {
+    std::vector<Interval> r;
+    for (const Q& x : c) r.emplace_back(x.mpq());
+    return r;
+}
 
 }  // namespace
 
 std::optional<Passage> certain_passage(const std::vector<Q>& f, const std::vector<Q>& g,
                                        bool above0, bool above1) {
-    std::vector<Interval64> f64, g64;
-    const auto to64 = [](const Q& x) -> Interval64 {
-        const auto b = double_bounds(x);
-        return {b.first, b.second};
+    struct Wide {
+        std::vector<Interval> f, g;
+        bool above0, above1;
+        int round;
     };
-    for (const Q& x : f) f64.push_back(to64(x));
-    for (const Q& x : g) g64.push_back(to64(x));
-    if (auto r = subdivide(std::move(f64), std::move(g64), above0, above1, kDeepest64, kMost64))
-        return r;
-    std::vector<Interval> fw, gw;
-    for (const Q& x : f) fw.emplace_back(x.mpq());
-    for (const Q& x : g) gw.emplace_back(x.mpq());
-    return subdivide(std::move(fw), std::move(gw), above0, above1, kDeepest, kMost);
+    bool odd = false;
+    std::vector<Wide> todo{{enclosed(f), enclosed(g), above0, above1, 1}};
+    while (!todo.empty()) {
+        const Wide e = std::move(todo.back());
+        todo.pop_back();
+        std::vector<Part> left;
+        if (!settle({rounded(e.f), rounded(e.g), 0, 1, 0, e.above0, e.above1}, odd, left))
+            return std::nullopt;
+        for (const Part& part : left) {
+            if (e.round == kRounds || todo.size() >= kLeft) return std::nullopt;
+            const double a = part.from, b = part.from + part.length;
+            // A part that is the whole again got nowhere.
+            if (a == 0 && b == 1) return std::nullopt;
+            todo.push_back({restricted(e.f, a, b), restricted(e.g, a, b), part.above0, part.above1,
+                            e.round + 1});
+        }
+    }
+    return odd ? Passage::Odd : Passage::Even;
 }
 
 }  // namespace feeler_oracle

@@ -197,14 +197,20 @@ int compare(const EndPoint& point, int k, const Q& x) {
 int compare(const EndPoint& a, const EndPoint& b, int k) {
     if (const auto* p = std::get_if<0>(&b)) return compare(a, k, (*p)[k]);
     if (const auto* p = std::get_if<0>(&a)) return -compare(b, k, (*p)[k]);
-    const Wave x = wave(std::get<CirclePoint>(a), k), y = wave(std::get<CirclePoint>(b), k);
+    const auto &p = std::get<CirclePoint>(a), &q = std::get<CirclePoint>(b);
+    // Like those of equal arcs in a row: cheaper than the rest.
+    if (p.circle.center[k] == q.circle.center[k] && p.angle == q.angle &&
+        p.circle.radius == q.circle.radius && p.circle.x == q.circle.x &&
+        p.circle.clockwise == q.circle.clockwise)
+        return 0;
+    const Wave x = wave(p, k), y = wave(q, k);
     if (x == y) return 0;
     if (sign(x.t) == 0 && sign(y.t) == 0)
         return sign_with_roots(x.c - y.c, x.sign_a, x.a2, -y.sign_a, y.a2);
     for (int bits = 128; bits <= kMostBits; bits *= 2) {
-        const Bounds p = enclose(a, bits)[k], q = enclose(b, bits)[k];
-        if (p.lo > q.hi) return 1;
-        if (p.hi < q.lo) return -1;
+        const Bounds m = enclose(a, bits)[k], n = enclose(b, bits)[k];
+        if (m.lo > n.hi) return 1;
+        if (m.hi < n.lo) return -1;
     }
     throw std::runtime_error("the ends of two arcs are not told apart at the top precision");
 }
