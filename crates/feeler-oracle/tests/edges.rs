@@ -319,3 +319,51 @@ fn crossings_of_a_planted_crack_are_those_of_the_definition() {
     let t = o.line([0.5, 2.0, 1.0], [0.0, -1.0, 0.0], whole).unwrap();
     assert_eq!(t.crossings, None);
 }
+
+/// What the kernel takes for the width of a crack is a sample, doubled, and a clearance for the rounding (its
+/// module `query::inside`): over all parts at hand no less than the certified width.
+#[test]
+fn kernel_keeps_off_cracks_far_enough() {
+    let names = [
+        "thesis/3dm/ball_nurbs.3dm",
+        "thesis/3dm/cylinder_nurbs.3dm",
+        "thesis/3dm/cylinder_nurbs_unclamped.3dm",
+        "thesis/3dm/ball_joint_cavity_nurbs.3dm",
+        "thesis/3dm/ball_joint_socket_nurbs.3dm",
+        "thesis/3dm/cube_corner_cut_nurbs.3dm",
+        "thesis/3dm/cube_corner_sphere_cut_nurbs.3dm",
+        "thesis/3dm/geneva4_wheel_nurbs.3dm",
+        "thesis/3dm/geneva6_wheel_nurbs.3dm",
+        "thesis/3dm/shift_gate_straight_nurbs.3dm",
+        "real/v4_MechPartB.3dm",
+        "real/v4_MechPartA.3dm",
+        "real/v4_WishBone.3dm",
+    ];
+    let mut edges = 0;
+    for name in names {
+        let Some(breps) = model(name) else { continue };
+        for b in breps {
+            let Ok(o) = Oracle::new(&[&b]) else { continue };
+            let count = b.parts().edges.len();
+            let widths: Vec<_> = (0..count).map(|e| o.crack_width(e).unwrap()).collect();
+            let prepared = feeler::prepare::PreparedBrep::new(b);
+            let clearance = prepared.size() * (-49f64).exp2();
+            for (e, certified) in widths.iter().enumerate() {
+                let Some(d) = certified else { continue };
+                let taken = 2.0 * prepared.cracks()[e] + clearance;
+                if d.hi > dyadic(prepared.cracks()[e]) {
+                    let (lo, hi) = (d.lo.approximate(), d.hi.approximate());
+                    if hi > 2.0 * prepared.cracks()[e] {
+                        println!(
+                            "{name} {e}: [{lo:e}, {hi:e}], sampled {:e}",
+                            prepared.cracks()[e]
+                        );
+                    }
+                }
+                assert!(d.hi <= dyadic(taken), "{name} {e}: {d:?} {taken:e}");
+                edges += 1;
+            }
+        }
+    }
+    println!("{edges} edges");
+}

@@ -35,9 +35,16 @@
 //! loop closes in uv, up to its gaps. Where loops leave the domain of a plane or a revolution, whose formula goes on
 //! beyond it, readers widen the domain to hold them and warn; no point moves.
 //!
-//! **Boundary of a face in space.** The image of its trim curves under its surface. The 3D edge curve of a file is
-//! a second copy: it serves display and defects, not truth. The two images of an edge may leave a crack or
-//! overlap. Distances are to the union of the trimmed faces.
+//! **Boundary of a face in space.** The image of its trim curves under its surface; where a trim curve leaves the
+//! surface's domain, each parameter is moved to the nearest one in it. The 3D edge curve of a file is
+//! a second copy: it serves display and defects, not truth. Distances are to the union of the trimmed faces.
+//!
+//! **Crack.** The images of an edge under the surfaces it borders (a seam: twice the same) may lie apart or overlap. The
+//! width d_e of an edge used twice or more is the largest Frechet distance between two of its images, each run through in
+//! whichever direction gives less; an edge used once has none. Its crack is the set of the points within d_e of
+//! one of the images. A vertex region is the smallest box along the axes that holds the ends of images that meet at
+//! a vertex, the images of the segments that join trims there, and those of singular trims. (Frechet, not
+//! Hausdorff: matched points joined by segments fill the crack, which is what makes parity the side.)
 //!
 //! **Sphere.** `separation = d(c) - r`, with `d` the distance of the centre from the union of the faces, negative
 //! where the centre is in material. An open sheet has `d >= 0`. Over several BREPs: the least; in material if in
@@ -52,11 +59,17 @@
 //! face's. A contact is a *continuum* when the points within max(accuracy, 2^-44 size) of the minimum reach beyond
 //! one foot: here, farther than 2^-12 of the size.
 //!
-//! **Line.** Its hits are all parameters at which it meets the trimmed faces. Crossings are derived from them: hits on
-//! both sides of an edge, within its crack, count once.
+//! **Line.** Its hits are all parameters at which it meets the trimmed faces. A passage is all stretches of the line within
+//! an edge's crack that are no farther than d_e apart from the next. Crossings: hits in one passage are linked, and
+//! linked hits, through whatever others, count once; other hits count once where they cross, and not where they
+//! touch; a line in a face has no number of them. `in_crack`: some passage has no hit. An edge touched from
+//! outside counts too, so crossings tell parity only of a line with no passage.
 //!
-//! **Side of a point in space.** Parity along a line that stays clear of every edge by more than its crack. A solid is
-//! closed when every non-singular edge is used twice; flags and normals of files decide nothing.
+//! **Side of a point in space.** A solid is closed when every non-singular edge is used twice; flags and normals of files decide
+//! nothing. A point of a face is `Boundary`. Else a point in a crack or a vertex region is `Undecided(crack)`. Else
+//! the parity of the hits of any ray that meets no crack and no vertex region, and the faces in transversal hits inside their
+//! regions alone, tells the side: it is the same for all such rays (filling the cracks within themselves makes the faces a
+//! closed surface; the proof stands in `cpp/edge_images.hpp`). A point that has no such ray is undecided.
 //!
 //! **Accuracy.** `Full` means an enclosure no wider than max(2 ulp of the separation, 2^-96 of the model's size, the
 //! longest side of its box). Any other accuracy is a length, and the enclosure is no wider than that. Where this cannot be

@@ -17,7 +17,8 @@ pub(crate) fn crack_widths(brep: &Brep) -> Vec<f64> {
         let mut widest: f64 = 0.0;
         for (i, &a) in trims.iter().enumerate() {
             for &b in &trims[i + 1..] {
-                widest = widest.max(distance(brep, a, b));
+                // Either may reach beyond the other.
+                widest = widest.max(distance(brep, a, b)).max(distance(brep, b, a));
             }
         }
         widest

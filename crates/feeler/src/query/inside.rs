@@ -28,7 +28,7 @@ const DIRECTIONS: [[f64; 3]; 8] = [
 pub(super) const CRACK_FACTOR: f64 = 2.0;
 /// A parity ray keeps this far from edges, relative to the model's size, beyond the cracks: more than the
 /// rounding of the crack's estimate.
-const CLEARANCE: f64 = 1.0 / (1u64 << 49) as f64;
+pub(super) const CLEARANCE: f64 = 1.0 / (1u64 << 49) as f64;
 /// Nodes that one direction may cost.
 pub(super) const PARITY_BUDGET: usize = 20_000;
 

@@ -2,7 +2,7 @@
 
 use super::answer::{Feature, Hit, LineAnswer, LineProbe, Options, Separation, Undecided};
 use super::forms::Stabber;
-use super::inside::{CRACK_FACTOR, PARITY_BUDGET, near_boundary};
+use super::inside::{CLEARANCE, CRACK_FACTOR, PARITY_BUDGET, near_boundary};
 use super::zeros::{RawHit, face_hits};
 use crate::numeric::{Ball, Dd, Enclosure};
 use crate::prepare::PreparedBrep;
@@ -16,8 +16,8 @@ const SAME_HIT: f64 = 1.0 / (1u64 << 36) as f64;
 ///
 /// `hits` holds every parameter where the line meets a face, in order of `t`, each with a proven
 /// enclosure; a hit on an edge is listed for each of its faces. `crossings` counts transversal passages, hits within
-/// the width of a crack of each other at an edge counting once. A line that touches a face or runs in it, or meets it within
-/// rounding of its border, is `Undecided`, with what was found.
+/// the width of a crack of each other at an edge counting once. A line that touches a face or runs in it, meets it within
+/// rounding of its border, or passes an edge that two faces share within its crack is `Undecided`, with what was found.
 pub fn line(
     brep: &PreparedBrep,
     probe: &LineProbe,
@@ -40,20 +40,14 @@ pub fn line(
     if raw.iter().any(at_end) {
         undecided = Some(Undecided::Degenerate);
     }
-    let near =
-        (CRACK_FACTOR * brep.widest_crack() + SAME_HIT * brep.size()) / probe.direction.norm();
-    let mut crossings = 0;
-    let mut last: Option<&RawHit> = None;
-    for hit in &raw {
-        let merged = last.is_some_and(|l| {
-            l.face != hit.face
-                && (hit.t.mid - l.t.mid).hi.abs() <= near
-                && (close_to_border(brep, l) || close_to_border(brep, hit))
-        });
-        if !merged {
-            crossings += 1;
-        }
-        last = Some(hit);
+    // Off every edge by more than its crack, each hit is a crossing of its own, and there is no crack to
+    // pass. Else whether hits merge hangs on the cracks' exact widths: what is likely, and undecided.
+    let mut crossings = raw.len();
+    let mut in_crack = false;
+    if passes_edge(brep, &stab) {
+        crossings = merged(brep, &raw, probe.direction.norm());
+        in_crack = !raw.iter().any(|h| close_to_border(brep, h));
+        undecided.get_or_insert(Undecided::Crack);
     }
     // Only what is certain is listed.
     let hits: Vec<Hit> = raw
@@ -61,7 +55,6 @@ pub fn line(
         .filter(|h| h.inside)
         .filter_map(|h| dress(brep, &stab, h))
         .collect();
-    let in_crack = passes_crack(brep, &stab, &raw);
     LineAnswer {
         hits,
         crossings,
@@ -148,15 +141,42 @@ fn close_to_border(brep: &PreparedBrep, h: &RawHit) -> bool {
     side != BoxSide::Inside
 }
 
-/// Whether the line passes an edge within the width of its crack where it hits no face.
-fn passes_crack(brep: &PreparedBrep, stab: &Stabber, hits: &[RawHit]) -> bool {
-    if brep.widest_crack() == 0.0 || !brep.brep().is_closed() {
-        return false;
-    }
-    let touched = hits.iter().any(|h| close_to_border(brep, h));
+/// Whether the line may come within the width of its crack of an edge that two trims use. Errs on the side of yes.
+fn passes_edge(brep: &PreparedBrep, stab: &Stabber) -> bool {
+    let shared = |f: usize| {
+        let parts = brep.brep().parts();
+        let trims = brep.brep().faces()[f].loops.iter().flatten();
+        let mut trims = trims.flat_map(|l| &parts.loops[*l].trims);
+        trims.any(|t| {
+            parts.trims[*t]
+                .edge
+                .is_some_and(|e| parts.edges[e].trims.len() > 1)
+        })
+    };
+    let clearance = CLEARANCE * brep.size();
     let mut budget = PARITY_BUDGET;
-    !touched
-        && (0..brep.brep().faces().len()).any(|f| near_boundary(brep, stab, f, 0.0, &mut budget))
+    (0..brep.brep().faces().len())
+        .any(|f| shared(f) && near_boundary(brep, stab, f, clearance, &mut budget))
+}
+
+/// How many crossings there are likely to be, where the line passes an edge: hits with two faces at their shared
+/// border, nearer to each other than its crack or the rounding, are one.
+fn merged(brep: &PreparedBrep, raw: &[RawHit], length: f64) -> usize {
+    let near = (CRACK_FACTOR * brep.widest_crack() + CLEARANCE * brep.size()) / length;
+    let mut crossings = 0;
+    let mut last: Option<&RawHit> = None;
+    for hit in raw {
+        let same = last.is_some_and(|l| {
+            l.face != hit.face
+                && (hit.t.mid - l.t.mid).hi.abs() <= near
+                && (close_to_border(brep, l) || close_to_border(brep, hit))
+        });
+        if !same {
+            crossings += 1;
+        }
+        last = Some(hit);
+    }
+    crossings
 }
 
 fn dress(brep: &PreparedBrep, stab: &Stabber, h: &RawHit) -> Option<Hit> {
