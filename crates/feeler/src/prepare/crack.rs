@@ -17,8 +17,9 @@ pub(crate) fn crack_widths(brep: &Brep) -> Vec<f64> {
         let mut widest: f64 = 0.0;
         for (i, &a) in trims.iter().enumerate() {
             for &b in &trims[i + 1..] {
-                // Either may reach beyond the other.
-                widest = widest.max(distance(brep, a, b)).max(distance(brep, b, a));
+                // Either may reach beyond the other, or double back at its end, which only the ends show.
+                let pair = distance(brep, a, b).max(distance(brep, b, a));
+                widest = widest.max(pair).max(ends_apart(brep, a, b));
             }
         }
         widest
@@ -32,6 +33,16 @@ fn image(brep: &Brep, trim: &TrimCurve, s: f64) -> Point3<f64> {
     let uv = brep.parts().curves2[trim.curve].point(trim.span.lerp(s));
     let face = brep.parts().loops[trim.trim_loop].face;
     brep.surface(face).point(uv.x, uv.y)
+}
+
+/// How far the ends of two images are apart, in the better of the two directions.
+fn ends_apart(brep: &Brep, a: usize, b: usize) -> f64 {
+    let trims = &brep.parts().trims;
+    let ends = |t: usize| [0.0, 1.0].map(|s| image(brep, &trims[t], s));
+    let ([a0, a1], [b0, b1]) = (ends(a), ends(b));
+    let along = (a0 - b0).norm().max((a1 - b1).norm());
+    let against = (a0 - b1).norm().max((a1 - b0).norm());
+    along.min(against)
 }
 
 fn distance(brep: &Brep, a: usize, b: usize) -> f64 {
