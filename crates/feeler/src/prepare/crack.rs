@@ -3,8 +3,10 @@
 use crate::brep::{Brep, TrimCurve};
 use nalgebra::Point3;
 
-/// How many points of one image of an edge are looked at.
-const PROBES: usize = 9;
+/// How many points of one image of an edge are looked at, besides its ends.
+const PROBES: usize = 13;
+/// Fractions of the span, the golden ratio apart: two fits of one curve often meet at halves, quarters and eighths.
+const GOLDEN: f64 = 0.618_033_988_749_894_9;
 /// How many points of the other image are candidates for the nearest.
 const SAMPLES: usize = 32;
 /// The nearest of them is improved by this many rounds of narrowing.
@@ -52,8 +54,9 @@ fn distance(brep: &Brep, a: usize, b: usize) -> f64 {
         .map(|k| image(brep, b, fraction(k, SAMPLES)))
         .collect();
     let mut widest: f64 = 0.0;
-    for k in 0..PROBES {
-        let p = image(brep, a, fraction(k, PROBES - 1));
+    let probes = (1..=PROBES).map(|k| (k as f64 * GOLDEN).fract());
+    for at in [0.0, 1.0].into_iter().chain(probes) {
+        let p = image(brep, a, at);
         let mut best = (f64::INFINITY, 0.0);
         for (i, c) in candidates.iter().enumerate() {
             let d = (c - p).norm();
