@@ -3,14 +3,16 @@
 use crate::brep::{Brep, TrimCurve};
 use nalgebra::Point3;
 
-/// How many points of one image of an edge are looked at, besides its ends.
-const PROBES: usize = 13;
-/// Fractions of the span, the golden ratio apart: two fits of one curve often meet at halves, quarters and eighths.
-const GOLDEN: f64 = 0.618_033_988_749_894_9;
+/// How many points of one image of an edge are looked at, besides its ends: at odd multiples of 1 / (2 PROBES), since
+/// two fits of one curve often meet at halves, quarters and eighths.
+const PROBES: usize = 16;
 /// How many points of the other image are candidates for the nearest.
 const SAMPLES: usize = 32;
 /// The nearest of them is improved by this many rounds of narrowing.
 const ROUNDS: usize = 26;
+
+/// Distances below this part of the coordinates are rounding.
+const NOISE: f64 = 8.0 * f64::EPSILON;
 
 /// For each edge, the largest distance found between the images of two trims that use it, in model
 /// units. Sampled, an estimate from below; those who use it multiply.
@@ -54,7 +56,11 @@ fn distance(brep: &Brep, a: usize, b: usize) -> f64 {
         .map(|k| image(brep, b, fraction(k, SAMPLES)))
         .collect();
     let mut widest: f64 = 0.0;
-    let probes = (1..=PROBES).map(|k| (k as f64 * GOLDEN).fract());
+    let largest = candidates
+        .iter()
+        .map(|c| c.coords.amax())
+        .fold(0.0, f64::max);
+    let probes = (0..PROBES).map(|k| fraction(2 * k + 1, 2 * PROBES));
     for at in [0.0, 1.0].into_iter().chain(probes) {
         let p = image(brep, a, at);
         let mut best = (f64::INFINITY, 0.0);
@@ -66,6 +72,9 @@ fn distance(brep: &Brep, a: usize, b: usize) -> f64 {
         }
         let mut step = 0.5 / SAMPLES as f64;
         for _ in 0..ROUNDS {
+            if best.0 <= NOISE * largest {
+                break;
+            }
             for s in [best.1 - step, best.1 + step] {
                 let s = s.clamp(0.0, 1.0);
                 let d = (image(brep, b, s) - p).norm();
