@@ -4,6 +4,7 @@
 
 #include "distance_pieces.hpp"
 #include "interval_trig.hpp"
+#include "line_quadric.hpp"
 #include "line_roots.hpp"
 #include "roots.hpp"
 
@@ -18,9 +19,9 @@ struct Forms {
     Net along, weight;  // t = along / weight
 };
 
-Forms on_patch(const NativePatch& patch, const Line& line) {
-    const Planes planes(line.direction);
-    Vector3 d = to_vector(line.direction), o = to_vector(line.origin);
+Forms on_patch(const NativePatch& patch, const Vector3& o, const std::array<double, 3>& direction) {
+    const Planes planes(direction);
+    const Vector3 d = to_vector(direction);
     const Interval length2 = square(d[0]) + square(d[1]) + square(d[2]);
     const Net empty{patch.p, patch.q, {}};
     Forms f{empty, empty, empty, empty};
@@ -108,6 +109,10 @@ class Search {
           pieces_(core.pieces().face(std::size_t(index))) {}
 
     void run() {
+        origin_ = to_vector(line_.origin);
+        direction_ = line_.direction;
+        if (const auto quadric = quadric_of(surface_))
+            if (misses_or_touches(*quadric)) return;
         long own = std::min(budget_, kMostBoxes);
         const long before = own;
         for (const Piece& piece : pieces_.pieces) {
@@ -126,6 +131,50 @@ class Search {
         bool at_cut;
     };
 
+    // Whether the line does not meet the quadric at all. Where it touches it, prepares the search
+    // for that point.
+    bool misses_or_touches(const Quadric& quadric) {
+        Q3 o, d;
+        for (int k = 0; k < 3; ++k) {
+            o[k] = Q(line_.origin[k]);
+            d[k] = Q(line_.direction[k]);
+        }
+        const Quadratic f = quadric.along(o, d);
+        if (sign(f.a) == 0) return sign(f.b) == 0 && sign(f.c) != 0;
+        if (sign(f.c) == 0) start_on_ = f;
+        const int discriminant = sign(f.b * f.b - Q(4) * f.a * f.c);
+        if (discriminant != 0) return discriminant < 0;
+        const Q t = -f.b / (Q(2) * f.a);
+        if (line_.kind != LineKind::Line &&
+            (sign(t) < 0 || (line_.kind == LineKind::Segment && t > Q(1))))
+            return true;
+        Q3 x;
+        std::array<double, 3> normal;
+        double largest = 0;
+        for (int k = 0; k < 3; ++k) x[k] = o[k] + t * d[k];
+        for (int k = 0; k < 3; ++k) {
+            Q3 e{Q(0), Q(0), Q(0)};
+            e[k] = Q(1);
+            normal[k] = double_bounds(quadric.along(x, e).b).first;
+            largest = std::max(largest, std::fabs(normal[k]));
+        }
+        // The tip of a cone, which lines cross; or out of range.
+        if (!(largest > 0x1p-500) || !(largest < 0x1p500)) return false;
+        for (int k = 0; k < 3; ++k) d[k] = Q(normal[k]);
+        const Quadratic across = quadric.along(x, d);
+        if (sign(across.b) == 0) return false;
+        touch_ = Touch{t, across};
+        for (int k = 0; k < 3; ++k) origin_[k] = to_interval(x[k]);
+        direction_ = normal;
+        return false;
+    }
+
+    static bool may_be_zero(const Interval& t) { return t.lo.sign() <= 0 && t.hi.sign() >= 0; }
+    // Whether a root of t (a t + b) is 0: the other one, -b / a, is elsewhere if a t + b is not 0.
+    static bool is_zero(const Quadratic& f, const Interval& t) {
+        return may_be_zero(t) && excludes_zero(to_interval(f.a) * t + to_interval(f.b));
+    }
+
     bool on_border(const NativePatch& s, int axis, int end) const {
         return (end ? s.map[axis].to() : s.map[axis].from()) == region_.domain()[2 * axis + end];
     }
@@ -134,12 +183,12 @@ class Search {
     }
 
     void patch(const NativePatch& s, long& budget) {
-        const Forms f = on_patch(s, line_);
+        const Forms f = on_patch(s, origin_, direction_);
         Net g1 = f.f1, g2 = f.f2;
         std::array<std::array<bool, 2>, 2> pole{};
         for (int axis = 0; axis < 2; ++axis)
             for (int end = 0; end < 2; ++end)
-                if (passes_pole(s, f, axis, end)) {
+                if (!touch_ && passes_pole(s, f, axis, end)) {
                     pole[axis][end] = true;
                     g1 = deflated(g1, axis, end);
                     g2 = deflated(g2, axis, end);
@@ -273,6 +322,7 @@ class Search {
         std::array<Real, 4> local = r.box;
         const Real zero(0.0), one(1.0);
         if (local[1] < zero || one < local[0] || local[3] < zero || one < local[2]) return;
+        if (touch_ && !may_be_zero(parameter(f, r.box))) return;
         bool at_cut = false, border = false;
         std::array<bool, 2> exact{};
         for (int axis = 0; axis < 2; ++axis)
@@ -315,9 +365,19 @@ class Search {
         hit.face = index_;
         hit.t = parameter(f, r.box);
         hit.boundary = border || where == Side::Boundary;
-        hit.multiplicity = 1;
-        hit.transversal = true;
+        hit.multiplicity = touch_ ? 2 : 1;
+        hit.transversal = !touch_;
+        hit.tangential = touch_.has_value();
+        if (touch_) {
+            if (!is_zero(touch_->across, hit.t)) {
+                open(s, f, r.box, "a tangency, or a line in the face");
+                return;
+            }
+            // Exact, so that the ends of a ray or segment are decided.
+            hit.t = to_interval(touch_->t);
+        }
         hit.uv = {uv[0].middle().near(), uv[1].middle().near()};
+        if (start_on_ && is_zero(*start_on_, hit.t)) hit.t = Interval(0.0);
         // At a seam that is closed exactly, another view of the same point, perhaps.
         for (const LineHit& h : answer_.hits)
             if (border && h.face == index_ && h.boundary && h.t.lo <= hit.t.hi &&
@@ -325,7 +385,10 @@ class Search {
                 open(s, f, r.box, "two hits at the border of the surface");
                 return;
             }
-        keep_hit(line_, hit, answer_);
+        if (touch_)
+            answer_.hits.push_back(std::move(hit));
+        else
+            keep_hit(line_, hit, answer_);
     }
 
     // `where` for all of the box, or false; `exact[k]`: coordinate k is the root's, exactly.
@@ -370,7 +433,11 @@ class Search {
         if (loops_clear(region_, uv) &&
             side(region_, (uv[0] + uv[1]) * Q(1, 2), (uv[2] + uv[3]) * Q(1, 2)) == Side::Outside)
             return;
-        const Interval t = parameter(f, box);
+        Interval t = parameter(f, box);
+        if (touch_) {
+            if (!may_be_zero(t)) return;
+            t = to_interval(touch_->t);
+        }
         if (line_.kind != LineKind::Line && t.hi < zero) return;
         if (line_.kind == LineKind::Segment && one < t.lo) return;
         for (auto& o : answer_.open)
@@ -389,6 +456,17 @@ class Search {
     const Region& region_;
     const FacePieces& pieces_;
     std::vector<Known> known_;
+    // What is searched for on the patches: the line, or one across the face through the point where
+    // the line touches its quadric.
+    struct Touch {
+        Q t;               // of the line, exactly
+        Quadratic across;  // c = 0
+    };
+    std::optional<Touch> touch_;
+    // Of the line, if it starts on the quadric: c = 0.
+    std::optional<Quadratic> start_on_;
+    Vector3 origin_;
+    std::array<double, 3> direction_{};
 };
 
 }  // namespace

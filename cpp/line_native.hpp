@@ -6,6 +6,13 @@
 // certified root is one simple root of the true forms, so the line crosses the surface there
 // (multiplicity 1, transversal). Where the forms touch, nothing is certified: what is left is open.
 //
+// Where the surface lies in a quadric (line_quadric.hpp), its discriminant along the line tells
+// exactly whether they meet. Where it is 0 they touch in one rational point X, unless X is the tip
+// of a cone. Whether X is in the face is asked with another line, through X along the quadric's
+// normal as rounded: that meets the quadric at 0 and at one other parameter, so a certified root on
+// a patch whose parameter holds 0, and not the other, is X; and X, if on a patch, is such a root.
+// Likewise a hit is at t = 0 exactly where the line starts on the quadric.
+//
 // Where a root is not told from a side of the patch's square:
 // - A cut inside one turn (one arc, or the angle of a revolution): both patches are one analytic
 //   surface, and a root of one's forms beyond its side is one of the other's. In the surface's own

@@ -43,9 +43,10 @@ impl Oracle {
     /// lies in the face along the curve where that is 0: lines of constant u or v, and graphs of
     /// rational functions, are cut where they meet a loop, exactly. Planar faces: exact rationals; where
     /// the line lies in the plane, the intervals between its crossings with the loops, arcs included.
-    /// Native revolutions and sums: as NURBS, with polynomials whose coefficients are enclosed; only
-    /// hits at an angle are found, and a tangency or a line in such a face is `open`
-    /// (`cpp/line_native.hpp`).
+    /// Native revolutions and sums: as NURBS, with polynomials whose coefficients are enclosed, for
+    /// hits at an angle (`cpp/line_native.hpp`); tangencies of spheres, cylinders, cones and other quadrics
+    /// by these, exactly (`cpp/line_quadric.hpp`). A tangency of another native surface, or a line in a
+    /// native face, is `open`.
     ///
     /// What counts as one hit: one point of the face, so that a joint of patches, a pole (a side whose
     /// control points are one point) and a seam (first and last line of the surface are equal by their

@@ -284,6 +284,64 @@ fn window_in_a_cylinder() {
     assert!(met > 10);
 }
 
+/// Tangents of a sphere, a cylinder, a cone and an oblique sum, exactly and 2^-40 beside.
+#[test]
+fn tangents_of_quadrics() {
+    let half = [-FRAC_PI_2, FRAC_PI_2];
+    let sphere = revolved(meridian(0.0, 2.5, half), [0.0, TAU], false);
+    let cylinder = revolved(line3([2.0, 0.0, -8.0], [2.0, 0.0, 8.0]), [-PI, PI], true);
+    // Half-angle with tangent 3/4; its tangent plane at (3, 0, 4) has the normal (4, 0, -3).
+    let cone = revolved(line3([0.0; 3], [6.0, 0.0, 8.0]), [-1.0, TAU - 1.0], false);
+    // A circle of radius 5 about z, pulled along (1, 0, 2).
+    let sum = Surface::Sum(Sum {
+        base: Vector3::new(0.0, 0.0, -1.0),
+        first: line3([0.0; 3], [1.0, 0.0, 2.0]),
+        second: arc3([0.0; 3], [0.0, 0.0, 1.0], 5.0, [0.0, TAU]),
+    });
+    // Point, direction and normal.
+    for (surface, x, v, n) in [
+        (&sphere, [-1.5, 2.0, 0.0], [4.0, 3.0, 1.0], [-1.5, 2.0, 0.0]),
+        (&sphere, [0.0, 1.5, -2.0], [1.0, 4.0, 3.0], [0.0, 1.5, -2.0]),
+        (&sphere, [2.5, 0.0, 0.0], [0.0, 1.0, 0.25], [1.0, 0.0, 0.0]),
+        (&cylinder, [0.0, 2.0, 1.0], [1.0, 0.0, 3.0], [0.0, 1.0, 0.0]),
+        (&cylinder, [2.0, 0.0, 7.5], [0.0, 1.0, 0.0], [1.0, 0.0, 0.0]),
+        (&cone, [3.0, 0.0, 4.0], [0.0, 1.0, 0.0], [4.0, 0.0, -3.0]),
+        (&cone, [3.0, 0.0, 4.0], [3.0, 2.0, 4.0], [4.0, 0.0, -3.0]),
+        // At half of the way: about (1/2, 0, 0), at (3, 4).
+        (&sum, [3.5, 4.0, 0.0], [4.0, -3.0, 0.0], [3.0, 4.0, -1.5]),
+    ] {
+        let o = oracle(&brep(surface.clone(), None));
+        let start = [0, 1, 2].map(|k| x[k] - 2.0 * v[k]);
+        let t = o.line(start, v, LineKind::Segment).unwrap();
+        assert!(t.open.is_empty() && t.hits.is_empty(), "{x:?} {t:?}");
+        let t = o.line(start, v, LineKind::Ray).unwrap();
+        assert!(t.open.is_empty() && t.hits.len() == 1, "{x:?} {t:?}");
+        let h = &t.hits[0];
+        assert!(
+            h.tangential && !h.transversal && h.multiplicity == Some(2),
+            "{t:?}"
+        );
+        assert_eq!((&h.t.lo, &h.t.hi), (&d(2.0), &d(2.0)));
+        assert_eq!(t.crossings, Some(0), "{t:?}");
+        // Beside it: none without, two within.
+        for e in [(-40f64).exp2(), -(-40f64).exp2()] {
+            let beside = [0, 1, 2].map(|k| start[k] + e * n[k]);
+            let t = o.line(beside, v, LineKind::Line).unwrap();
+            let expected = if e > 0.0 { 0 } else { 2 };
+            assert!(
+                t.open.is_empty() && t.hits.len() == expected,
+                "{x:?} {e} {t:?}"
+            );
+        }
+    }
+    // Of the quadric, but beyond the face.
+    let o = oracle(&brep(cylinder, None));
+    let t = o
+        .line([2.0, 0.0, 8.5], [0.0, 1.0, 0.0], LineKind::Line)
+        .unwrap();
+    assert!(t.open.is_empty() && t.hits.is_empty(), "{t:?}");
+}
+
 fn runs(t: &LineTruth) -> Vec<[TruthEnclosure; 2]> {
     assert!(t.open.is_empty(), "{t:?}");
     let end = |h: &feeler_oracle::LineHitTruth| h.t_end.clone().unwrap_or_else(|| h.t.clone());
@@ -521,6 +579,14 @@ fn ball_in_a_native_socket() {
         let wanted = [1e-3, 0.3, 2.5 - 1e-9, 2.5 + 1e-9, 2.4, 3.0][i % 6];
         check(c.map(|x| x * wanted / length));
     }
+    // On the cavity, exactly, and next to it.
+    for x in [[1.5, 2.0, 0.0], [0.0, -1.5, 2.0], [-1.5, 0.0, -2.0]] {
+        assert_eq!(o.inside(x).unwrap(), InsideTruth::Boundary, "{x:?}");
+    }
+    let next = [1.5, 2.0f64.next_up(), 0.0];
+    assert_eq!(o.inside(next).unwrap(), InsideTruth::Inside);
+    let next = [1.5, 2.0f64.next_down(), 0.0];
+    assert_eq!(o.inside(next).unwrap(), InsideTruth::Outside);
     // Through the centre: twice the cavity, twice the block.
     let t = o.line([0.0; 3], [0.6, 0.48, 0.64], LineKind::Line).unwrap();
     assert!(t.open.is_empty() && t.hits.len() == 4, "{t:?}");
