@@ -2,7 +2,8 @@
 
 use crate::random::Random;
 use feeler_corpus::{
-    FacePoint, HalfSpaceLine, LineKindLine, LineLine, Model, QueryLine, SpacePoint, SphereLine,
+    ContactsLine, FacePoint, HalfSpaceLine, LineKindLine, LineLine, Model, QueryLine, SpacePoint,
+    SphereLine,
 };
 use nalgebra::{Point2, Point3, Vector2, Vector3};
 
@@ -212,6 +213,56 @@ impl<'a> Generator<'a> {
             half_space: Some(HalfSpaceLine {
                 normal: normal.into(),
                 offset,
+            }),
+            ..QueryLine::default()
+        }
+    }
+
+    /// All contacts: of balls that touch in one place and in several, and of half-spaces.
+    pub(crate) fn contacts(&mut self, near: bool) -> QueryLine {
+        let prediction = match self.random.below(4) {
+            0 => 0.0,
+            1 => NEAR[self.random.below(4)],
+            _ => self.random.between(0.0, 0.25),
+        } * self.size;
+        let query = match self.random.below(4) {
+            0 => self.half_space_above(near),
+            1 => self.between(),
+            _ => self.sphere(near),
+        };
+        QueryLine {
+            prediction: Some(prediction),
+            contacts: Some(ContactsLine::All),
+            ..query
+        }
+    }
+
+    /// A half-space that touches a face's tangent plane, more or less.
+    fn half_space_above(&mut self, near: bool) -> QueryLine {
+        let aim = self.target(near);
+        let tilt = self.random.between(0.0, 0.3);
+        let normal = (self.random.direction() * tilt - aim.normal).normalize();
+        let offset = normal.dot(&aim.point.coords) + self.random.between(-0.1, 0.1) * self.size;
+        QueryLine {
+            half_space: Some(HalfSpaceLine {
+                normal: normal.into(),
+                offset,
+            }),
+            ..QueryLine::default()
+        }
+    }
+
+    /// A ball midway, about, between two points of the model: near a medial axis where they face each other.
+    fn between(&mut self) -> QueryLine {
+        let (a, b) = (self.target(false), self.target(false));
+        let middle = a.point + (b.point - a.point) * 0.5;
+        let off = NEAR[self.random.below(NEAR.len())] * self.size;
+        let center = middle + self.random.direction() * off;
+        let radius = 0.5 * (b.point - a.point).norm() * self.random.between(0.5, 1.1);
+        QueryLine {
+            sphere: Some(SphereLine {
+                center: center.coords.into(),
+                radius,
             }),
             ..QueryLine::default()
         }

@@ -309,6 +309,7 @@ mod with_oracle {
         query: &Query,
         probe: &Probe,
         separation: TruthEnclosure,
+        limit: f64,
     ) -> Result<Truth, String> {
         if query.contacts == Some(Contacts::All) {
             // The protocol's default.
@@ -319,16 +320,26 @@ mod with_oracle {
             if !found.whole {
                 return Err("contacts: the budget is spent".to_owned());
             }
-            let contacts = found.contacts.iter().map(|c| ContactTruth {
-                separation: enclosure(&c.separation),
-                at: c.at,
-                due: c.proven && c.within,
-                continuum: c.continuum,
-            });
+            let mut contacts = Vec::new();
+            for c in &found.contacts {
+                let due = c.proven && c.within;
+                // An answer is held against it: where the oracle's is too wide, there is no truth.
+                let own = if due && !c.continuum {
+                    narrow(&c.separation, limit).map_err(|e| format!("a contact: {e}"))?
+                } else {
+                    enclosure(&c.separation)
+                };
+                contacts.push(ContactTruth {
+                    separation: own,
+                    at: c.at,
+                    due,
+                    continuum: c.continuum,
+                });
+            }
             return Ok(Truth::Contact {
                 separation,
                 foot: None,
-                contacts: Some(contacts.collect()),
+                contacts: Some(contacts),
             });
         }
         Ok(Truth::Separation(separation))
@@ -365,7 +376,13 @@ mod with_oracle {
                     Probe::HalfSpace(h) => oracle.half_space(h.normal.into(), h.offset, None),
                 };
                 let found = found.map_err(text)?.ok_or("the model has no face")?;
-                contact_truth(oracle, query, &probe, narrow(&found.enclosure, limit)?)
+                contact_truth(
+                    oracle,
+                    query,
+                    &probe,
+                    narrow(&found.enclosure, limit)?,
+                    limit,
+                )
             }
             Ask::Line(l) => {
                 // Of t, which counts in the direction's length.

@@ -3,6 +3,7 @@
 use super::answer::{
     Accuracy, Contact, ContactAnswer, Contacts, Feature, Options, Probe, Separation, Undecided,
 };
+use super::local::{Spot, Surroundings};
 use super::objective::Objective;
 use super::search::{Foot, Goal, Outcome, Settled, Source, Width, minimize};
 use super::{Workspace, inside};
@@ -46,8 +47,9 @@ pub fn contact(
     };
     let all_below = match (options.contacts, probe) {
         (Contacts::All, Probe::Sphere(_)) => {
-            let reach = (radius + options.prediction).max(0.0);
-            Some(reach * reach)
+            // Rounded up: nodes just beyond are sorted out later.
+            let reach = (radius + options.prediction).next_up().max(0.0);
+            Some((reach * reach).next_up())
         }
         (Contacts::All, Probe::HalfSpace(_)) => Some(options.prediction),
         _ => None,
@@ -79,8 +81,10 @@ pub fn contact(
     } else {
         separation.value + radius
     });
+    // Contacts may be missing where the search for all of them was cut short.
+    let cut_short = found.budget_spent && options.contacts == Contacts::All;
     let undecided = if separation.bounds.width() <= target.max(0.0) {
-        None
+        cut_short.then_some(Undecided::Budget)
     } else if material.is_none() {
         Some(Undecided::Degenerate)
     } else if found.budget_spent {
@@ -227,11 +231,27 @@ fn contacts(
         }
     }
     if options.contacts == Contacts::All {
+        let with_deepest = !out.is_empty();
         for s in &found.settled {
-            other_contact(brep, probe, options, objective, s, material, &mut out);
+            other_contact(
+                brep,
+                probe,
+                options,
+                objective,
+                s,
+                material,
+                with_deepest,
+                &mut out,
+            );
         }
-        out.sort_by(|a, b| {
+        out[usize::from(with_deepest)..].sort_by(|a, b| {
             let by_depth = a.separation.value.total_cmp(&b.separation.value);
+            // In material the nearest comes first: its depth is the separation's.
+            let by_depth = if material {
+                by_depth.reverse()
+            } else {
+                by_depth
+            };
             by_depth.then(a.feature.cmp(&b.feature))
         });
     }
@@ -239,6 +259,7 @@ fn contacts(
 }
 
 /// Adds the local minimum of a settled node, if it is one and a new one.
+#[allow(clippy::too_many_arguments)] // As above.
 fn other_contact(
     brep: &PreparedBrep,
     probe: &Probe,
@@ -246,34 +267,73 @@ fn other_contact(
     objective: &Objective,
     s: &Settled,
     material: bool,
+    with_deepest: bool,
     out: &mut Vec<Contact>,
 ) {
     if !s.local_minimum {
         return;
     }
-    let Some(place) = place_of(brep, s) else {
+    let Some(mut place) = place_of(brep, s) else {
         return;
     };
+    let patch = &brep.double_double(place.face).patches[place.patch];
+    if let Source::Patch { face, .. } = s.source {
+        // A foot beside the region is none: the border's own is.
+        if brep.region(face).side(place.uv).side == Some(Side::Outside) {
+            return;
+        }
+        let at = [place.uv.x, place.uv.y];
+        place.local = [0, 1].map(|k| patch.maps[k].to_local(Ball::exact(at[k])));
+    }
     // Below: the bound of the node. Above: f at the point itself.
-    let net = &brep.double_double(place.face).patches[place.patch].net;
     let f = objective
-        .sample(net, place.local[0], place.local[1])
+        .sample(&patch.net, place.local[0], place.local[1])
         .value();
     let hi = f.mid + Dd::from(f.rad * (1.0 + 16.0 * f64::EPSILON));
     let radius = match probe {
         Probe::Sphere(p) => p.radius,
         Probe::HalfSpace(_) => 0.0,
     };
-    let near = separation([s.lo, hi], objective, radius, Some(material));
-    if !(near.value <= options.prediction) || !is_local_minimum(brep, objective, &place) {
+    // In material, too, it is the distance that counts.
+    let reach = Dd::from(radius) + Dd::from(options.prediction);
+    let most = if !objective.is_squared() {
+        reach
+    } else if reach > Dd::ZERO {
+        reach * reach
+    } else {
+        return;
+    };
+    if f.mid - Dd::from(f.rad) > most {
         return;
     }
+    let near = separation([s.lo, hi], objective, radius, Some(material));
     let Some(c) = make_contact(brep, probe, &place, near, material) else {
         return;
     };
     let apart = SAME_CONTACT * brep.size();
-    if out.iter().all(|o| (o.on_brep - c.on_brep).norm() > apart) {
-        out.push(c);
+    // The first is the deepest of all: its separation is the answer's.
+    let same = out
+        .iter()
+        .position(|o| (o.on_brep - c.on_brep).norm() <= apart);
+    match same {
+        Some(0) if with_deepest => {}
+        // The lower one is the contact's foot. (With the centre in material the nearer one.)
+        Some(i) => {
+            if (c.separation.value < out[i].separation.value) != material {
+                out[i] = c;
+            }
+        }
+        None => {
+            let around = Surroundings { brep, objective };
+            let own = Spot {
+                face: place.face,
+                uv: place.uv,
+            };
+            let trim = place.trim.or_else(|| trim_at(brep, &place));
+            if around.is_minimum(own, trim, &c.on_brep, f) {
+                out.push(c);
+            }
+        }
     }
 }
 
@@ -307,30 +367,6 @@ fn place_of(brep: &PreparedBrep, s: &Settled) -> Option<Place> {
             })
         }
     }
-}
-
-/// Whether a small step downhill from the point leaves every face there: of its own face, only (the
-/// other faces at an edge have nodes of their own). Not proven.
-fn is_local_minimum(brep: &PreparedBrep, objective: &Objective, place: &Place) -> bool {
-    let geometry = brep.double(place.face);
-    let patch = &geometry.patches[place.patch];
-    let at = place.local.map(|x| x.mid.hi);
-    let g = objective.guide(&patch.net, at[0], at[1]);
-    let size = g.slope[0].abs().max(g.slope[1].abs());
-    // The slope of a foot is rounding noise.
-    if size <= SAME_CONTACT * g.curvature[0].abs().max(g.curvature[2].abs()) {
-        return true;
-    }
-    let step: [f64; 2] = std::array::from_fn(|k| {
-        let m = &patch.maps[k];
-        let uv = if k == 0 { place.uv.x } else { place.uv.y };
-        uv - SAME_CONTACT * (m.end - m.start) * g.slope[k] / size
-    });
-    let side = brep
-        .region(place.face)
-        .side(Point2::new(step[0], step[1]))
-        .side;
-    side == Some(Side::Outside)
 }
 
 fn make_contact(

@@ -66,7 +66,7 @@ impl Search<'_> {
         }
         let narrowest = (node.u[1] - node.u[0]).max(node.v[1] - node.v[0]);
         if leaf.lo < self.enough()
-            && leaf.tau - leaf.lo > (self.out.hi - self.enough())
+            && leaf.tau - leaf.lo > self.slack(leaf.tau)
             && narrowest > SMALL_BALL
         {
             // Convex, but only just: halves have better bounds.

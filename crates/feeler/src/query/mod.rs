@@ -6,6 +6,7 @@ mod forms;
 mod inside;
 mod leaf;
 mod line;
+mod local;
 mod node;
 mod objective;
 mod search;

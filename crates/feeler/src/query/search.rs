@@ -337,6 +337,24 @@ impl Search<'_> {
         }
     }
 
+    /// How far below `tau`, the value of `f` at a point of a node, the node's bound may lie.
+    pub(super) fn slack(&self, tau: Dd) -> Dd {
+        if self.goal.all_below.is_none() {
+            return self.out.hi - self.enough();
+        }
+        if self.objective.is_squared() {
+            let d = if tau > Dd::ZERO { tau.sqrt() } else { Dd::ZERO };
+            let near = d - Dd::from(0.25 * self.goal.width.at(d.hi));
+            tau - if near > Dd::ZERO {
+                near * near
+            } else {
+                Dd::ZERO
+            }
+        } else {
+            Dd::from(0.25 * self.goal.width.at(tau.hi))
+        }
+    }
+
     /// Whether a node with this bound can be dropped without a trace.
     pub(super) fn hopeless(&self, lo: Dd) -> bool {
         lo >= self.out.hi && self.goal.all_below.is_none_or(|all| lo > Dd::from(all))
@@ -480,7 +498,9 @@ impl Search<'_> {
             }
             _ => false,
         };
-        let tau = if self.out.hi.hi.is_finite() {
+        // Any tau will do; one near f on the node proves most: where all minima are asked for, that is not
+        // the least f so far.
+        let tau = if self.out.hi.hi.is_finite() && self.goal.all_below.is_none() {
             self.out.hi
         } else {
             let p = node.guess();

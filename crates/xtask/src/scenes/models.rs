@@ -73,7 +73,7 @@ struct Plan {
     each_native: usize,
 }
 
-const PLANS: [Plan; 6] = [
+const PLANS: [Plan; 7] = [
     Plan {
         name: "contact-sphere",
         description: "balls against the thesis's parts, as NURBS and native; half of the feet within 1e-6 to 1e-15 of a trim, a seam or an edge",
@@ -87,6 +87,14 @@ const PLANS: [Plan; 6] = [
         ask: |g, near| g.half_space(near),
         each: 30,
         each_native: 20,
+    },
+    Plan {
+        name: "contacts",
+        description: "all contacts within a prediction: balls about corners, edges, between walls and near medial axes, half-spaces; predictions from 1e-9 to a quarter of the size",
+        ask: |g, near| g.contacts(near),
+        each: 34,
+        // The oracle has no contacts of these.
+        each_native: 0,
     },
     Plan {
         name: "line",

@@ -1,0 +1,225 @@
+//! Whether a point is a local minimum of the objective over all faces around it: of use for which contacts there
+//! are. No separation rests on it.
+
+use super::objective::Objective;
+use crate::numeric::{Ball, Dd};
+use crate::prepare::PreparedBrep;
+use crate::trim::Side;
+use nalgebra::{Point2, Point3, Vector3};
+
+/// A point of a face, by its parameters.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Spot {
+    pub(super) face: usize,
+    pub(super) uv: Point2<f64>,
+}
+
+/// The shortest step from the point, relative to the model's size: feet nearer to each other are one contact.
+const FIRST_STEP: f64 = 1.0 / (1u64 << 24) as f64;
+/// Each step is so much longer than the one before.
+const GROWTH: f64 = 4.0;
+/// How many steps a way down has at most.
+const STEPS: i32 = 8;
+/// Directions in which a way down is sought on each face.
+const DIRECTIONS: usize = 24;
+/// On a trim that is one point in space (a pole), ways start at so many of its parameters.
+const AROUND_POLE: usize = 24;
+
+pub(super) struct Surroundings<'a> {
+    pub(super) brep: &'a PreparedBrep,
+    pub(super) objective: &'a Objective,
+}
+
+impl Surroundings<'_> {
+    /// Whether no way leads down from a point with this value of `f`: by straight lines in uv, and along trims, from
+    /// the point and from where the faces beside it have it. A way falls from its first step on, so that what
+    /// is beyond a rise does not count; beyond a crack it has to come below the point itself.
+    pub(super) fn is_minimum(
+        &self,
+        own: Spot,
+        trim: Option<usize>,
+        point: &Point3<f64>,
+        f: Ball<Dd>,
+    ) -> bool {
+        if self.falls_from(own, f, f) {
+            return false;
+        }
+        !self
+            .trims_at(trim, point)
+            .into_iter()
+            .any(|t| self.falls_at_trim(t, point, f))
+    }
+
+    /// All trims that meet at a point: those of its vertex, or those of the edge of the trim that it lies on.
+    fn trims_at(&self, trim: Option<usize>, point: &Point3<f64>) -> Vec<usize> {
+        let parts = self.brep.brep().parts();
+        let near = FIRST_STEP * self.brep.size();
+        let at_vertex = |v: &usize| (parts.vertices[*v].point - point).norm() <= near;
+        if (0..parts.vertices.len()).any(|v| at_vertex(&v)) {
+            let trims = 0..parts.trims.len();
+            return trims
+                .filter(|t| parts.trims[*t].vertices.iter().any(at_vertex))
+                .collect();
+        }
+        match trim.map(|t| (t, parts.trims[t].edge)) {
+            Some((_, Some(edge))) => parts.edges[edge].trims.clone(),
+            Some((trim, None)) => vec![trim],
+            None => Vec::new(),
+        }
+    }
+
+    /// The point of a trim at a part of its span, clamped to the surface's domain.
+    fn on_trim(&self, trim: usize, s: f64) -> Spot {
+        let brep = self.brep.brep();
+        let parts = brep.parts();
+        let trim = &parts.trims[trim];
+        let face = parts.loops[trim.trim_loop].face;
+        let at = parts.curves2[trim.curve].point(trim.span.lerp(s));
+        let [u, v] = brep.surface(face).domain();
+        let uv = Point2::new(at.x.clamp(u.start, u.end), at.y.clamp(v.start, v.end));
+        Spot { face, uv }
+    }
+
+    fn point(&self, at: Spot) -> Point3<f64> {
+        let surface = self.brep.brep().surface(at.face);
+        surface.derivatives(at.uv.x, at.uv.y, 0).get(0, 0).into()
+    }
+
+    fn falls_at_trim(&self, trim: usize, point: &Point3<f64>, f: Ball<Dd>) -> bool {
+        let first = FIRST_STEP * self.brep.size();
+        let distance = |s: f64| (self.point(self.on_trim(trim, s)) - point).norm();
+        let (off, s) = nearest(distance);
+        if off > first {
+            return false;
+        }
+        if self.brep.brep().parts().trims[trim].edge.is_none() {
+            let all = (0..=AROUND_POLE).map(|k| k as f64 / AROUND_POLE as f64);
+            let mut all = all.map(|s| self.on_trim(trim, s));
+            return all.any(|at| self.value(at).is_some_and(|v| self.falls_from(at, v, f)));
+        }
+        let at = self.on_trim(trim, s);
+        let Some(here) = self.value(at) else {
+            return false;
+        };
+        if self.falls_from(at, here, f) {
+            return true;
+        }
+        // Along the trim.
+        const PROBE: f64 = 1.0 / (1u64 << 16) as f64;
+        let other = if s > 0.5 { s - PROBE } else { s + PROBE };
+        let speed = (self.point(self.on_trim(trim, other)) - self.point(at)).norm() / PROBE;
+        if !(speed > 0.0) {
+            return false;
+        }
+        [-1.0, 1.0].into_iter().any(|sign| {
+            self.falls(here, f, |length| {
+                let to = s + sign * length / speed;
+                (0.0..=1.0).contains(&to).then(|| self.on_trim(trim, to))
+            })
+        })
+    }
+
+    /// Whether some straight line in uv leads down from a point with value `here`.
+    fn falls_from(&self, from: Spot, here: Ball<Dd>, f: Ball<Dd>) -> bool {
+        let surface = self.brep.brep().surface(from.face);
+        let domain = surface.domain();
+        let jet = surface.derivatives(from.uv.x, from.uv.y, 1);
+        let speeds: [Vector3<f64>; 2] = [jet.get(1, 0), jet.get(0, 1)];
+        let first = FIRST_STEP * self.brep.size();
+        // In uv per unit of length; none in a direction in which the whole surface is a point.
+        let per_length: [f64; 2] = std::array::from_fn(|k| {
+            let speed = speeds[k].norm();
+            if speed * (domain[k].end - domain[k].start) > GROWTH * first {
+                1.0 / speed
+            } else {
+                0.0
+            }
+        });
+        (0..DIRECTIONS).any(|k| {
+            let angle = std::f64::consts::TAU * k as f64 / DIRECTIONS as f64;
+            let step = [angle.cos() * per_length[0], angle.sin() * per_length[1]];
+            if step == [0.0; 2] {
+                return false;
+            }
+            self.falls(here, f, |length| {
+                let uv = Point2::new(from.uv.x + length * step[0], from.uv.y + length * step[1]);
+                let within = domain[0].start <= uv.x
+                    && uv.x <= domain[0].end
+                    && domain[1].start <= uv.y
+                    && uv.y <= domain[1].end;
+                let side = || self.brep.region(from.face).side(uv).side;
+                (within && side() != Some(Side::Outside)).then_some(Spot {
+                    face: from.face,
+                    uv,
+                })
+            })
+        })
+    }
+
+    /// Whether `f` falls along a way, given by lengths from its start, without a rise, and below `f`.
+    fn falls(&self, here: Ball<Dd>, f: Ball<Dd>, way: impl Fn(f64) -> Option<Spot>) -> bool {
+        let mut last = here;
+        for k in 0..STEPS {
+            let length = FIRST_STEP * self.brep.size() * GROWTH.powi(k);
+            let Some(value) = way(length).and_then(|at| self.value(at)) else {
+                return false;
+            };
+            if !below(value, last) {
+                return false;
+            }
+            if below(value, f) {
+                return true;
+            }
+            last = value;
+        }
+        false
+    }
+
+    /// The value of `f`.
+    pub(super) fn value(&self, at: Spot) -> Option<Ball<Dd>> {
+        let patches = &self.brep.double_double(at.face).patches;
+        let uv = [at.uv.x, at.uv.y];
+        let patch = patches
+            .iter()
+            .find(|p| (0..2).all(|k| p.maps[k].start <= uv[k] && uv[k] <= p.maps[k].end))?;
+        let [s, t] = [0, 1].map(|k| patch.maps[k].to_local(Ball::exact(uv[k])));
+        Some(self.objective.sample(&patch.net, s, t).value())
+    }
+}
+
+/// Whether one value is certainly below another.
+fn below(a: Ball<Dd>, b: Ball<Dd>) -> bool {
+    (b.mid - a.mid).hi > a.rad + b.rad
+}
+
+/// The least value of a function on [0, 1], and where, roughly: what is least among samples and their neighbours, each
+/// narrowed down. (On a closed curve both ends may be near a point, and one of them is the wrong one.)
+fn nearest(f: impl Fn(f64) -> f64) -> (f64, f64) {
+    const SAMPLES: usize = 32;
+    const ROUNDS: usize = 44;
+    let at = |k: usize| k as f64 / SAMPLES as f64;
+    let values: Vec<f64> = (0..=SAMPLES).map(|k| f(at(k))).collect();
+    let mut all = (f64::INFINITY, 0.0);
+    for k in 0..=SAMPLES {
+        let around = &values[k.saturating_sub(1)..(k + 2).min(SAMPLES + 1)];
+        if around.iter().any(|v| *v < values[k]) {
+            continue;
+        }
+        let mut best = (values[k], at(k));
+        let mut step = 0.5 / SAMPLES as f64;
+        for _ in 0..ROUNDS {
+            for s in [best.1 - step, best.1 + step] {
+                let s = s.clamp(0.0, 1.0);
+                let value = f(s);
+                if value < best.0 {
+                    best = (value, s);
+                }
+            }
+            step *= 0.5;
+        }
+        if best.0 < all.0 {
+            all = best;
+        }
+    }
+    all
+}
