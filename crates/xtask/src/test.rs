@@ -46,6 +46,10 @@ pub(crate) fn run() -> Result<(), String> {
             "clippy --workspace --all-targets --quiet --features {ORACLE} -- -D warnings"
         )),
     )?;
+    step(
+        "documentation",
+        cargo("doc --workspace --no-deps --quiet").env("RUSTDOCFLAGS", "-D warnings"),
+    )?;
     let mut tests = cargo(&format!("test --workspace --features {ORACLE}"));
     if let Some(python) = &python {
         tests.env("FEELER_PYTHON", python);
@@ -53,10 +57,6 @@ pub(crate) fn run() -> Result<(), String> {
     step(
         "unit, property, oracle and snapshot tests, doctests",
         &mut tests,
-    )?;
-    step(
-        "documentation",
-        cargo("doc --workspace --no-deps --quiet").env("RUSTDOCFLAGS", "-D warnings"),
     )?;
     step(
         "a sample of the truth against the second method",

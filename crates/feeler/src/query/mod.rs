@@ -46,7 +46,7 @@ pub fn side(brep: &PreparedBrep, face: usize, uv: Point2<f64>) -> Option<SideAns
 }
 
 /// Where the coordinates of trim `trim` of loop `trim_loop` of a face (counted from 0) are stationary: see
-/// [`trim_split`](crate::trim::trim_split). `None` if there is no such trim; within, if double-double does not settle it.
+/// [`trim_split`]. `None` if there is no such trim; within, if double-double does not settle it.
 pub fn split(
     brep: &PreparedBrep,
     face: usize,
