@@ -9,7 +9,7 @@ use feeler::nurbs::{NurbsSurface, Surface};
 use feeler::query::Options;
 use feeler::trim::Side;
 use feeler_corpus::{Answer, Ask, Body, Claim, CorpusQuery, Model, Query, suites};
-use feeler_gate::{Engine, FeelerEngine, Report, Row, run};
+use feeler_gate::{Engine, FeelerEngine, Gate, Report, Row, run};
 use std::path::{Path, PathBuf};
 
 /// The error that the gate must find in a depth, in model units (mm).
@@ -23,7 +23,12 @@ fn corpus() -> PathBuf {
 }
 
 fn gate(engine: &mut dyn Engine, suite: &str) -> Report {
-    run(engine, &corpus(), Some(suite), &mut |_| {}).unwrap()
+    let gate = Gate {
+        corpus: &corpus(),
+        suite: Some(suite),
+        tolerance: 0.0,
+    };
+    run(engine, &gate, &mut |_| {}).unwrap()
 }
 
 fn row(report: &Report) -> &Row {

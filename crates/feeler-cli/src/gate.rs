@@ -2,7 +2,7 @@
 
 use crate::{Bad, Outcome, write_error};
 use feeler::query::Options;
-use feeler_gate::{FeelerEngine, Progress, run as run_gate};
+use feeler_gate::{FeelerEngine, Gate, Progress, run as run_gate};
 use indicatif::{ProgressBar, ProgressStyle};
 use std::io::Write;
 use std::path::PathBuf;
@@ -34,12 +34,12 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Bad> {
         }
     };
     let mut engine = FeelerEngine::new(Options::default());
-    let report = run_gate(
-        &mut engine,
-        &args.corpora,
-        args.suite.as_deref(),
-        &mut progress,
-    );
+    let gate = Gate {
+        corpus: &args.corpora,
+        suite: args.suite.as_deref(),
+        tolerance: 0.0,
+    };
+    let report = run_gate(&mut engine, &gate, &mut progress);
     bar.finish_and_clear();
     let report = report.map_err(|e| Bad(e.to_string()))?;
     report

@@ -46,4 +46,4 @@ pub use truth::{
     AxisSplitTruth, ContactTruth, HitTruth, SpaceBox, SplitRootTruth, Truth, TruthEnclosure,
     TruthHeader,
 };
-pub use verdict::{Asked, Judgement, Verdict, judge, ulp};
+pub use verdict::{Asked, Fault, Judgement, Verdict, judge, ulp};

@@ -126,14 +126,6 @@ pub enum CorpusError {
     /// A model that cannot be read.
     #[error(transparent)]
     Model(#[from] ModelError),
-    /// A model that an engine refuses.
-    #[error("{model}: {error}")]
-    Engine {
-        /// Which.
-        model: String,
-        /// Why.
-        error: String,
-    },
     /// A truth that was made for something else.
     #[error("{}: made for other {what}; run `cargo xtask truth`", path.display())]
     Stale {

@@ -3,10 +3,14 @@
 //! Every comparison of a claim with the truth is exact: both are dyadic. Only sizes of errors, which
 //! are reported and held against a suite's ceilings, are rounded.
 
+mod contacts;
+
 use crate::answer::{AxisSplitLine, Body, Claim, ContactLine, HitLine};
-use crate::truth::{AxisSplitTruth, ContactTruth, HitTruth, SpaceBox, Truth, TruthEnclosure};
+use crate::truth::{AxisSplitTruth, HitTruth, Truth, TruthEnclosure};
+use contacts::{contacts_verdict, foot_verdict};
 use feeler::numeric::Dyadic;
 use feeler::query::Accuracy;
+use serde::Serialize;
 
 /// What an answer earned.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -21,6 +25,26 @@ pub enum Verdict {
     Undecided,
 }
 
+/// In what an answer failed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Fault {
+    /// A contact that is due was not reported: the one thing a physics engine cannot forgive.
+    MissedContact,
+    /// A contact was reported where there is none, or twice.
+    FalseContact,
+    /// Another side, or another sign of an overlap.
+    Side,
+    /// Another number of hits or crossings, or another kind of hit.
+    Hits,
+    /// A value whose claim does not hold the truth.
+    Value,
+    /// Another number or kind of derivative roots.
+    Roots,
+    /// The query was refused, or answered with something else.
+    Refused,
+}
+
 /// A verdict, and how large the error was.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Judgement {
@@ -28,6 +52,8 @@ pub struct Judgement {
     pub verdict: Verdict,
     /// Why, where it is not right.
     pub reason: Option<String>,
+    /// In what it failed, where it is wrong.
+    pub fault: Option<Fault>,
     /// Error of the value to use, in model units (of `t`, times the direction's length); absent for sides.
     pub error: Option<f64>,
     /// The same in units in the last place of the true value, never of less than the floor of full
@@ -52,6 +78,9 @@ pub struct Asked {
     pub contacts: bool,
     /// Length of a line's direction; 1 for other queries.
     pub scale: f64,
+    /// A value without bounds of its own, as of an engine without certificates, is taken to claim that it is
+    /// off by this at most, in model units.
+    pub tolerance: f64,
 }
 
 /// Full accuracy asks for no less than this fraction of the model's size.
@@ -82,10 +111,18 @@ impl Judgement {
         Self {
             verdict,
             reason: Some(reason.into()),
+            fault: None,
             error: None,
             ulps: None,
             derivative_error: None,
             unbounded: false,
+        }
+    }
+
+    fn wrong(fault: Fault, reason: impl Into<String>) -> Self {
+        Self {
+            fault: Some(fault),
+            ..Self::new(Verdict::Wrong, reason)
         }
     }
 
@@ -108,6 +145,11 @@ impl Judgement {
             self.verdict = other.verdict;
             self.reason = other.reason;
         }
+        // Of several faults the gravest is named.
+        self.fault = match (self.fault, other.fault) {
+            (Some(a), Some(b)) => Some(a.min(b)),
+            (a, b) => a.or(b),
+        };
         self.error = larger(self.error, other.error);
         self.ulps = larger(self.ulps, other.ulps);
         self.derivative_error = larger(self.derivative_error, other.derivative_error);
@@ -129,7 +171,7 @@ pub fn judge(asked: &Asked, answer: &Body, truth: &Truth) -> Judgement {
         (_, Truth::Unknown { why }) => {
             Judgement::new(Verdict::Indeterminate, format!("no truth: {why}"))
         }
-        (Body::Error { error }, _) => Judgement::new(Verdict::Wrong, format!("refused: {error}")),
+        (Body::Error { error }, _) => Judgement::wrong(Fault::Refused, format!("refused: {error}")),
         (
             Body::Contact {
                 separation,
@@ -176,7 +218,7 @@ pub fn judge(asked: &Asked, answer: &Body, truth: &Truth) -> Judgement {
             } else if *overlap == negative {
                 Judgement::right()
             } else {
-                Judgement::new(Verdict::Wrong, format!("overlap is {negative}"))
+                Judgement::wrong(Fault::Side, format!("overlap is {negative}"))
             }
         }
         (
@@ -191,12 +233,12 @@ pub fn judge(asked: &Asked, answer: &Body, truth: &Truth) -> Judgement {
             },
         ) => {
             if side != true_side {
-                Judgement::new(
-                    Verdict::Wrong,
+                Judgement::wrong(
+                    Fault::Side,
                     format!("{side:?}, and the truth is {true_side:?}"),
                 )
             } else if true_gap.is_some_and(|g| g != *in_gap) {
-                Judgement::new(Verdict::Wrong, format!("in_gap is {in_gap}"))
+                Judgement::wrong(Fault::Side, format!("in_gap is {in_gap}"))
             } else {
                 Judgement::right()
             }
@@ -223,11 +265,11 @@ pub fn judge(asked: &Asked, answer: &Body, truth: &Truth) -> Judgement {
                 {
                     let reason =
                         format!("{crossings} crossings, and the truth is {true_crossings}");
-                    all = all.and(Judgement::new(Verdict::Wrong, reason));
+                    all = all.and(Judgement::wrong(Fault::Hits, reason));
                 }
                 if true_crack.is_some_and(|c| c != *in_crack) {
                     let reason = format!("in_crack is {in_crack}");
-                    all = all.and(Judgement::new(Verdict::Wrong, reason));
+                    all = all.and(Judgement::wrong(Fault::Hits, reason));
                 }
                 all
             }
@@ -245,7 +287,7 @@ pub fn judge(asked: &Asked, answer: &Body, truth: &Truth) -> Judgement {
                 dv: true_dv,
             },
         ) => {
-            let mut all = point_verdict(point, *bound, true_point);
+            let mut all = point_verdict(asked, point, *bound, true_point);
             all.derivative_error = Some(derivative_error([du, dv], [true_du, true_dv]));
             all
         }
@@ -265,7 +307,7 @@ pub fn judge(asked: &Asked, answer: &Body, truth: &Truth) -> Judgement {
         {
             Judgement::right()
         }
-        _ => Judgement::new(Verdict::Wrong, "an answer to another question"),
+        _ => Judgement::wrong(Fault::Refused, "an answer to another question"),
     };
     match answer.undecided() {
         Some(why) => judgement.and(Judgement::new(Verdict::Undecided, why)),
@@ -305,16 +347,16 @@ fn locate(lo: f64, hi: f64, truth: &TruthEnclosure) -> Where {
     }
 }
 
-/// Whether a claim holds, however wide it is.
-fn claim_verdict(claim: &Claim, truth: &TruthEnclosure, what: &str) -> Judgement {
+/// Whether a claim holds, however wide it is. A value without bounds claims to be off by `tolerance` at most.
+fn claim_verdict(claim: &Claim, truth: &TruthEnclosure, what: &str, tolerance: f64) -> Judgement {
     let (lo, hi) = (
-        claim.lo.unwrap_or(claim.value),
-        claim.hi.unwrap_or(claim.value),
+        claim.lo.unwrap_or(claim.value - tolerance),
+        claim.hi.unwrap_or(claim.value + tolerance),
     );
     // Also false where one is NaN.
     if !(lo <= claim.value && claim.value <= hi && claim.value.is_finite()) {
         let reason = format!("{what}: the value {} is not in [{lo}, {hi}]", claim.value);
-        return Judgement::new(Verdict::Wrong, reason);
+        return Judgement::wrong(Fault::Value, reason);
     }
     let error = distance(claim.value, truth);
     let mut judgement = match locate(lo, hi, truth) {
@@ -323,8 +365,8 @@ fn claim_verdict(claim: &Claim, truth: &TruthEnclosure, what: &str) -> Judgement
             Verdict::Indeterminate,
             format!("{what}: the truth is not narrow enough to judge [{lo}, {hi}]"),
         ),
-        Where::Disjoint => Judgement::new(
-            Verdict::Wrong,
+        Where::Disjoint => Judgement::wrong(
+            Fault::Value,
             format!(
                 "{what}: [{lo}, {hi}], and the truth is near {:e}; the value is off by {error:e}",
                 truth.lo.approximate()
@@ -337,7 +379,7 @@ fn claim_verdict(claim: &Claim, truth: &TruthEnclosure, what: &str) -> Judgement
 }
 
 fn separation_verdict(asked: &Asked, claim: &Claim, truth: &TruthEnclosure) -> Judgement {
-    let mut judgement = claim_verdict(claim, truth, "separation");
+    let mut judgement = claim_verdict(claim, truth, "separation", asked.tolerance);
     if let Some(error) = judgement.error {
         // Half the widest enclosure at full accuracy: 1 ulp, down to the floor.
         let unit = ulp(truth.lo.approximate()).max(0.5 * asked.floor());
@@ -364,96 +406,29 @@ fn contact_verdict(
     let mut all = separation_verdict(asked, separation, truth);
     let deepest = contacts.first().map(|c| c.separation);
     if let Some(deepest) = &deepest {
-        let mut of_contact = claim_verdict(deepest, truth, "the deepest contact");
+        let mut of_contact = claim_verdict(deepest, truth, "the deepest contact", asked.tolerance);
         // Its width is the contact's own affair: the separation's is what was asked.
         of_contact.error = None;
         all = all.and(of_contact);
     }
-    let touching = truth.hi <= exact(asked.prediction);
-    if asked.contacts && touching && deepest.is_none() && all.verdict == Verdict::Right {
-        all = all.and(Judgement::new(Verdict::Wrong, "no contact reported"));
-    }
-    all
-}
-
-/// The distance of a point from a box, up to a few roundings.
-fn apart(point: &[f64; 3], at: &SpaceBox) -> f64 {
-    let gaps = point.iter().zip(at);
-    let square = gaps.map(|(x, [lo, hi])| (lo - x).max(x - hi).max(0.0).powi(2));
-    square.sum::<f64>().sqrt()
-}
-
-/// Whether the foot is as near to its true place as it claims; no claim is right.
-fn foot_verdict(claim: &ContactLine, at: &SpaceBox) -> Judgement {
-    /// Above the roundings of [`apart`].
-    const ROUNDINGS: f64 = 1.0 - 16.0 * f64::EPSILON;
-    let off = apart(&claim.on_brep, at);
-    let Some(bound) = claim.position_bound else {
-        return Judgement::right();
-    };
-    // NaN is wrong, too.
-    if off * ROUNDINGS <= bound {
-        Judgement::right()
-    } else {
-        let reason = format!("the foot is off by {off:e}, the bound is {bound:e}");
-        Judgement::new(Verdict::Wrong, reason)
-    }
-}
-
-/// Contacts nearer to each other than this part of the model's size are one.
-const ONE_CONTACT: f64 = 1.0 / (1u64 << 24) as f64;
-
-/// Each contact that is due must be reported, once, and nothing else. A contact is known by its foot: by the
-/// nearest of the true boxes.
-fn contacts_verdict(
-    asked: &Asked,
-    claims: &[ContactLine],
-    truths: &[ContactTruth],
-    undecided: &Option<String>,
-) -> Judgement {
-    let mut all = Judgement::right();
-    let near = ONE_CONTACT * asked.size;
-    let mut found = vec![0usize; truths.len()];
-    for (i, claim) in claims.iter().enumerate() {
-        let apart = |t: &ContactTruth| apart(&claim.on_brep, &t.at);
-        let nearest = (0..truths.len()).min_by(|a, b| {
-            let by_place = apart(&truths[*a]).total_cmp(&apart(&truths[*b]));
-            by_place.then(truths[*b].due.cmp(&truths[*a].due))
-        });
-        let Some(k) = nearest.filter(|k| apart(&truths[*k]) <= near) else {
-            let reason = format!("a false contact: {i}, at {:?}", claim.on_brep);
-            all = all.and(Judgement::new(Verdict::Wrong, reason));
-            continue;
+    if asked.contacts {
+        let slack = match separation.lo {
+            Some(_) => 0.0,
+            None => asked.tolerance,
         };
-        found[k] += 1;
-        let truth = &truths[k];
-        if truth.due && !truth.continuum {
-            let mut one = claim_verdict(&claim.separation, &truth.separation, "a contact");
-            // Its width is its own affair.
-            one.error = None;
-            all = all.and(one).and(foot_verdict(claim, &truth.at));
+        let settled = matches!(all.verdict, Verdict::Right | Verdict::Wrong);
+        let touching = truth.hi <= exact(asked.prediction - slack);
+        if touching && deepest.is_none() && settled {
+            let reason = "no contact reported";
+            all = all.and(Judgement::wrong(Fault::MissedContact, reason));
         }
-    }
-    for (truth, count) in truths.iter().zip(found) {
-        if truth.due && count == 0 {
-            let reason = format!(
-                "a missed contact: near {:?}, separation near {:e}",
-                truth.at.map(|x| x[0]),
-                truth.separation.lo.approximate()
-            );
-            // An answer that says it is not whole has claimed nothing.
-            let verdict = match undecided {
-                None => Verdict::Wrong,
-                Some(_) => Verdict::Undecided,
-            };
-            all = all.and(Judgement::new(verdict, reason));
-        }
-        if count > 1 && !truth.continuum {
-            let reason = format!(
-                "{count} contacts for one, near {:?}",
-                truth.at.map(|x| x[0])
-            );
-            all = all.and(Judgement::new(Verdict::Wrong, reason));
+        // An enclosure that holds both the truth and the prediction leaves the choice.
+        let open =
+            all.verdict != Verdict::Wrong && separation.lo.is_some_and(|lo| lo <= asked.prediction);
+        let apart = truth.lo > exact(asked.prediction + slack);
+        if apart && deepest.is_some() && !open {
+            let reason = "a contact reported beyond the prediction";
+            all = all.and(Judgement::wrong(Fault::FalseContact, reason));
         }
     }
     all
@@ -476,23 +451,26 @@ fn hits_verdict(asked: &Asked, claims: &[HitLine], truths: &[HitTruth]) -> Judge
         distinct
     } else {
         let reason = format!("{} hits, and the truth is {}", claims.len(), truths.len());
-        return Judgement::new(Verdict::Wrong, reason);
+        return Judgement::wrong(Fault::Hits, reason);
     };
+    let tolerance = asked.tolerance / asked.scale;
     let mut all = Judgement::right();
     for (i, (claim, truth)) in claims.iter().zip(expected).enumerate() {
         let what = format!("hit {i}");
-        all = all.and(claim_verdict(&claim.t, &truth.t, &what));
+        all = all.and(claim_verdict(&claim.t, &truth.t, &what, tolerance));
         match (&claim.t_end, &truth.t_end) {
-            (Some(claim), Some(truth)) => all = all.and(claim_verdict(claim, truth, &what)),
+            (Some(claim), Some(truth)) => {
+                all = all.and(claim_verdict(claim, truth, &what, tolerance))
+            }
             (None, None) => {}
             _ => {
                 let reason = format!("{what}: a point against a whole interval");
-                all = all.and(Judgement::new(Verdict::Wrong, reason));
+                all = all.and(Judgement::wrong(Fault::Hits, reason));
             }
         }
         if truth.tangential.is_some_and(|t| t != claim.tangential) {
             let reason = format!("{what}: tangential is {}", claim.tangential);
-            all = all.and(Judgement::new(Verdict::Wrong, reason));
+            all = all.and(Judgement::wrong(Fault::Hits, reason));
         }
         // The value of t is used as a point: in ulp of the farther of it and the direction's length.
         let unit = ulp(truth.t.lo.approximate());
@@ -521,7 +499,7 @@ fn split_verdict(axis: &str, claim: &AxisSplitLine, truth: &AxisSplitTruth) -> J
             truth.roots.len(),
             truth.constant.len()
         );
-        return Judgement::new(Verdict::Wrong, reason);
+        return Judgement::wrong(Fault::Roots, reason);
     }
     let mut all = Judgement::right();
     for (i, (claim, truth)) in claim.roots.iter().zip(&truth.roots).enumerate() {
@@ -531,16 +509,16 @@ fn split_verdict(axis: &str, claim: &AxisSplitLine, truth: &AxisSplitTruth) -> J
                 "{what}: multiplicity {:?}, turns: {}, and the truth is {:?}, {}",
                 claim.multiplicity, claim.turns, truth.multiplicity, truth.turns
             );
-            all = all.and(Judgement::new(Verdict::Wrong, reason));
+            all = all.and(Judgement::wrong(Fault::Roots, reason));
         }
-        let mut one = claim_verdict(&claim.t, &truth.t, &what);
+        let mut one = claim_verdict(&claim.t, &truth.t, &what, 0.0);
         // A parameter is no length; near 0 its ulp means nothing.
         one.error = None;
         all = all.and(one);
     }
     for (claim, truth) in claim.constant.iter().zip(&truth.constant) {
         for end in 0..2 {
-            let mut one = claim_verdict(&claim[end], &truth[end], axis);
+            let mut one = claim_verdict(&claim[end], &truth[end], axis, 0.0);
             one.error = None;
             all = all.and(one);
         }
@@ -549,10 +527,15 @@ fn split_verdict(axis: &str, claim: &AxisSplitLine, truth: &AxisSplitTruth) -> J
 }
 
 /// Each coordinate of the truth must lie within the claimed point +- bound, exactly.
-fn point_verdict(point: &[f64; 3], bound: Option<f64>, truth: &[TruthEnclosure; 3]) -> Judgement {
-    let bound = bound.unwrap_or(0.0);
+fn point_verdict(
+    asked: &Asked,
+    point: &[f64; 3],
+    bound: Option<f64>,
+    truth: &[TruthEnclosure; 3],
+) -> Judgement {
+    let bound = bound.unwrap_or(asked.tolerance);
     if bound.is_nan() || bound < 0.0 || point.iter().any(|x| !x.is_finite()) {
-        return Judgement::new(Verdict::Wrong, "the point or its bound is not a number");
+        return Judgement::wrong(Fault::Value, "the point or its bound is not a number");
     }
     if bound.is_infinite() {
         let mut judgement = Judgement::new(Verdict::Undecided, "no bound");
@@ -568,7 +551,7 @@ fn point_verdict(point: &[f64; 3], bound: Option<f64>, truth: &[TruthEnclosure; 
             Judgement::right()
         } else if truth.hi < lo || hi < truth.lo {
             let reason = format!("coordinate {c} is off by {error:e}, the bound is {bound:e}");
-            Judgement::new(Verdict::Wrong, reason)
+            Judgement::wrong(Fault::Value, reason)
         } else {
             Judgement::new(Verdict::Indeterminate, "the truth is not narrow enough")
         };

@@ -10,4 +10,4 @@ mod run;
 
 pub use engine::{Engine, FeelerEngine};
 pub use report::{Failure, Report, Row};
-pub use run::{Progress, asked, model_size, run};
+pub use run::{Gate, Progress, asked, model_size, run};

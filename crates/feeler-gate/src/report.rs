@@ -1,6 +1,8 @@
 //! Reports: a table, `report.json` and `report.md`.
 
+use feeler_corpus::Fault;
 use serde::Serialize;
+use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::path::Path;
 
@@ -26,8 +28,12 @@ pub struct Row {
     pub description: String,
     /// How many queries.
     pub queries: usize,
+    /// How many more the engine does not treat, and was not asked.
+    pub not_asked: usize,
     /// Wrong answers.
     pub wrong: usize,
+    /// In what they failed.
+    pub faults: BTreeMap<Fault, usize>,
     /// Answers that the truth cannot judge.
     pub indeterminate: usize,
     /// Bounds wider than asked, or none.
@@ -42,6 +48,8 @@ pub struct Row {
     pub derivative_error: Option<f64>,
     /// Median time of a query in microseconds, preparation included in each model's first.
     pub median_microseconds: f64,
+    /// The 99th percentile of the times.
+    pub p99_microseconds: f64,
     /// Which ceilings were exceeded; empty if the suite passed.
     pub short: Vec<String>,
     /// The queries behind it, worst first.

@@ -5,8 +5,8 @@ use crate::report::{Failure, Report, Row};
 use feeler::prepare::PreparedBrep;
 use feeler::query::{Accuracy, Contacts};
 use feeler_corpus::{
-    Answer, Ask, Asked, CorpusError, CorpusQuery, Judgement, MODELS, Model, Query, Suite, Truth,
-    Verdict, judge, suites,
+    Ask, Asked, Body, CorpusError, CorpusQuery, Fault, Judgement, MODELS, Model, Query, Suite,
+    Truth, Verdict, judge, suites,
 };
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -18,6 +18,17 @@ struct Loaded {
     model: Model,
     hash: String,
     size: f64,
+}
+
+/// What is run, and how it is judged.
+#[derive(Clone, Copy, Debug)]
+pub struct Gate<'a> {
+    /// The folder of the corpus.
+    pub corpus: &'a Path,
+    /// One suite alone.
+    pub suite: Option<&'a str>,
+    /// A value without bounds of its own may be off by this part of the model's size.
+    pub tolerance: f64,
 }
 
 /// How far a run has come.
@@ -37,8 +48,9 @@ pub fn model_size(model: &Model) -> f64 {
     sizes.fold(0.0, |m, b| PreparedBrep::new(b.clone()).size().max(m))
 }
 
-/// What the judge needs to know of a query to a model of this size.
-pub fn asked(query: &Query, size: f64) -> Asked {
+/// What the judge needs to know of a query to a model of this size. A value without bounds may be off by
+/// `tolerance` times the size.
+pub fn asked(query: &Query, size: f64, tolerance: f64) -> Asked {
     Asked {
         accuracy: query.accuracy.unwrap_or(Accuracy::Full),
         size,
@@ -48,24 +60,24 @@ pub fn asked(query: &Query, size: f64) -> Asked {
             Ask::Line(line) => line.direction.norm(),
             _ => 1.0,
         },
+        tolerance: tolerance * size,
     }
 }
 
 /// Runs the suites of a corpus, or the one named, through an engine, and holds the answers against
-/// the stored truth.
+/// the stored truth. Where the engine cannot open a model, each query about it counts as refused.
 ///
 /// # Errors
 /// The corpus cannot be read, or its truth was made for other queries or BREPs.
 pub fn run(
     engine: &mut dyn Engine,
-    corpus: &Path,
-    suite: Option<&str>,
+    gate: &Gate<'_>,
     progress: &mut dyn FnMut(&Progress),
 ) -> Result<Report, CorpusError> {
     let mut models = BTreeMap::new();
     let mut rows = Vec::new();
-    for suite in suites(corpus, suite)? {
-        rows.push(run_suite(engine, corpus, &suite, &mut models, progress)?);
+    for suite in suites(gate.corpus, gate.suite)? {
+        rows.push(run_suite(engine, gate, &suite, &mut models, progress)?);
     }
     Ok(Report {
         engine: engine.name(),
@@ -75,11 +87,12 @@ pub fn run(
 
 fn run_suite(
     engine: &mut dyn Engine,
-    corpus: &Path,
+    gate: &Gate<'_>,
     suite: &Suite,
     models: &mut BTreeMap<String, Loaded>,
     progress: &mut dyn FnMut(&Progress),
 ) -> Result<Row, CorpusError> {
+    let corpus = gate.corpus;
     let mut cases: Vec<(CorpusQuery, Truth, PathBuf)> = Vec::new();
     for file in &suite.files {
         let (queries, hash) = file.queries()?;
@@ -103,30 +116,34 @@ fn run_suite(
     // By model, so that each is opened once; the sort is stable.
     cases.sort_by(|a, b| a.0.model.cmp(&b.0.model));
     let mut row = Tally::default();
-    let mut open: Option<&str> = None;
+    let mut open: Option<(&str, Result<(), String>)> = None;
     let total = cases.len();
     for (done, (query, truth, path)) in cases.iter().enumerate() {
         let Some(loaded) = models.get(&query.model) else {
             continue;
         };
-        if open != Some(query.model.as_str()) {
-            engine
-                .open(&loaded.model)
-                .map_err(|error| CorpusError::Engine {
-                    model: query.model.clone(),
-                    error,
-                })?;
-            open = Some(&query.model);
+        if open.as_ref().map(|o| o.0) != Some(query.model.as_str()) {
+            open = Some((&query.model, engine.open(&loaded.model)));
         }
         progress(&Progress {
             suite: suite.name.clone(),
             done,
             total,
         });
+        if !engine.treats(&query.query) {
+            row.not_asked += 1;
+            continue;
+        }
         let start = Instant::now();
-        let answer: Answer = engine.answer(&query.query);
+        let answer = match &open {
+            Some((_, Err(error))) => Body::Error {
+                error: error.clone(),
+            },
+            _ => engine.answer(&query.query).body,
+        };
         let time = start.elapsed();
-        let judgement = judge(&asked(&query.query, loaded.size), &answer.body, truth);
+        let asked = asked(&query.query, loaded.size, gate.tolerance);
+        let judgement = judge(&asked, &answer, truth);
         row.add(judgement, time, || Failure {
             verdict: String::new(),
             reason: String::new(),
@@ -165,7 +182,9 @@ fn command(corpus: &Path, query: &CorpusQuery) -> String {
 #[derive(Debug, Default)]
 struct Tally {
     queries: usize,
+    not_asked: usize,
     wrong: usize,
+    faults: BTreeMap<Fault, usize>,
     indeterminate: usize,
     undecided: usize,
     unbounded: usize,
@@ -200,7 +219,13 @@ impl Tally {
                 }
                 return;
             }
-            Verdict::Wrong => self.wrong += 1,
+            Verdict::Wrong => {
+                self.wrong += 1;
+                *self
+                    .faults
+                    .entry(judgement.fault.unwrap_or(Fault::Value))
+                    .or_default() += 1;
+            }
             Verdict::Indeterminate => self.indeterminate += 1,
             Verdict::Undecided => self.undecided += 1,
         }
@@ -213,7 +238,6 @@ impl Tally {
 
     fn finish(mut self, suite: &Suite) -> Row {
         self.times.sort();
-        let median = self.times.get(self.times.len() / 2);
         let ceilings = &suite.file.ceilings;
         let mut short = Vec::new();
         let counts = [
@@ -251,7 +275,7 @@ impl Tally {
                 }
             }
         }
-        if self.queries == 0 {
+        if self.queries + self.not_asked == 0 {
             short.push("no queries".to_owned());
         }
         // The worst first: they are what a reader must see.
@@ -266,18 +290,28 @@ impl Tally {
             suite: suite.name.clone(),
             description: suite.file.description.clone(),
             queries: self.queries,
+            not_asked: self.not_asked,
             wrong: self.wrong,
+            faults: self.faults,
             indeterminate: self.indeterminate,
             undecided: self.undecided,
             unbounded: self.unbounded,
             error_ulp: self.error_ulp,
             error_length: self.error_length,
             derivative_error: self.derivative_error,
-            median_microseconds: median.map_or(0.0, |t| t.as_secs_f64() * 1e6),
+            median_microseconds: quantile(&self.times, 0.5),
+            p99_microseconds: quantile(&self.times, 0.99),
             short,
             failures: self.failures,
         }
     }
+}
+
+/// A quantile of sorted times in microseconds; 0 if there are none.
+fn quantile(times: &[Duration], q: f64) -> f64 {
+    let last = times.len().saturating_sub(1);
+    let at = (q * last as f64).round() as usize;
+    times.get(at).map_or(0.0, |t| t.as_secs_f64() * 1e6)
 }
 
 fn verdict_word(v: Verdict) -> &'static str {

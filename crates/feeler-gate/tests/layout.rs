@@ -1,5 +1,7 @@
 //! How the gate's reports look, on a report made up here: the layout alone is fixed.
 
+use std::collections::BTreeMap;
+
 use feeler_gate::{Failure, Report, Row};
 
 fn row(suite: &str) -> Row {
@@ -7,7 +9,9 @@ fn row(suite: &str) -> Row {
         suite: suite.to_owned(),
         description: format!("what {suite} is about"),
         queries: 1200,
+        not_asked: 0,
         wrong: 0,
+        faults: BTreeMap::new(),
         indeterminate: 0,
         undecided: 3,
         unbounded: 0,
@@ -15,6 +19,7 @@ fn row(suite: &str) -> Row {
         error_length: Some(1.25e-15),
         derivative_error: None,
         median_microseconds: 12.34,
+        p99_microseconds: 99.9,
         short: Vec::new(),
         failures: Vec::new(),
     }

@@ -66,7 +66,7 @@ mod with_oracle {
                 }
             };
             let answer = engine.answer(&query);
-            let judgement = judge(&asked(&query, size), &answer.body, &truth);
+            let judgement = judge(&asked(&query, size, 0.0), &answer.body, &truth);
             let column = match judgement.verdict {
                 Verdict::Right => 0,
                 Verdict::Wrong => 1,

@@ -1,4 +1,5 @@
 use super::*;
+use crate::truth::ContactTruth;
 use feeler::query::Feature;
 use feeler::trim::Side;
 
@@ -15,6 +16,7 @@ const ASKED: Asked = Asked {
     prediction: 0.0,
     contacts: false,
     scale: 1.0,
+    tolerance: 0.0,
 };
 
 fn separation(value: f64, lo: f64, hi: f64) -> Body {
@@ -94,6 +96,74 @@ fn a_contact_that_is_due_must_be_reported() {
     let j = judge(&asked, &separation(0.5, 0.5, 0.5), &apart);
     assert_eq!(j.verdict, Verdict::Right);
     assert_eq!(j.error, Some(0.0));
+}
+
+#[test]
+fn a_value_without_bounds_is_held_to_the_tolerance() {
+    let bare = |value: f64, reported: bool| {
+        let mut body = with_contacts(vec![contact(1.0, value, None)], None);
+        if let Body::Contact {
+            separation,
+            contacts,
+            ..
+        } = &mut body
+        {
+            *separation = Claim {
+                value,
+                lo: None,
+                hi: None,
+            };
+            match reported {
+                true => contacts[0].separation = *separation,
+                false => contacts.clear(),
+            }
+        }
+        body
+    };
+    let asked = Asked {
+        contacts: true,
+        tolerance: 0.125,
+        ..ASKED
+    };
+    let overlapping = Truth::Separation(truth("-1p-1", "-1p-1"));
+    let off = |value, contact| judge(&asked, &bare(value, contact), &overlapping);
+    assert_eq!(off(-0.4, true).verdict, Verdict::Right);
+    assert_eq!(off(-0.4, true).error, Some(0.09999999999999998));
+    assert_eq!(off(-0.25, true).fault, Some(Fault::Value));
+    assert_eq!(off(-0.4, false).fault, Some(Fault::MissedContact));
+    assert_eq!(off(0.5, false).fault, Some(Fault::MissedContact));
+    // Within the tolerance of touching it may go either way.
+    let touching = Truth::Separation(truth("-1p-4", "-1p-4"));
+    let verdict = |value, contact| judge(&asked, &bare(value, contact), &touching).verdict;
+    assert_eq!(verdict(0.0, false), Verdict::Right);
+    assert_eq!(verdict(-0.0625, true), Verdict::Right);
+    let apart = Truth::Separation(truth("1p-1", "1p-1"));
+    let j = judge(&asked, &bare(-0.5, true), &apart);
+    assert_eq!(j.fault, Some(Fault::FalseContact));
+}
+
+#[test]
+fn a_contact_beyond_the_prediction_is_false() {
+    let asked = Asked {
+        contacts: true,
+        ..ASKED
+    };
+    let apart = Truth::Separation(truth("1p-1", "1p-1"));
+    let mut body = with_contacts(vec![contact(1.0, 0.5, None)], None);
+    if let Body::Contact { separation, .. } = &mut body {
+        *separation = Claim {
+            value: 0.5,
+            lo: Some(0.5),
+            hi: Some(0.5),
+        };
+    }
+    let j = judge(&asked, &body, &apart);
+    assert_eq!(j.fault, Some(Fault::FalseContact));
+    // Where the enclosure leaves it open, it may be reported.
+    if let Body::Contact { separation, .. } = &mut body {
+        separation.lo = Some(0.0);
+    }
+    assert_eq!(judge(&asked, &body, &apart).fault, None);
 }
 
 fn line(ts: &[(f64, bool)]) -> Body {

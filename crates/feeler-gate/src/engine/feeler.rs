@@ -1,5 +1,6 @@
-//! Engines: what answers queries.
+//! The kernel of this project as an engine.
 
+use super::Engine;
 use feeler::numeric::Enclosure;
 use feeler::prepare::PreparedBrep;
 use feeler::query::{
@@ -9,21 +10,6 @@ use feeler::query::{
 use feeler::trim::Side;
 use feeler_corpus::{Answer, Ask, Body, Hits, Model, Query};
 use nalgebra::{Point2, Point3};
-
-/// What answers queries about one model at a time.
-pub trait Engine {
-    /// Its name and version, for reports.
-    fn name(&self) -> String;
-
-    /// Turns to a model; queries are about it from then on.
-    ///
-    /// # Errors
-    /// Why the model cannot be treated, in one line.
-    fn open(&mut self, model: &Model) -> Result<(), String>;
-
-    /// Answers a query.
-    fn answer(&mut self, query: &Query) -> Answer;
-}
 
 /// One BREP, and where the numbers of its features start.
 #[derive(Debug)]

@@ -1,0 +1,92 @@
+//! The foot of a contact, and lists of contacts.
+
+use super::{Asked, Fault, Judgement, Verdict, claim_verdict};
+use crate::answer::ContactLine;
+use crate::truth::{ContactTruth, SpaceBox};
+
+/// The distance of a point from a box, up to a few roundings.
+fn apart(point: &[f64; 3], at: &SpaceBox) -> f64 {
+    let gaps = point.iter().zip(at);
+    let square = gaps.map(|(x, [lo, hi])| (lo - x).max(x - hi).max(0.0).powi(2));
+    square.sum::<f64>().sqrt()
+}
+
+/// Whether the foot is as near to its true place as it claims; no claim is right.
+pub(super) fn foot_verdict(claim: &ContactLine, at: &SpaceBox) -> Judgement {
+    /// Above the roundings of [`apart`].
+    const ROUNDINGS: f64 = 1.0 - 16.0 * f64::EPSILON;
+    let off = apart(&claim.on_brep, at);
+    let Some(bound) = claim.position_bound else {
+        return Judgement::right();
+    };
+    // NaN is wrong, too.
+    if off * ROUNDINGS <= bound {
+        Judgement::right()
+    } else {
+        let reason = format!("the foot is off by {off:e}, the bound is {bound:e}");
+        Judgement::wrong(Fault::Value, reason)
+    }
+}
+
+/// Contacts nearer to each other than this part of the model's size are one.
+const ONE_CONTACT: f64 = 1.0 / (1u64 << 24) as f64;
+
+/// Each contact that is due must be reported, once, and nothing else. A contact is known by its foot: by the
+/// nearest of the true boxes.
+pub(super) fn contacts_verdict(
+    asked: &Asked,
+    claims: &[ContactLine],
+    truths: &[ContactTruth],
+    undecided: &Option<String>,
+) -> Judgement {
+    let mut all = Judgement::right();
+    let near = ONE_CONTACT * asked.size;
+    let mut found = vec![0usize; truths.len()];
+    for (i, claim) in claims.iter().enumerate() {
+        let apart = |t: &ContactTruth| apart(&claim.on_brep, &t.at);
+        let nearest = (0..truths.len()).min_by(|a, b| {
+            let by_place = apart(&truths[*a]).total_cmp(&apart(&truths[*b]));
+            by_place.then(truths[*b].due.cmp(&truths[*a].due))
+        });
+        let Some(k) = nearest.filter(|k| apart(&truths[*k]) <= near) else {
+            let reason = format!("a false contact: {i}, at {:?}", claim.on_brep);
+            all = all.and(Judgement::wrong(Fault::FalseContact, reason));
+            continue;
+        };
+        found[k] += 1;
+        let truth = &truths[k];
+        if truth.due && !truth.continuum {
+            let mut one = claim_verdict(
+                &claim.separation,
+                &truth.separation,
+                "a contact",
+                asked.tolerance,
+            );
+            // Its width is its own affair.
+            one.error = None;
+            all = all.and(one).and(foot_verdict(claim, &truth.at));
+        }
+    }
+    for (truth, count) in truths.iter().zip(found) {
+        if truth.due && count == 0 {
+            let reason = format!(
+                "a missed contact: near {:?}, separation near {:e}",
+                truth.at.map(|x| x[0]),
+                truth.separation.lo.approximate()
+            );
+            // An answer that says it is not whole has claimed nothing.
+            all = all.and(match undecided {
+                None => Judgement::wrong(Fault::MissedContact, reason),
+                Some(_) => Judgement::new(Verdict::Undecided, reason),
+            });
+        }
+        if count > 1 && !truth.continuum {
+            let reason = format!(
+                "{count} contacts for one, near {:?}",
+                truth.at.map(|x| x[0])
+            );
+            all = all.and(Judgement::wrong(Fault::FalseContact, reason));
+        }
+    }
+    all
+}

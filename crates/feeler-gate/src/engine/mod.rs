@@ -1,0 +1,32 @@
+//! Engines: what answers queries.
+
+mod feeler;
+
+pub use feeler::FeelerEngine;
+
+use feeler_corpus::{Answer, Model, Query};
+
+/// What answers queries about one model at a time.
+pub trait Engine {
+    /// Its name and version, for reports.
+    fn name(&self) -> String;
+
+    /// Turns to a model; queries are about it from then on.
+    ///
+    /// # Errors
+    /// Why the model cannot be treated, in one line.
+    fn open(&mut self, model: &Model) -> Result<(), String>;
+
+    /// Answers a query.
+    fn answer(&mut self, query: &Query) -> Answer;
+
+    /// Whether it treats queries of this kind at all; the others are not asked.
+    fn treats(&self, _query: &Query) -> bool {
+        true
+    }
+
+    /// Bytes that it holds for the open model, where it knows.
+    fn memory(&self) -> Option<usize> {
+        None
+    }
+}
