@@ -1,24 +1,15 @@
 //! Engines x corpus -> verdicts.
 
+use crate::cases::{Models, cases};
 use crate::engine::Engine;
 use crate::report::{Failure, Report, Row};
-use feeler::prepare::PreparedBrep;
 use feeler::query::{Accuracy, Contacts};
 use feeler_corpus::{
-    Ask, Asked, Body, CorpusError, CorpusQuery, Fault, Judgement, MODELS, Model, Query, Suite,
-    Truth, Verdict, judge, suites,
+    Ask, Asked, Body, CorpusError, Fault, Judgement, Query, Suite, Verdict, judge, suites,
 };
 use std::collections::BTreeMap;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::time::{Duration, Instant};
-
-/// A model of a corpus with what the gate needs to know of it.
-#[derive(Debug)]
-struct Loaded {
-    model: Model,
-    hash: String,
-    size: f64,
-}
 
 /// What is run, and how it is judged.
 #[derive(Clone, Copy, Debug)]
@@ -40,12 +31,6 @@ pub struct Progress {
     pub done: usize,
     /// Queries in it.
     pub total: usize,
-}
-
-/// The longest side of a model's box.
-pub fn model_size(model: &Model) -> f64 {
-    let sizes = model.breps.iter();
-    sizes.fold(0.0, |m, b| PreparedBrep::new(b.clone()).size().max(m))
 }
 
 /// What the judge needs to know of a query to a model of this size. A value without bounds may be off by
@@ -74,7 +59,7 @@ pub fn run(
     gate: &Gate<'_>,
     progress: &mut dyn FnMut(&Progress),
 ) -> Result<Report, CorpusError> {
-    let mut models = BTreeMap::new();
+    let mut models = Models::new();
     let mut rows = Vec::new();
     for suite in suites(gate.corpus, gate.suite)? {
         rows.push(run_suite(engine, gate, &suite, &mut models, progress)?);
@@ -89,39 +74,18 @@ fn run_suite(
     engine: &mut dyn Engine,
     gate: &Gate<'_>,
     suite: &Suite,
-    models: &mut BTreeMap<String, Loaded>,
+    models: &mut Models,
     progress: &mut dyn FnMut(&Progress),
 ) -> Result<Row, CorpusError> {
-    let corpus = gate.corpus;
-    let mut cases: Vec<(CorpusQuery, Truth, PathBuf)> = Vec::new();
-    for file in &suite.files {
-        let (queries, hash) = file.queries()?;
-        let (header, truths) = file.truth(queries.len(), &hash)?;
-        for query in &queries {
-            if !models.contains_key(&query.model) {
-                models.insert(query.model.clone(), load(corpus, &query.model)?);
-            }
-            let loaded = models.get(&query.model);
-            if header.models.get(&query.model) != loaded.map(|l| &l.hash) {
-                return Err(CorpusError::Stale {
-                    path: file.truth.clone(),
-                    what: format!("BREPs of {}", query.model),
-                });
-            }
-        }
-        let paths = std::iter::repeat(file.queries.clone());
-        let both = queries.into_iter().zip(truths).zip(paths);
-        cases.extend(both.map(|((q, t), p)| (q, t, p)));
-    }
-    // By model, so that each is opened once; the sort is stable.
-    cases.sort_by(|a, b| a.0.model.cmp(&b.0.model));
+    let cases = cases(gate.corpus, suite, models)?;
     let mut row = Tally::default();
     let mut open: Option<(&str, Result<(), String>)> = None;
     let total = cases.len();
-    for (done, (query, truth, path)) in cases.iter().enumerate() {
-        let Some(loaded) = models.get(&query.model) else {
+    for (done, case) in cases.iter().enumerate() {
+        let Some(loaded) = models.get(&case.query.model) else {
             continue;
         };
+        let query = &case.query;
         if open.as_ref().map(|o| o.0) != Some(query.model.as_str()) {
             open = Some((&query.model, engine.open(&loaded.model)));
         }
@@ -143,40 +107,15 @@ fn run_suite(
         };
         let time = start.elapsed();
         let asked = asked(&query.query, loaded.size, gate.tolerance);
-        let judgement = judge(&asked, &answer, truth);
+        let judgement = judge(&asked, &answer, &case.truth);
         row.add(judgement, time, || Failure {
             verdict: String::new(),
             reason: String::new(),
-            place: format!("{}:{}", path.display(), query.number),
-            command: command(corpus, query),
+            place: case.place(),
+            command: case.command(gate.corpus),
         });
     }
     Ok(row.finish(suite))
-}
-
-fn load(corpus: &Path, name: &str) -> Result<Loaded, CorpusError> {
-    let model = Model::load(&corpus.join(MODELS).join(name), None)?;
-    Ok(Loaded {
-        hash: model.hash(),
-        size: model_size(&model),
-        model,
-    })
-}
-
-/// A command line that repeats a query.
-fn command(corpus: &Path, query: &CorpusQuery) -> String {
-    let mut line = query.line.clone();
-    line.model = None;
-    let model = corpus.join(MODELS).join(&query.model);
-    // JSON holds no single quote here unless an id does; such an id is left out.
-    if line.to_text().contains('\'') {
-        line.id = None;
-    }
-    format!(
-        "echo '{}' | cargo run --release -- contact {}",
-        line.to_text(),
-        model.display()
-    )
 }
 
 #[derive(Debug, Default)]
