@@ -1,7 +1,9 @@
 //! Engines: what answers queries.
 
+mod choice;
 mod feeler;
 
+pub use choice::EngineChoice;
 pub use feeler::FeelerEngine;
 
 use feeler_corpus::{Answer, Model, Query};
