@@ -1,4 +1,6 @@
 //! An answer, as a line of JSON.
+//!
+//! What an engine cannot know it leaves out: that is not claimed, and hence not judged.
 
 use feeler::numeric::Enclosure;
 use feeler::nurbs::SurfacePoint;
@@ -6,27 +8,41 @@ use feeler::query::{
     Contact, ContactAnswer, Feature, Hit, LineAnswer, Separation, SideAnswer, Undecided,
 };
 use feeler::trim::{AxisSplit, Side, Stationary};
-use serde::{Serialize, Serializer};
+use serde::{Deserialize, Serialize, Serializer};
 use serde_json::Value;
+
+mod read;
+
+pub use read::AnswerError;
 
 /// A value and what is claimed of it.
 ///
 /// `lo` and `hi` are left out by engines without certificates. A claim that is infinite
 /// (nothing is known) is written as `null`.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Claim {
     /// The value to use.
     pub value: f64,
     /// Proven lower bound.
-    #[serde(skip_serializing_if = "Option::is_none")]
+    #[serde(
+        default,
+        skip_serializing_if = "Option::is_none",
+        deserialize_with = "read::lower"
+    )]
     pub lo: Option<f64>,
     /// Proven upper bound.
-    #[serde(skip_serializing_if = "Option::is_none")]
+    #[serde(
+        default,
+        skip_serializing_if = "Option::is_none",
+        deserialize_with = "read::upper"
+    )]
     pub hi: Option<f64>,
 }
 
 /// One contact.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct ContactLine {
     /// Point on the BREP.
     pub on_brep: [f64; 3],
@@ -36,39 +52,50 @@ pub struct ContactLine {
     pub normal: [f64; 3],
     /// Signed gap here.
     pub separation: Claim,
-    /// What is touched, counted through the file's BREPs.
-    #[serde(serialize_with = "write_feature")]
-    pub feature: Feature,
-    /// The face the point was found on, counted likewise.
-    #[serde(skip)]
-    pub face: usize,
-    /// Parameters on the face.
-    pub uv: [f64; 2],
+    /// What is touched, counted through the file's BREPs; none from engines that do not know, as of a mesh.
+    #[serde(
+        default,
+        skip_serializing_if = "Option::is_none",
+        with = "feature_text"
+    )]
+    pub feature: Option<Feature>,
+    /// Parameters on the face; none likewise.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub uv: Option<[f64; 2]>,
     /// Bound on the distance of `on_brep` from the true point.
+    #[serde(default)]
     pub position_bound: Option<f64>,
     /// Bound on the angle of `normal`, in radians.
+    #[serde(default)]
     pub normal_bound: Option<f64>,
 }
 
 /// One hit of a line.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct HitLine {
     /// The parameter.
     pub t: Claim,
     /// The other end of a whole interval.
-    #[serde(skip_serializing_if = "Option::is_none")]
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub t_end: Option<Claim>,
     /// The point.
     pub point: [f64; 3],
     /// The face's normal.
     pub normal: [f64; 3],
-    /// What is hit, counted through the file's BREPs.
-    #[serde(serialize_with = "write_feature")]
-    pub feature: Feature,
-    /// Parameters on the face.
-    pub uv: [f64; 2],
-    /// Whether it touches without crossing.
-    pub tangential: bool,
+    /// What is hit, counted through the file's BREPs; none from engines that do not know.
+    #[serde(
+        default,
+        skip_serializing_if = "Option::is_none",
+        with = "feature_text"
+    )]
+    pub feature: Option<Feature>,
+    /// Parameters on the face; none likewise.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub uv: Option<[f64; 2]>,
+    /// Whether it touches without crossing; none likewise.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub tangential: Option<bool>,
 }
 
 /// What an answer says.
@@ -105,10 +132,12 @@ pub enum Body {
     Line {
         /// In the order of t.
         hits: Vec<HitLine>,
-        /// How often the line passes through.
-        crossings: usize,
-        /// Whether it passes an edge within its crack.
-        in_crack: bool,
+        /// How often the line passes through; none from engines that do not say.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        crossings: Option<usize>,
+        /// Whether it passes an edge within its crack; none likewise.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        in_crack: Option<bool>,
         /// Why the hits are not settled.
         #[serde(skip_serializing_if = "Option::is_none")]
         undecided: Option<String>,
@@ -118,8 +147,9 @@ pub enum Body {
         /// The side; none where undecided.
         #[serde(serialize_with = "write_side", skip_serializing_if = "Option::is_none")]
         side: Option<Side>,
-        /// Whether it lies in the box of a gap.
-        in_gap: bool,
+        /// Whether it lies in the box of a gap; none from engines that do not say.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        in_gap: Option<bool>,
         /// Why it is not known.
         #[serde(skip_serializing_if = "Option::is_none")]
         undecided: Option<String>,
@@ -149,7 +179,8 @@ pub enum Body {
 }
 
 /// Where one coordinate of a trim curve is stationary.
-#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct AxisSplitLine {
     /// By the curve's parameter.
     pub roots: Vec<SplitRootLine>,
@@ -158,7 +189,8 @@ pub struct AxisSplitLine {
 }
 
 /// A derivative root, or a joint where the coordinate turns.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct SplitRootLine {
     /// The parameter of the trim's curve.
     pub t: Claim,
@@ -217,9 +249,8 @@ impl From<&Contact> for ContactLine {
             on_probe: c.on_probe.coords.into(),
             normal: c.normal.into(),
             separation: c.separation.into(),
-            feature: c.feature,
-            face: c.face,
-            uv: c.uv.coords.into(),
+            feature: Some(c.feature),
+            uv: Some(c.uv.coords.into()),
             position_bound: c.position_bound,
             normal_bound: c.normal_bound,
         }
@@ -233,9 +264,9 @@ impl From<&Hit> for HitLine {
             t_end: h.t_end.map(Claim::from),
             point: h.point.coords.into(),
             normal: h.normal.into(),
-            feature: h.feature,
-            uv: h.uv.coords.into(),
-            tangential: h.tangential,
+            feature: Some(h.feature),
+            uv: Some(h.uv.coords.into()),
+            tangential: Some(h.tangential),
         }
     }
 }
@@ -259,8 +290,8 @@ impl From<&LineAnswer> for Body {
     fn from(a: &LineAnswer) -> Self {
         Self::Line {
             hits: a.hits.iter().map(HitLine::from).collect(),
-            crossings: a.crossings,
-            in_crack: a.in_crack,
+            crossings: Some(a.crossings),
+            in_crack: Some(a.in_crack),
             undecided: why(a.undecided),
         }
     }
@@ -270,7 +301,7 @@ impl From<SideAnswer> for Body {
     fn from(a: SideAnswer) -> Self {
         Self::Side {
             side: a.side,
-            in_gap: a.in_gap,
+            in_gap: Some(a.in_gap),
             undecided: why(a.undecided),
         }
     }
@@ -340,13 +371,38 @@ fn write_side<S: Serializer>(side: &Option<Side>, s: S) -> Result<S::Ok, S::Erro
     side.map(side_word).serialize(s)
 }
 
-fn write_feature<S: Serializer>(feature: &Feature, s: S) -> Result<S::Ok, S::Error> {
-    let (what, index) = match *feature {
-        Feature::Face(i) => ("face", i),
-        Feature::Edge(i) => ("edge", i),
-        Feature::Vertex(i) => ("vertex", i),
-    };
-    s.collect_map([(what, index)])
+/// A feature as `{"face": 3}`.
+mod feature_text {
+    use feeler::query::Feature;
+    use serde::{Deserialize, Deserializer, Serialize, Serializer};
+
+    #[derive(Serialize, Deserialize)]
+    #[serde(rename_all = "snake_case")]
+    enum Text {
+        Face(usize),
+        Edge(usize),
+        Vertex(usize),
+    }
+
+    pub(super) fn serialize<S: Serializer>(f: &Option<Feature>, s: S) -> Result<S::Ok, S::Error> {
+        let text = f.map(|f| match f {
+            Feature::Face(i) => Text::Face(i),
+            Feature::Edge(i) => Text::Edge(i),
+            Feature::Vertex(i) => Text::Vertex(i),
+        });
+        text.serialize(s)
+    }
+
+    pub(super) fn deserialize<'de, D: Deserializer<'de>>(
+        d: D,
+    ) -> Result<Option<Feature>, D::Error> {
+        let text = Option::<Text>::deserialize(d)?;
+        Ok(text.map(|t| match t {
+            Text::Face(i) => Feature::Face(i),
+            Text::Edge(i) => Feature::Edge(i),
+            Text::Vertex(i) => Feature::Vertex(i),
+        }))
+    }
 }
 
 #[cfg(test)]
@@ -374,9 +430,8 @@ mod tests {
                         lo: None,
                         hi: None,
                     },
-                    feature: Feature::Edge(3),
-                    face: 1,
-                    uv: [0.1, 0.2],
+                    feature: Some(Feature::Edge(3)),
+                    uv: Some([0.1, 0.2]),
                     position_bound: None,
                     normal_bound: Some(1e-9),
                 }],

@@ -31,7 +31,7 @@ mod truth;
 mod verdict;
 
 pub use answer::{
-    Answer, AxisSplitLine, Body, Claim, ContactLine, HitLine, SplitRootLine, side_word,
+    Answer, AnswerError, AxisSplitLine, Body, Claim, ContactLine, HitLine, SplitRootLine, side_word,
 };
 pub use files::{MAX_TEXT, read_text, write_text};
 pub use hash::{breps_hash, bytes_hash};

@@ -337,6 +337,99 @@ impl AccuracyLine {
     }
 }
 
+impl From<&Query> for QueryLine {
+    /// The line that asks this: the probe as it stands, without a pose.
+    fn from(q: &Query) -> Self {
+        let mut line = Self {
+            id: q.id.clone(),
+            prediction: q.prediction,
+            contacts: q.contacts.map(ContactsLine::from),
+            hits: (q.hits != Hits::All).then_some(q.hits),
+            accuracy: q.accuracy.map(AccuracyLine::from),
+            overlap: q.overlap,
+            ..Self::default()
+        };
+        let on_face = |face, uv: Point2<f64>| FacePoint {
+            face,
+            uv: uv.coords.into(),
+        };
+        match q.ask {
+            Ask::Contact(Probe::Sphere(s)) => {
+                line.sphere = Some(SphereLine {
+                    center: s.center.coords.into(),
+                    radius: s.radius,
+                });
+            }
+            Ask::Contact(Probe::HalfSpace(h)) => {
+                line.half_space = Some(HalfSpaceLine {
+                    normal: h.normal.into(),
+                    offset: h.offset,
+                });
+            }
+            Ask::Line(l) => {
+                line.line = Some(LineLine {
+                    origin: l.origin.coords.into(),
+                    direction: l.direction.into(),
+                    kind: l.kind.into(),
+                });
+            }
+            Ask::Side(face, uv) => line.side = Some(on_face(face, uv)),
+            Ask::Inside(p) => {
+                line.inside = Some(SpacePoint {
+                    point: p.coords.into(),
+                });
+            }
+            Ask::Evaluate(face, uv) => line.evaluate = Some(on_face(face, uv)),
+            Ask::Split(at) => line.split = Some(at),
+        }
+        line
+    }
+}
+
+impl Ask {
+    /// The protocol's word for what is asked.
+    pub fn word(&self) -> &'static str {
+        match self {
+            Self::Contact(Probe::Sphere(_)) => "sphere",
+            Self::Contact(Probe::HalfSpace(_)) => "half_space",
+            Self::Line(_) => "line",
+            Self::Side(..) => "side",
+            Self::Inside(_) => "inside",
+            Self::Evaluate(..) => "evaluate",
+            Self::Split(_) => "split",
+        }
+    }
+}
+
+impl From<Accuracy> for AccuracyLine {
+    fn from(a: Accuracy) -> Self {
+        match a {
+            Accuracy::Full => Self::Word(Full::Full),
+            Accuracy::Length(a) => Self::Length(a),
+        }
+    }
+}
+
+impl From<Contacts> for ContactsLine {
+    fn from(c: Contacts) -> Self {
+        match c {
+            Contacts::Deepest => Self::Deepest,
+            Contacts::All => Self::All,
+            Contacts::None => Self::None,
+        }
+    }
+}
+
+impl From<LineKind> for LineKindLine {
+    fn from(k: LineKind) -> Self {
+        match k {
+            LineKind::Line => Self::Line,
+            LineKind::Ray => Self::Ray,
+            LineKind::Segment => Self::Segment,
+        }
+    }
+}
+
 impl From<ContactsLine> for Contacts {
     fn from(c: ContactsLine) -> Self {
         match c {

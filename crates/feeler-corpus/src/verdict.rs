@@ -237,8 +237,8 @@ pub fn judge(asked: &Asked, answer: &Body, truth: &Truth) -> Judgement {
                     Fault::Side,
                     format!("{side:?}, and the truth is {true_side:?}"),
                 )
-            } else if true_gap.is_some_and(|g| g != *in_gap) {
-                Judgement::wrong(Fault::Side, format!("in_gap is {in_gap}"))
+            } else if let Some(reason) = differ("in_gap", *in_gap, *true_gap) {
+                Judgement::wrong(Fault::Side, reason)
             } else {
                 Judgement::right()
             }
@@ -260,15 +260,11 @@ pub fn judge(asked: &Asked, answer: &Body, truth: &Truth) -> Judgement {
                 Judgement::new(Verdict::Undecided, why)
             } else {
                 let mut all = hits_verdict(asked, hits, true_hits);
-                if let Some(true_crossings) = true_crossings
-                    && crossings != true_crossings
-                {
-                    let reason =
-                        format!("{crossings} crossings, and the truth is {true_crossings}");
-                    all = all.and(Judgement::wrong(Fault::Hits, reason));
-                }
-                if true_crack.is_some_and(|c| c != *in_crack) {
-                    let reason = format!("in_crack is {in_crack}");
+                let differences = [
+                    differ("crossings", *crossings, *true_crossings),
+                    differ("in_crack", *in_crack, *true_crack),
+                ];
+                for reason in differences.into_iter().flatten() {
                     all = all.and(Judgement::wrong(Fault::Hits, reason));
                 }
                 all
@@ -313,6 +309,16 @@ pub fn judge(asked: &Asked, answer: &Body, truth: &Truth) -> Judgement {
         Some(why) => judgement.and(Judgement::new(Verdict::Undecided, why)),
         None => judgement,
     }
+}
+
+/// How a flag or a count differs from the truth, where both are given: what is left out is not claimed.
+fn differ<T: PartialEq + std::fmt::Display>(
+    what: &str,
+    claim: Option<T>,
+    truth: Option<T>,
+) -> Option<String> {
+    let (claim, truth) = (claim?, truth?);
+    (claim != truth).then(|| format!("{what} is {claim}, and the truth is {truth}"))
 }
 
 /// NaN and infinity have no exact value; they are treated where they may occur.
@@ -468,8 +474,8 @@ fn hits_verdict(asked: &Asked, claims: &[HitLine], truths: &[HitTruth]) -> Judge
                 all = all.and(Judgement::wrong(Fault::Hits, reason));
             }
         }
-        if truth.tangential.is_some_and(|t| t != claim.tangential) {
-            let reason = format!("{what}: tangential is {}", claim.tangential);
+        if let Some(reason) = differ("tangential", claim.tangential, truth.tangential) {
+            let reason = format!("{what}: {reason}");
             all = all.and(Judgement::wrong(Fault::Hits, reason));
         }
         // The value of t is used as a point: in ulp of the farther of it and the direction's length.

@@ -179,13 +179,13 @@ fn line(ts: &[(f64, bool)]) -> Body {
                 t_end: None,
                 point: [0.0; 3],
                 normal: [0.0, 0.0, 1.0],
-                feature: Feature::Face(0),
-                uv: [0.0; 2],
-                tangential,
+                feature: Some(Feature::Face(0)),
+                uv: Some([0.0; 2]),
+                tangential: Some(tangential),
             })
             .collect(),
-        crossings: 2,
-        in_crack: false,
+        crossings: Some(2),
+        in_crack: Some(false),
         undecided: None,
     }
 }
@@ -229,7 +229,7 @@ fn lines() {
 fn sides_and_points() {
     let side = |side, undecided: Option<&str>| Body::Side {
         side,
-        in_gap: false,
+        in_gap: Some(false),
         undecided: undecided.map(str::to_owned),
     };
     let t = Truth::Side {
@@ -275,9 +275,8 @@ fn contact(x: f64, separation: f64, position_bound: Option<f64>) -> ContactLine 
             lo: Some(separation),
             hi: Some(separation),
         },
-        feature: Feature::Face(0),
-        face: 0,
-        uv: [0.0; 2],
+        feature: Some(Feature::Face(0)),
+        uv: Some([0.0; 2]),
         position_bound,
         normal_bound: None,
     }
@@ -459,4 +458,58 @@ fn splits_are_judged_place_by_place() {
         undecided: Some("why".into()),
     };
     assert_eq!(judge(&ASKED, &open, &split).verdict, Verdict::Undecided);
+}
+
+/// An engine without certificates leaves out what it does not claim: only what it says is judged.
+#[test]
+fn what_is_left_out_is_not_judged() {
+    let t = Truth::Line {
+        hits: vec![hit(&truth("1p0", "1p0"), 0)],
+        crossings: Some(1),
+        in_crack: Some(false),
+    };
+    let asked = Asked {
+        tolerance: 1e-9,
+        ..ASKED
+    };
+    let answer = |value, tangential, crossings, in_crack| Body::Line {
+        hits: vec![HitLine {
+            t: Claim {
+                value,
+                lo: None,
+                hi: None,
+            },
+            t_end: None,
+            point: [0.0; 3],
+            normal: [0.0, 0.0, 1.0],
+            feature: None,
+            uv: None,
+            tangential,
+        }],
+        crossings,
+        in_crack,
+        undecided: None,
+    };
+    let verdict = |b: &Body| judge(&asked, b, &t).verdict;
+    assert_eq!(verdict(&answer(1.0, None, None, None)), Verdict::Right);
+    for wrong in [
+        answer(1.0 + 1e-8, None, None, None),
+        answer(1.0, Some(true), None, None),
+        answer(1.0, None, Some(2), None),
+        answer(1.0, None, None, Some(true)),
+    ] {
+        assert_eq!(verdict(&wrong), Verdict::Wrong);
+    }
+    let side = |in_gap| Body::Side {
+        side: Some(Side::Inside),
+        in_gap,
+        undecided: None,
+    };
+    let t = Truth::Side {
+        side: Side::Inside,
+        in_gap: Some(false),
+    };
+    let verdict = |b: &Body| judge(&asked, b, &t).verdict;
+    assert_eq!(verdict(&side(None)), Verdict::Right);
+    assert_eq!(verdict(&side(Some(true))), Verdict::Wrong);
 }
