@@ -1,11 +1,14 @@
 //! `feeler gate`.
 
 use crate::{Bad, Outcome, write_error};
-use feeler::query::Options;
-use feeler_gate::{FeelerEngine, Gate, Progress, run as run_gate};
+use clap::ValueEnum;
+use feeler_gate::{
+    Engine, EngineChoice, Gate, ModelForm, ProcessEngine, ProcessOptions, Progress, run as run_gate,
+};
 use indicatif::{ProgressBar, ProgressStyle};
 use std::io::Write;
 use std::path::PathBuf;
+use std::time::Duration;
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct Args {
@@ -18,6 +21,68 @@ pub(crate) struct Args {
     /// The corpus.
     #[arg(long, default_value = "corpora")]
     corpora: PathBuf,
+    /// `feeler`, `parry:DEGREES`, `thesis`, `thesis:STARTS`, or a command line that speaks the query protocol.
+    #[arg(long, value_name = "ENGINE", default_value = "feeler", value_parser = EngineChoice::by_name)]
+    engine: EngineChoice,
+    /// How far a value without bounds may be off, as a part of the model's size; it takes the place of
+    /// the ceilings on errors. 0 for engines that give bounds [default: 0 for `feeler`, 1e-9 for others].
+    #[arg(long, value_name = "PART", value_parser = part)]
+    tolerance: Option<f64>,
+    /// Seconds that an engine outside may take for an answer; then it is started again, and the query counts as
+    /// refused. It has ten times that to start.
+    #[arg(long, value_name = "SECONDS", default_value = "30", value_parser = seconds)]
+    timeout: Duration,
+    /// What an engine outside reads.
+    #[arg(long, value_enum, default_value_t = Models::Json)]
+    models: Models,
+}
+
+#[derive(Clone, Copy, Debug, ValueEnum)]
+enum Models {
+    /// Our own model files, written to the folder `models` of --out.
+    Json,
+    /// The files of the corpus as they are.
+    File,
+}
+
+/// Held against engines whose answers have no bounds: what an application in f64 can use (a micrometre
+/// on a kilometre), a million times its rounding.
+const TOLERANCE: f64 = 1e-9;
+/// More time to start than for an answer.
+const START: u32 = 10;
+
+fn part(text: &str) -> Result<f64, String> {
+    let part = text.parse::<f64>().ok();
+    part.filter(|p| (0.0..1.0).contains(p))
+        .ok_or_else(|| "a part of the size, from 0 and below 1".to_owned())
+}
+
+fn seconds(text: &str) -> Result<Duration, String> {
+    let seconds = text.parse::<f64>().ok().filter(|s| *s > 0.0);
+    seconds
+        .and_then(|s| Duration::try_from_secs_f64(s).ok())
+        .filter(|d| d.checked_mul(START).is_some())
+        .ok_or_else(|| "a positive number of seconds".to_owned())
+}
+
+impl Args {
+    fn engine(&self) -> Result<Box<dyn Engine>, Bad> {
+        let found = match &self.engine {
+            EngineChoice::Command(line) => {
+                let options = ProcessOptions {
+                    timeout: self.timeout,
+                    start_timeout: self.timeout * START,
+                    models: match self.models {
+                        Models::Json => ModelForm::Json(self.out.join("models")),
+                        Models::File => ModelForm::File,
+                    },
+                };
+                ProcessEngine::new(line, options).map(|e| Box::new(e) as Box<dyn Engine>)
+            }
+            built_in => built_in.engine(),
+        };
+        found.map_err(|e| Bad(format!("--engine: {e}")))
+    }
 }
 
 pub(crate) fn run(args: &Args) -> Result<Outcome, Bad> {
@@ -33,13 +98,17 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Bad> {
             bar.set_message(p.suite.clone());
         }
     };
-    let mut engine = FeelerEngine::new(Options::default());
+    let mut engine = args.engine()?;
+    let tolerance = match args.engine.certifies() {
+        true => 0.0,
+        false => TOLERANCE,
+    };
     let gate = Gate {
         corpus: &args.corpora,
         suite: args.suite.as_deref(),
-        tolerance: 0.0,
+        tolerance: args.tolerance.unwrap_or(tolerance),
     };
-    let report = run_gate(&mut engine, &gate, &mut progress);
+    let report = run_gate(engine.as_mut(), &gate, &mut progress);
     bar.finish_and_clear();
     let report = report.map_err(|e| Bad(e.to_string()))?;
     report

@@ -10,7 +10,7 @@ use crate::truth::{AxisSplitTruth, HitTruth, Truth, TruthEnclosure};
 use contacts::{contacts_verdict, foot_verdict};
 use feeler::numeric::Dyadic;
 use feeler::query::Accuracy;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 /// What an answer earned.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -26,7 +26,7 @@ pub enum Verdict {
 }
 
 /// In what an answer failed.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Fault {
     /// A contact that is due was not reported: the one thing a physics engine cannot forgive.

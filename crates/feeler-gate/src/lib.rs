@@ -10,6 +10,6 @@ mod report;
 mod run;
 
 pub use cases::model_size;
-pub use engine::{Engine, EngineChoice, FeelerEngine};
+pub use engine::{Engine, EngineChoice, FeelerEngine, ModelForm, ProcessEngine, ProcessOptions};
 pub use report::{Failure, Report, Row};
 pub use run::{Gate, Progress, asked, run};

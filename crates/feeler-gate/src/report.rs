@@ -1,13 +1,13 @@
 //! Reports: a table, `report.json` and `report.md`.
 
-use feeler_corpus::Fault;
-use serde::Serialize;
+use feeler_corpus::{Ceilings, Fault};
+use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::path::Path;
 
 /// A query that fell short, and how to repeat it.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Failure {
     /// `wrong`, `indeterminate`, `undecided`; `right` for the largest error above a ceiling.
     pub verdict: String,
@@ -20,7 +20,7 @@ pub struct Failure {
 }
 
 /// What one suite gave.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Row {
     /// The suite.
     pub suite: String,
@@ -50,6 +50,9 @@ pub struct Row {
     pub median_microseconds: f64,
     /// The 99th percentile of the times.
     pub p99_microseconds: f64,
+    /// The ceilings that it was held against.
+    #[serde(default)]
+    pub ceilings: Ceilings,
     /// Which ceilings were exceeded; empty if the suite passed.
     pub short: Vec<String>,
     /// The queries behind it, worst first.
@@ -57,10 +60,13 @@ pub struct Row {
 }
 
 /// What a run of the gate gave.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Report {
     /// Name and version of the engine.
     pub engine: String,
+    /// A value without bounds of its own might be off by this part of the model's size.
+    #[serde(default)]
+    pub tolerance: f64,
     /// A row a suite.
     pub suites: Vec<Row>,
 }

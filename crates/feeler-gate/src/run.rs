@@ -5,7 +5,7 @@ use crate::engine::Engine;
 use crate::report::{Failure, Report, Row};
 use feeler::query::{Accuracy, Contacts};
 use feeler_corpus::{
-    Ask, Asked, Body, CorpusError, Fault, Judgement, Query, Suite, Verdict, judge, suites,
+    Ask, Asked, Body, Ceilings, CorpusError, Fault, Judgement, Query, Suite, Verdict, judge, suites,
 };
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -18,7 +18,8 @@ pub struct Gate<'a> {
     pub corpus: &'a Path,
     /// One suite alone.
     pub suite: Option<&'a str>,
-    /// A value without bounds of its own may be off by this part of the model's size.
+    /// A value without bounds of its own may be off by this part of the model's size. Above 0 it takes the place
+    /// of the ceilings on errors, which are those of an engine with bounds.
     pub tolerance: f64,
 }
 
@@ -66,6 +67,7 @@ pub fn run(
     }
     Ok(Report {
         engine: engine.name(),
+        tolerance: gate.tolerance,
         suites: rows,
     })
 }
@@ -112,10 +114,12 @@ fn run_suite(
             verdict: String::new(),
             reason: String::new(),
             place: case.place(),
-            command: case.command(gate.corpus),
+            command: engine
+                .repeats(&query.query)
+                .unwrap_or_else(|| case.command(gate.corpus)),
         });
     }
-    Ok(row.finish(suite))
+    Ok(row.finish(suite, gate))
 }
 
 #[derive(Debug, Default)]
@@ -175,9 +179,17 @@ impl Tally {
         });
     }
 
-    fn finish(mut self, suite: &Suite) -> Row {
+    fn finish(mut self, suite: &Suite, gate: &Gate<'_>) -> Row {
         self.times.sort();
-        let ceilings = &suite.file.ceilings;
+        let mut ceilings = suite.file.ceilings.clone();
+        if gate.tolerance > 0.0 {
+            ceilings = Ceilings {
+                error_ulp: None,
+                error_length: None,
+                derivative_error: None,
+                ..ceilings
+            };
+        }
         let mut short = Vec::new();
         let counts = [
             ("wrong", self.wrong, ceilings.wrong),
@@ -240,6 +252,7 @@ impl Tally {
             derivative_error: self.derivative_error,
             median_microseconds: quantile(&self.times, 0.5),
             p99_microseconds: quantile(&self.times, 0.99),
+            ceilings,
             short,
             failures: self.failures,
         }

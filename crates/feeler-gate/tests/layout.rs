@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use feeler_corpus::Ceilings;
 use feeler_gate::{Failure, Report, Row};
 
 fn row(suite: &str) -> Row {
@@ -20,6 +21,7 @@ fn row(suite: &str) -> Row {
         derivative_error: None,
         median_microseconds: 12.34,
         p99_microseconds: 99.9,
+        ceilings: Ceilings::default(),
         short: Vec::new(),
         failures: Vec::new(),
     }
@@ -45,6 +47,7 @@ fn report() -> Report {
     };
     Report {
         engine: "engine 1.2.3".to_owned(),
+        tolerance: 0.0,
         suites: vec![row("spheres"), sides, fallen],
     }
 }

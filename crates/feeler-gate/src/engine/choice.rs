@@ -1,6 +1,6 @@
 //! Engines by name, as on a command line.
 
-use super::{Engine, FeelerEngine};
+use super::{Engine, FeelerEngine, ProcessEngine, ProcessOptions};
 use feeler::query::Options;
 use std::fmt;
 
@@ -85,7 +85,11 @@ impl EngineChoice {
     pub fn engine(&self) -> Result<Box<dyn Engine>, String> {
         match self {
             Self::Feeler => Ok(Box::new(FeelerEngine::new(Options::default()))),
-            Self::Parry { .. } | Self::Thesis { .. } | Self::Command(_) => {
+            Self::Command(line) => {
+                let engine = ProcessEngine::new(line, ProcessOptions::default())?;
+                Ok(Box::new(engine))
+            }
+            Self::Parry { .. } | Self::Thesis { .. } => {
                 Err(format!("the engine {self} is not built in"))
             }
         }

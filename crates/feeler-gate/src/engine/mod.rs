@@ -2,9 +2,11 @@
 
 mod choice;
 mod feeler;
+mod process;
 
 pub use choice::EngineChoice;
 pub use feeler::FeelerEngine;
+pub use process::{ModelForm, ProcessEngine, ProcessOptions};
 
 use feeler_corpus::{Answer, Model, Query};
 
@@ -25,6 +27,11 @@ pub trait Engine {
     /// Whether it treats queries of this kind at all; the others are not asked.
     fn treats(&self, _query: &Query) -> bool {
         true
+    }
+
+    /// A command line that asks this engine the same about the open model; none if there is no such.
+    fn repeats(&self, _query: &Query) -> Option<String> {
+        None
     }
 
     /// Bytes that it holds for the open model, where it knows.
