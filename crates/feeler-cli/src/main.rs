@@ -7,6 +7,7 @@
 mod contact;
 mod gate;
 mod inspect;
+mod report;
 
 use clap::error::ErrorKind;
 use clap::{Parser, Subcommand};
@@ -29,6 +30,8 @@ enum Command {
     Contact(contact::Args),
     /// Holds the kernel's answers against the stored truth of a corpus.
     Gate(gate::Args),
+    /// Measures error against run time of several engines on a corpus, and writes a page of plots and tables.
+    Report(report::Args),
 }
 
 /// How a command ended, when nothing stopped it.
@@ -54,6 +57,7 @@ fn main() -> ExitCode {
         Command::Inspect(args) => inspect::run(&args),
         Command::Contact(args) => contact::run(&args),
         Command::Gate(args) => gate::run(&args),
+        Command::Report(args) => report::run(&args),
     };
     match outcome {
         Ok(Outcome::Good) => ExitCode::SUCCESS,

@@ -8,6 +8,7 @@ mod cases;
 mod engine;
 mod report;
 mod run;
+pub mod study;
 
 pub use cases::model_size;
 pub use engine::{Engine, EngineChoice, FeelerEngine, ModelForm, ProcessEngine, ProcessOptions};

@@ -266,7 +266,7 @@ fn quantile(times: &[Duration], q: f64) -> f64 {
     times.get(at).map_or(0.0, |t| t.as_secs_f64() * 1e6)
 }
 
-fn verdict_word(v: Verdict) -> &'static str {
+pub(crate) fn verdict_word(v: Verdict) -> &'static str {
     match v {
         Verdict::Right => "right",
         Verdict::Wrong => "wrong",

@@ -34,6 +34,11 @@ pub trait Engine {
         None
     }
 
+    /// How many triangles stand for the open model, where it is tessellated.
+    fn triangles(&self) -> Option<usize> {
+        None
+    }
+
     /// Bytes that it holds for the open model, where it knows.
     fn memory(&self) -> Option<usize> {
         None

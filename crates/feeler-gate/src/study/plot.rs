@@ -1,0 +1,164 @@
+//! Plots as SVG.
+
+use plotters::coord::Shift;
+use plotters::prelude::*;
+
+/// One point of a curve.
+#[derive(Clone, Debug)]
+pub(crate) struct Mark {
+    /// Along x, from the smallest to the largest seen.
+    pub(crate) x: [f64; 2],
+    /// The middle of it.
+    pub(crate) at: f64,
+    /// Along y.
+    pub(crate) y: f64,
+    /// A second value along y, drawn hollow.
+    pub(crate) second: Option<f64>,
+    /// What stands beside it.
+    pub(crate) label: String,
+}
+
+/// A curve.
+#[derive(Clone, Debug)]
+pub(crate) struct Curve {
+    pub(crate) name: String,
+    pub(crate) marks: Vec<Mark>,
+}
+
+/// A plot with logarithmic axes.
+#[derive(Clone, Debug)]
+pub(crate) struct Plot {
+    pub(crate) x: String,
+    pub(crate) y: String,
+    pub(crate) curves: Vec<Curve>,
+    /// A line along x that no curve can go below, and what it is; not drawn if it is below `least`.
+    pub(crate) floor: Option<(f64, String)>,
+    /// Values below this are drawn on it.
+    pub(crate) least: f64,
+}
+
+/// Colours that people who confuse red and green can tell apart (Okabe and Ito, 2008), in the order of first use.
+const COLOURS: [RGBColor; 8] = [
+    RGBColor(0, 114, 178),
+    RGBColor(213, 94, 0),
+    RGBColor(0, 158, 115),
+    RGBColor(204, 121, 167),
+    RGBColor(86, 180, 233),
+    RGBColor(230, 159, 0),
+    RGBColor(90, 90, 90),
+    RGBColor(0, 0, 0),
+];
+
+/// The colour of the k-th name.
+pub(crate) fn colour(k: usize) -> RGBColor {
+    COLOURS[k % COLOURS.len()]
+}
+
+const SIZE: (u32, u32) = (760, 470);
+
+impl Plot {
+    /// Each curve in the colour of its name's place among `names`. Empty if there is nothing to draw.
+    pub(crate) fn svg(&self, names: &[String]) -> String {
+        let mut svg = String::new();
+        {
+            let root = SVGBackend::with_string(&mut svg, SIZE).into_drawing_area();
+            // Drawing into a string does not fail.
+            let _ = self.draw(&root, names);
+        }
+        svg
+    }
+
+    fn range(values: impl Iterator<Item = f64>) -> Option<[f64; 2]> {
+        let all = values.filter(|v| v.is_finite() && *v > 0.0);
+        let [lo, hi] = all.fold([f64::INFINITY, 0.0], |[lo, hi]: [f64; 2], v| {
+            [lo.min(v), hi.max(v)]
+        });
+        // Whole decades, one at least.
+        let (from, to) = (lo.log10().floor(), hi.log10().ceil());
+        (lo <= hi).then(|| [10f64.powf(from), 10f64.powf(to.max(from + 1.0))])
+    }
+
+    fn draw(
+        &self,
+        root: &DrawingArea<SVGBackend<'_>, Shift>,
+        names: &[String],
+    ) -> Result<(), Box<dyn std::error::Error>> {
+        let marks = || self.curves.iter().flat_map(|c| &c.marks);
+        let Some([x0, x1]) = Self::range(marks().flat_map(|m| [m.x[0], m.x[1], m.at])) else {
+            return Ok(());
+        };
+        let least = self.least;
+        let ys = marks().flat_map(|m| [Some(m.y), m.second]).flatten();
+        let floor = self.floor.as_ref().filter(|f| f.0 >= least);
+        let ys = ys.chain(floor.map(|f| f.0)).map(|y| y.max(least));
+        let Some([y0, y1]) = Self::range(ys) else {
+            return Ok(());
+        };
+        root.fill(&WHITE)?;
+        let mut chart = ChartBuilder::on(root)
+            .margin(14)
+            .x_label_area_size(44)
+            .y_label_area_size(70)
+            .build_cartesian_2d((x0..x1).log_scale(), (y0..y1).log_scale())?;
+        chart
+            .configure_mesh()
+            .light_line_style(RGBColor(245, 245, 245))
+            .bold_line_style(RGBColor(225, 225, 225))
+            .x_desc(&self.x)
+            .y_desc(&self.y)
+            .x_label_formatter(&|v| power(*v))
+            .y_label_formatter(&|v| power(*v))
+            .label_style(("sans-serif", 15))
+            .axis_desc_style(("sans-serif", 16))
+            .draw()?;
+        if let Some((y, what)) = floor {
+            let y = *y;
+            let line = RGBColor(150, 150, 150);
+            chart.draw_series(DashedLineSeries::new(
+                [(x0, y), (x1, y)],
+                6,
+                4,
+                line.stroke_width(1),
+            ))?;
+            let style = ("sans-serif", 12).into_font().color(&line);
+            chart.draw_series([Text::new(what.clone(), (x0 * 1.1, y), style)])?;
+        }
+        for curve in &self.curves {
+            let at = names.iter().position(|n| *n == curve.name).unwrap_or(0);
+            let colour = colour(at);
+            let line = curve.marks.iter().map(|m| (m.at, m.y.max(least)));
+            chart.draw_series(LineSeries::new(line, colour.stroke_width(2)))?;
+            for m in &curve.marks {
+                let y = m.y.max(least);
+                chart.draw_series([PathElement::new(
+                    vec![(m.x[0], y), (m.x[1], y)],
+                    colour.mix(0.5).stroke_width(5),
+                )])?;
+                chart.draw_series([Circle::new((m.at, y), 4, colour.filled())])?;
+                if let Some(second) = m.second {
+                    let hollow = Circle::new((m.at, second.max(least)), 4, colour.stroke_width(1));
+                    chart.draw_series([hollow])?;
+                }
+                let style = ("sans-serif", 14).into_font().color(&colour);
+                let text =
+                    EmptyElement::at((m.at, y)) + Text::new(m.label.clone(), (6, -17), style);
+                chart.draw_series([text])?;
+            }
+        }
+        root.present()?;
+        Ok(())
+    }
+}
+
+/// Powers of ten as such.
+fn power(v: f64) -> String {
+    let exponent = v.log10().round();
+    if (v.log10() - exponent).abs() > 1e-9 {
+        return String::new();
+    }
+    if (0.0..=4.0).contains(&exponent) {
+        format!("{v:.0}")
+    } else {
+        format!("1e{exponent:.0}")
+    }
+}

@@ -1,0 +1,223 @@
+//! The tables of a study, for page and summary alike.
+
+use super::numbers::none_seen;
+use super::{BALLS, Point, Study, SuiteStudy};
+use feeler_corpus::Fault;
+
+/// A table with a headline and a line on how to read it.
+pub(crate) struct Table {
+    pub(crate) note: String,
+    pub(crate) head: Vec<String>,
+    pub(crate) rows: Vec<Vec<String>>,
+}
+
+fn strings<const N: usize>(head: [&str; N]) -> Vec<String> {
+    head.map(str::to_owned).to_vec()
+}
+
+/// Three digits, or a dash.
+fn number(x: Option<f64>) -> String {
+    match x {
+        None => "-".to_owned(),
+        Some(0.0) => "0".to_owned(),
+        Some(x) if (0.01..10_000.0).contains(&x.abs()) => {
+            let digits = (2 - x.abs().log10().floor() as i32).max(0) as usize;
+            format!("{x:.digits$}")
+        }
+        Some(x) => format!("{x:.1e}"),
+    }
+}
+
+/// A count of bytes with a unit.
+fn bytes(count: Option<u64>) -> String {
+    match count {
+        None => "-".to_owned(),
+        Some(b) if b < 10_000 => format!("{b} B"),
+        Some(b) if b < 10_000_000 => format!("{:.0} kB", b as f64 / 1e3),
+        Some(b) => format!("{:.0} MB", b as f64 / 1e6),
+    }
+}
+
+fn faults(point: &Point, which: &[Fault]) -> usize {
+    which.iter().filter_map(|f| point.faults.get(f)).sum()
+}
+
+/// Errors and times on one suite.
+pub(crate) fn errors(suite: &SuiteStudy) -> Table {
+    let rows = suite.points.iter().filter(|p| p.queries > 0).map(|p| {
+        vec![
+            p.engine.clone(),
+            p.setting.clone(),
+            p.queries.to_string(),
+            number(Some(p.microseconds.median)),
+            format!(
+                "{} to {}",
+                number(Some(p.between[0])),
+                number(Some(p.between[1]))
+            ),
+            number(Some(p.microseconds.p999)),
+            number(p.error.map(|e| e.p99)),
+            number(p.error.map(|e| e.max)),
+            number(p.ulps.map(|e| e.max)),
+            number(p.width.map(|e| e.max)),
+            number(Some(p.open_microseconds)),
+            bytes(p.bytes.map(|b| b as u64)),
+        ]
+    });
+    Table {
+        note: "Times in microseconds, errors and widths in model units; of a spread, the medians of single rounds."
+            .to_owned(),
+        head: strings([
+            "engine", "setting", "queries", "median", "spread", "p99.9", "error p99", "error max", "ulp max",
+            "width max", "open", "memory",
+        ]),
+        rows: rows.collect(),
+    }
+}
+
+/// What answers earned, by suite and engine.
+pub(crate) fn verdicts(study: &Study) -> Table {
+    let mut rows = Vec::new();
+    for suite in &study.suites {
+        for p in suite.points.iter().filter(|p| p.queries > 0) {
+            let wrong: usize = p.faults.values().sum();
+            // What was not seen may still be: the upper bound stands beside it.
+            let bound = match wrong {
+                0 => format!("< {:.2} %", 100.0 * none_seen(p.queries)),
+                _ => format!("{:.2} %", 100.0 * wrong as f64 / p.queries as f64),
+            };
+            let mut row = vec![
+                suite.suite.clone(),
+                p.engine.clone(),
+                p.setting.clone(),
+                p.queries.to_string(),
+                p.right.to_string(),
+            ];
+            let groups: [&[Fault]; 6] = [
+                &[Fault::MissedContact],
+                &[Fault::FalseContact],
+                &[Fault::Side],
+                &[Fault::Hits, Fault::Roots],
+                &[Fault::Value],
+                &[Fault::Refused],
+            ];
+            row.extend(groups.map(|g| faults(p, g).to_string()));
+            row.extend([
+                p.undecided.to_string(),
+                p.indeterminate.to_string(),
+                (p.not_asked + p.not_reached).to_string(),
+                bound,
+            ]);
+            rows.push(row);
+        }
+    }
+    Table {
+        note: format!(
+            "A value without bounds counts as right within {:e} of the model's size, a certified one only within its own bounds. \
+             Of several faults of one answer the gravest is counted. The last column is the share of wrong answers; where none was \
+             seen, its upper bound at 95 % confidence (3/n).",
+            super::TOLERANCE
+        ),
+        head: strings([
+            "suite",
+            "engine",
+            "setting",
+            "queries",
+            "right",
+            "missed contact",
+            "false contact",
+            "wrong side",
+            "wrong count",
+            "wrong value",
+            "refused",
+            "undecided",
+            "indeterminate",
+            "not asked",
+            "share wrong",
+        ]),
+        rows,
+    }
+}
+
+/// Table 1 of the thesis.
+pub(crate) fn balls(study: &Study) -> Table {
+    let mut head = strings(["engine", "part", "file", "memory", "open ms"]);
+    for (radius, off) in BALLS {
+        head.push(format!("{radius} mm, {off} off: us"));
+        head.push("p99.9".to_owned());
+        head.push("error mm".to_owned());
+        head.push("missed".to_owned());
+    }
+    let rows = study.balls.iter().map(|r| {
+        let part = r.model.rsplit('/').next().unwrap_or(&r.model);
+        let mut row = vec![
+            r.engine.clone(),
+            part.to_owned(),
+            bytes(r.file_bytes),
+            bytes(r.bytes.map(|b| b as u64)),
+            number(Some(r.open_milliseconds)),
+        ];
+        for cell in &r.balls {
+            row.push(number(Some(cell.microseconds.median)));
+            row.push(number(Some(cell.microseconds.p999)));
+            row.push(number(Some(cell.error.max)));
+            row.push(cell.missed.to_string());
+        }
+        if let Some(error) = &r.error {
+            row.push(error.clone());
+        }
+        row.resize(head.len(), "-".to_owned());
+        row
+    });
+    Table {
+        note: "Balls in the spherical hole of radius 2.5 mm, each in 64 places around its centre: microseconds an update (median, \
+               and p99.9), largest error of the separation (what is below the rounding of the hole, 2e-15, is 0), and how many overlaps \
+               were missed. A mesh's file is counted as binary STL. The thesis's own figures were 70 to 630 ms a step."
+            .to_owned(),
+        rows: rows.collect(),
+        head,
+    }
+}
+
+/// What it saves to leave work out.
+pub(crate) fn left_out(study: &Study) -> Table {
+    let rows = study.left_out.iter().map(|r| {
+        vec![
+            r.what.clone(),
+            r.suite.clone(),
+            r.queries.to_string(),
+            number(Some(r.less)),
+            number(Some(r.full)),
+            number(Some(r.ratio)),
+        ]
+    });
+    Table {
+        note: "Median microseconds a query in both ways, and the median of the single queries' ratios: above 1, leaving out saves."
+            .to_owned(),
+        head: strings(["what", "suite", "queries", "less", "more", "ratio"]),
+        rows: rows.collect(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_have_three_digits() {
+        let cases = [
+            (Some(0.0), "0"),
+            (None, "-"),
+            (Some(1.234), "1.23"),
+            (Some(0.05), "0.0500"),
+            (Some(123.4), "123"),
+            (Some(9999.0), "9999"),
+            (Some(12345.0), "1.2e4"),
+            (Some(1.5e-15), "1.5e-15"),
+        ];
+        for (x, text) in cases {
+            assert_eq!(number(x), text);
+        }
+        assert_eq!(bytes(Some(25_305)), "25 kB");
+    }
+}
