@@ -1,6 +1,7 @@
 //! `feeler report`.
 
 use crate::{Bad, Outcome};
+use feeler_gate::EngineChoice;
 use feeler_gate::study::{Contender, Plan, StudyProgress, study};
 use indicatif::{ProgressBar, ProgressStyle};
 use std::path::PathBuf;
@@ -13,6 +14,10 @@ pub(crate) struct Args {
     /// A small sample: within a minute.
     #[arg(long)]
     quick: bool,
+    /// An engine to stand beside the kernel, as for `feeler gate`; may be given several times. Without: the algorithms of the
+    /// 2014 thesis, and triangle meshes in parry.
+    #[arg(long)]
+    engine: Vec<String>,
     /// One suite alone, and nothing but it.
     #[arg(long)]
     suite: Option<String>,
@@ -36,6 +41,25 @@ const WHOLE: Plan = Plan {
 const QUICK_DIAL: [f64; 3] = [1e-3, 1e-6, 1e-9];
 const WHOLE_DIAL: [f64; 6] = [1e-2, 1e-4, 1e-6, 1e-8, 1e-10, 1e-12];
 
+/// The other engines, where none are named.
+const QUICK_OTHERS: [&str; 4] = ["thesis", "parry:180", "parry:30", "parry:10"];
+const WHOLE_OTHERS: [&str; 7] = [
+    "thesis",
+    "thesis:100",
+    "parry:180",
+    "parry:30",
+    "parry:10",
+    "parry:3",
+    "parry:1",
+];
+
+/// What no run contains unless asked.
+const OMISSIONS: [&str; 3] = [
+    "parry at 0.1 degrees: 13 million triangles and 2 GB for the ball joint; `--engine parry:0.1`",
+    "OCCT and other engines outside the program: `--engine 'COMMAND'`, see crates/feeler-gate/ENGINES.md",
+    "stiff time stepping (stress case C20): it needs a physics engine around the queries",
+];
+
 fn feeler(quick: bool) -> Vec<Contender> {
     let dial: &[f64] = if quick { &QUICK_DIAL } else { &WHOLE_DIAL };
     let dial = dial.iter().map(|p| Contender::feeler(Some(*p)));
@@ -55,9 +79,25 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Bad> {
             bar.set_message(p.what.clone());
         }
     };
-    let contenders = feeler(args.quick);
-    let balls = vec![Contender::feeler(Some(1e-12)), Contender::feeler(None)];
-    let omissions = Vec::new();
+    let mut contenders = feeler(args.quick);
+    let mut balls = vec![Contender::feeler(Some(1e-12)), Contender::feeler(None)];
+    let mut omissions: Vec<String> = OMISSIONS.map(str::to_owned).to_vec();
+    let others: Vec<String> = match (args.engine.is_empty(), args.quick) {
+        (false, _) => args.engine.clone(),
+        (true, true) => QUICK_OTHERS.map(str::to_owned).to_vec(),
+        (true, false) => WHOLE_OTHERS.map(str::to_owned).to_vec(),
+    };
+    for name in &others {
+        let choice = EngineChoice::by_name(name).map_err(Bad)?;
+        // One for the suites, one for the balls: each holds a model of its own.
+        match (Contender::other(&choice), Contender::other(&choice)) {
+            (Ok(one), Ok(another)) => {
+                contenders.push(one);
+                balls.push(another);
+            }
+            (Err(why), _) | (_, Err(why)) => omissions.push(why),
+        }
+    }
     let plan = if args.quick { QUICK } else { WHOLE };
     let found = study(
         &args.corpora,

@@ -1,7 +1,7 @@
 //! The engines of a study, each at a setting.
 
 use super::measure::accuracy;
-use crate::engine::{Engine, FeelerEngine};
+use crate::engine::{Engine, EngineChoice, FeelerEngine};
 use feeler::query::Options;
 use feeler_corpus::Query;
 
@@ -32,6 +32,26 @@ impl Contender {
             engine: Box::new(FeelerEngine::new(Options::default())),
             accuracy: part,
         }
+    }
+
+    /// An engine other than the kernel, by its choice.
+    ///
+    /// # Errors
+    /// Why it cannot be had, in one line.
+    pub fn other(choice: &EngineChoice) -> Result<Self, String> {
+        let engine = choice.engine()?;
+        let (name, setting) = match choice {
+            EngineChoice::Parry { degrees } => ("parry".to_owned(), format!("{degrees}°")),
+            EngineChoice::Thesis { starts: 1 } => ("thesis".to_owned(), "published".to_owned()),
+            EngineChoice::Thesis { starts } => ("thesis".to_owned(), format!("{starts} starts")),
+            _ => (engine.name(), "as it is".to_owned()),
+        };
+        Ok(Self {
+            name,
+            setting,
+            engine,
+            accuracy: None,
+        })
     }
 
     /// The query as this contender is asked it.
