@@ -9,8 +9,11 @@ mod engine;
 mod report;
 mod run;
 pub mod study;
+pub mod tessellate;
 
 pub use cases::model_size;
-pub use engine::{Engine, EngineChoice, FeelerEngine, ModelForm, ProcessEngine, ProcessOptions};
+pub use engine::{
+    Engine, EngineChoice, FeelerEngine, MeshEngine, ModelForm, ProcessEngine, ProcessOptions,
+};
 pub use report::{Failure, Report, Row};
 pub use run::{Gate, Progress, asked, run};

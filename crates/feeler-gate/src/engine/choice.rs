@@ -1,6 +1,6 @@
 //! Engines by name, as on a command line.
 
-use super::{Engine, FeelerEngine, ProcessEngine, ProcessOptions};
+use super::{Engine, FeelerEngine, MeshEngine, ProcessEngine, ProcessOptions};
 use feeler::query::Options;
 use std::fmt;
 
@@ -89,9 +89,8 @@ impl EngineChoice {
                 let engine = ProcessEngine::new(line, ProcessOptions::default())?;
                 Ok(Box::new(engine))
             }
-            Self::Parry { .. } | Self::Thesis { .. } => {
-                Err(format!("the engine {self} is not built in"))
-            }
+            Self::Parry { degrees } => Ok(Box::new(MeshEngine::new(*degrees))),
+            Self::Thesis { .. } => Err(format!("the engine {self} is not built in")),
         }
     }
 

@@ -2,10 +2,12 @@
 
 mod choice;
 mod feeler;
+mod mesh;
 mod process;
 
 pub use choice::EngineChoice;
 pub use feeler::FeelerEngine;
+pub use mesh::MeshEngine;
 pub use process::{ModelForm, ProcessEngine, ProcessOptions};
 
 use feeler_corpus::{Answer, Model, Query};
