@@ -3,11 +3,12 @@
 use crate::{Bad, Outcome, write_error};
 use clap::ValueEnum;
 use feeler_gate::{
-    Engine, EngineChoice, Gate, ModelForm, ProcessEngine, ProcessOptions, Progress, run as run_gate,
+    Engine, EngineChoice, Gate, ModelForm, ProcessEngine, ProcessOptions, Progress, Report,
+    run as run_gate,
 };
 use indicatif::{ProgressBar, ProgressStyle};
 use std::io::Write;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 #[derive(Debug, clap::Args)]
@@ -32,6 +33,13 @@ pub(crate) struct Args {
     /// refused. It has ten times that to start.
     #[arg(long, value_name = "SECONDS", default_value = "30", value_parser = seconds)]
     timeout: Duration,
+    /// An earlier report.json: what became worse since is named and decides instead of the ceilings. The worst error
+    /// may double; better is never worse, and times do not count.
+    #[arg(long, value_name = "FILE")]
+    baseline: Option<PathBuf>,
+    /// Where to write the report as JUnit XML.
+    #[arg(long, value_name = "FILE")]
+    junit: Option<PathBuf>,
     /// What an engine outside reads.
     #[arg(long, value_enum, default_value_t = Models::Json)]
     models: Models,
@@ -98,6 +106,12 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Bad> {
             bar.set_message(p.suite.clone());
         }
     };
+    // Read first: it may be the file that is written at the end.
+    let file = |path: &Path, e: std::io::Error| Bad(format!("{}: {e}", path.display()));
+    let before = match &args.baseline {
+        Some(path) => Some(Report::read(path).map_err(|e| file(path, e))?),
+        None => None,
+    };
     let mut engine = args.engine()?;
     let tolerance = match args.engine.certifies() {
         true => 0.0,
@@ -111,20 +125,31 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Bad> {
     let report = run_gate(engine.as_mut(), &gate, &mut progress);
     bar.finish_and_clear();
     let report = report.map_err(|e| Bad(e.to_string()))?;
-    report
-        .write(&args.out)
-        .map_err(|e| Bad(format!("{}: {e}", args.out.display())))?;
+    report.write(&args.out).map_err(|e| file(&args.out, e))?;
+    let comparison = before.map(|before| report.against(&before, args.suite.is_none()));
+    if let Some(path) = &args.junit {
+        report
+            .write_junit(path, comparison.as_ref())
+            .map_err(|e| file(path, e))?;
+    }
     let mut out = std::io::stdout().lock();
     write!(out, "{}", report.table()).map_err(write_error)?;
     write!(out, "\n{}", report.shortfalls()).map_err(write_error)?;
-    let verdict = if report.passed() { "passed" } else { "FAILED" };
+    let passed = match &comparison {
+        Some(comparison) => {
+            write!(out, "{}", comparison.text()).map_err(write_error)?;
+            comparison.passed()
+        }
+        None => report.passed(),
+    };
+    let verdict = if passed { "passed" } else { "FAILED" };
     let folder = args.out.display();
     writeln!(
         out,
         "gate {verdict}; see {folder}/report.md and report.json"
     )
     .map_err(write_error)?;
-    Ok(if report.passed() {
+    Ok(if passed {
         Outcome::Good
     } else {
         Outcome::Short

@@ -4,13 +4,16 @@
 //! answers against the truth of a corpus and the ceilings of each suite.
 #![forbid(unsafe_code)]
 
+mod baseline;
 mod cases;
 mod engine;
+mod junit;
 mod report;
 mod run;
 pub mod study;
 pub mod tessellate;
 
+pub use baseline::{Comparison, ERROR_FACTOR};
 pub use cases::model_size;
 pub use engine::{
     Engine, EngineChoice, FeelerEngine, MeshEngine, ModelForm, ProcessEngine, ProcessOptions,

@@ -50,8 +50,9 @@ pub struct Row {
     pub median_microseconds: f64,
     /// The 99th percentile of the times.
     pub p99_microseconds: f64,
+    /// Time of all its queries in seconds.
+    pub seconds: f64,
     /// The ceilings that it was held against.
-    #[serde(default)]
     pub ceilings: Ceilings,
     /// Which ceilings were exceeded; empty if the suite passed.
     pub short: Vec<String>,
@@ -65,7 +66,6 @@ pub struct Report {
     /// Name and version of the engine.
     pub engine: String,
     /// A value without bounds of its own might be off by this part of the model's size.
-    #[serde(default)]
     pub tolerance: f64,
     /// A row a suite.
     pub suites: Vec<Row>,

@@ -252,6 +252,7 @@ impl Tally {
             derivative_error: self.derivative_error,
             median_microseconds: quantile(&self.times, 0.5),
             p99_microseconds: quantile(&self.times, 0.99),
+            seconds: self.times.iter().sum::<Duration>().as_secs_f64(),
             ceilings,
             short,
             failures: self.failures,

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use feeler_corpus::Ceilings;
-use feeler_gate::{Failure, Report, Row};
+use feeler_gate::{Comparison, Failure, Report, Row};
 
 fn row(suite: &str) -> Row {
     Row {
@@ -21,6 +21,7 @@ fn row(suite: &str) -> Row {
         derivative_error: None,
         median_microseconds: 12.34,
         p99_microseconds: 99.9,
+        seconds: 1.5,
         ceilings: Ceilings::default(),
         short: Vec::new(),
         failures: Vec::new(),
@@ -37,7 +38,7 @@ fn report() -> Report {
         verdict: "wrong".to_owned(),
         reason: "the side is outside".to_owned(),
         place: format!("corpora/fallen/queries.jsonl:{number}"),
-        command: "echo '{}' | feeler contact part.3dm".to_owned(),
+        command: "echo '{\"id\":1}' | feeler contact part.3dm".to_owned(),
     };
     let fallen = Row {
         wrong: 7,
@@ -71,4 +72,36 @@ fn a_report_without_suites_has_not_passed() {
     assert!(report.passed());
     report.suites.clear();
     assert!(!report.passed());
+}
+
+#[test]
+fn junit() {
+    insta::assert_snapshot!(report().junit(None));
+}
+
+#[test]
+fn junit_against_a_baseline() {
+    let comparison = Comparison {
+        regressions: vec!["spheres: wrong: 0 of 1200 before, 1 of 1200 now".to_owned()],
+        changed: vec!["sides: the ceiling on undecided: 3 before, 4 now: loosened".to_owned()],
+    };
+    insta::assert_snapshot!(report().junit(Some(&comparison)));
+    assert!(
+        report()
+            .junit(Some(&Comparison::default()))
+            .contains("failures=\"0\"")
+    );
+}
+
+/// Lists of more than is of use are cut, and what XML cannot hold is left out.
+#[test]
+fn junit_of_many_failures() {
+    let mut report = report();
+    let fallen = report.suites.last_mut().unwrap();
+    let one = fallen.failures[0].clone();
+    fallen.failures = vec![one; 1000];
+    fallen.failures[0].reason = "a bell \u{7}, a < b & \"c\"".to_owned();
+    let text = report.junit(None);
+    assert_eq!(text.matches("<failure").count(), 51);
+    assert!(text.contains("a &lt; b &amp; ") && !text.contains('\u{7}'));
 }

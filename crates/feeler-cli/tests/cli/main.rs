@@ -1,5 +1,6 @@
 //! The program `feeler`, run as a user runs it.
 
 mod exit_codes;
+mod gate;
 mod layout;
 mod program;

@@ -18,6 +18,7 @@ use running::{Running, Silence};
 use serde::Deserialize;
 use serde_json::{Map, Value, json};
 use std::path::PathBuf;
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{Duration, Instant};
 
 /// In which form a program gets its models.
@@ -193,13 +194,16 @@ impl ProcessEngine {
         let hash = model.hash();
         let stem = model.path.file_name().unwrap_or_default().to_string_lossy();
         let stem = stem.split('.').next().unwrap_or_default();
-        let path = folder.join(format!(
-            "{stem}-{}.json",
-            hash.get(..DIGITS).unwrap_or(&hash)
-        ));
+        let name = format!("{stem}-{}", hash.get(..DIGITS).unwrap_or(&hash));
+        // Several engines may write it at once: each writes its own, and all of them are the same.
+        static WRITTEN: AtomicU64 = AtomicU64::new(0);
+        let nth = WRITTEN.fetch_add(1, Ordering::Relaxed);
+        let own = folder.join(format!("{name}.{}-{nth}.json", std::process::id()));
+        let path = folder.join(format!("{name}.json"));
         let unwritten = |e: String| format!("the model cannot be written: {e}");
         std::fs::create_dir_all(folder).map_err(|e| unwritten(e.to_string()))?;
-        Model::write(&path, &model.breps, None).map_err(|e| unwritten(e.to_string()))?;
+        Model::write(&own, &model.breps, None).map_err(|e| unwritten(e.to_string()))?;
+        std::fs::rename(&own, &path).map_err(|e| unwritten(e.to_string()))?;
         Ok(path)
     }
 }

@@ -1,0 +1,70 @@
+//! `feeler gate` against a baseline, with JUnit, and with engines outside.
+
+use crate::program::{Run, feeler};
+use std::path::{Path, PathBuf};
+
+fn folder(name: &str) -> PathBuf {
+    PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join(name)
+}
+
+fn gate(out: &Path, more: &[&str]) -> Run {
+    let out = out.to_str().unwrap();
+    let mut arguments = vec!["gate", "--suite", "evaluate", "--out", out];
+    arguments.extend(more);
+    feeler(&arguments, "")
+}
+
+#[test]
+fn a_baseline_decides() {
+    let out = folder("gate-baseline");
+    let junit = out.join("reports/junit.xml");
+    let run = gate(&out, &["--junit", junit.to_str().unwrap()]);
+    assert_eq!((run.code, run.err.as_str()), (Some(0), ""), "{run:?}");
+    let xml = std::fs::read_to_string(&junit).unwrap();
+    assert!(xml.contains("<testsuite name=\"evaluate\"") && xml.contains("failures=\"0\""));
+
+    let report = out.join("report.json");
+    let better = out.join("better.json");
+    let text = std::fs::read_to_string(&report).unwrap();
+    let mut before: serde_json::Value = serde_json::from_str(&text).unwrap();
+    let row = &mut before["suites"][0];
+    // As if it had been ten times more accurate, and held to more.
+    row["error_length"] = (row["error_length"].as_f64().unwrap() / 10.0).into();
+    row["ceilings"]["error_ulp"] = 0.75.into();
+    std::fs::write(&better, before.to_string()).unwrap();
+    let against = |file: &Path| gate(&out, &["--baseline", file.to_str().unwrap()]);
+
+    let run = against(&report);
+    assert_eq!(run.code, Some(0), "{run:?}");
+    let run = against(&better);
+    assert_eq!((run.code, run.err.as_str()), (Some(1), ""), "{run:?}");
+    assert!(
+        run.out
+            .contains("regression: evaluate: worst error in length: "),
+        "{run:?}"
+    );
+    let ceiling =
+        "changed: evaluate: the ceiling on error in ulp: 7.5e-1 before, 1e0 now: loosened";
+    assert!(run.out.contains(ceiling), "{run:?}");
+
+    let run = against(&out.join("no-such.json"));
+    assert_eq!(run.code, Some(2), "{run:?}");
+    assert!(run.err.contains("no-such.json"), "{run:?}");
+}
+
+#[test]
+fn engines_that_cannot_be() {
+    let out = folder("gate-engines");
+    for (arguments, what) in [
+        (["--engine", "no-such-program -x"], "no-such-program"),
+        (["--engine", "parry:0"], "parry:0"),
+        (["--engine", "an 'open quote"], "quotes"),
+        (["--tolerance", "1"], "a part of the size"),
+        (["--timeout", "0"], "a positive number of seconds"),
+    ] {
+        let run = gate(&out, &arguments);
+        assert_eq!(run.code, Some(2), "{run:?}");
+        assert_eq!(run.err.lines().count(), 1, "{run:?}");
+        assert!(run.err.contains(what), "{run:?}");
+    }
+}
