@@ -10,6 +10,7 @@ mod test;
 mod tidy;
 mod truth;
 mod verify;
+mod verify_contacts;
 mod verify_split;
 
 use clap::{Parser, Subcommand};

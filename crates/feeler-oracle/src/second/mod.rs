@@ -13,6 +13,8 @@
 //! | `shape` | curves and surfaces with derivatives over whole intervals |
 //! | `region` | where a box of parameters lies |
 //! | `search` | the least value of an objective over trimmed faces: [`Second::distance`], [`Second::half_space`] |
+//! | `contacts` | all local minimisers: [`Second::sphere_contacts`], [`Second::half_space_contacts`] |
+//! | `standing` | whether a place on a border of a face is one |
 //! | `line` | [`Second::line`] and [`Second::inside`] |
 //! | [`analytic`] | closed forms |
 //! | `polynomial`, `candidates`, `isolate` | exact roots: Sturm chains, eigenvalues as candidates |
@@ -22,6 +24,7 @@
 
 pub mod analytic;
 mod candidates;
+mod contacts;
 mod derivative_roots;
 mod evaluate;
 mod fixed;
@@ -37,7 +40,9 @@ mod shape;
 mod side;
 mod space;
 mod spline;
+mod standing;
 
+pub use contacts::{SecondContact, SecondContacts};
 pub use derivative_roots::{derivative_roots, isolated_by_candidates};
 pub use evaluate::evaluate;
 pub use line::{SecondHit, SecondLine, SecondSide};

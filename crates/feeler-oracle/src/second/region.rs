@@ -34,7 +34,7 @@ pub(crate) struct LoopArc<'a> {
     /// Its start, shared with the arc before.
     pub(crate) start: [Ball; 2],
     /// The next arc of the loop.
-    next: usize,
+    pub(super) next: usize,
 }
 
 /// A box of f64.
@@ -199,7 +199,7 @@ impl<'a> Region<'a> {
     }
 
     /// The box of a part of an arc, in f64.
-    fn part(&self, arc: usize, x: &Interval64) -> Box64 {
+    pub(super) fn part(&self, arc: usize, x: &Interval64) -> Box64 {
         match self.arcs[arc].piece.jet(x) {
             Some(jet) => Box64::of(&jet.p).slack(),
             None => Box64 {

@@ -55,9 +55,9 @@ pub(crate) struct Seed {
     /// Its ends, exactly: `x` may reach beyond them by rounding.
     ends: [(Ball, Ball); 2],
     /// All of it is known to belong to the face.
-    inside: bool,
+    pub(super) inside: bool,
     /// Holds all of it in space.
-    bounds: [Interval64; 3],
+    pub(super) bounds: [Interval64; 3],
 }
 
 impl Seed {
@@ -70,7 +70,7 @@ impl Seed {
     }
 
     /// The same without what lies beyond the ends.
-    fn clipped<N: Number>(&self, x: [N; 2]) -> [N; 2] {
+    pub(super) fn clipped<N: Number>(&self, x: [N; 2]) -> [N; 2] {
         let mut all = x;
         for c in 0..self.dims() {
             let (from, to) = (
@@ -89,7 +89,7 @@ impl Seed {
         all
     }
 
-    fn dims(&self) -> usize {
+    pub(super) fn dims(&self) -> usize {
         match self.kind {
             Kind::Cell(_) => 2,
             Kind::Arc(_) | Kind::Iso { .. } => 1,
@@ -107,7 +107,7 @@ pub(crate) enum Goal {
 }
 
 impl Goal {
-    fn value<N: Number>(&self, p: &[N; 3]) -> N {
+    pub(super) fn value<N: Number>(&self, p: &[N; 3]) -> N {
         match self {
             Self::Distance(q) => {
                 let mut all = N::zero();
@@ -120,7 +120,7 @@ impl Goal {
         }
     }
     /// Its derivative along `d`.
-    fn first<N: Number>(&self, p: &[N; 3], d: &[N; 3]) -> N {
+    pub(super) fn first<N: Number>(&self, p: &[N; 3], d: &[N; 3]) -> N {
         match self {
             Self::Distance(q) => {
                 let r: [N; 3] = std::array::from_fn(|c| p[c].minus(&N::exact(q[c])));
@@ -153,20 +153,20 @@ impl Goal {
 pub(crate) struct Local<N> {
     pub(crate) f: N,
     pub(crate) g: [N; 2],
-    h: [N; 3],
+    pub(super) h: [N; 3],
     pub(crate) uv: [N; 2],
     /// The only cell it meets.
-    cell: Option<[usize; 2]>,
+    pub(super) cell: Option<[usize; 2]>,
     /// No crease passes through it: f has continuous first derivatives.
-    smooth: bool,
+    pub(super) smooth: bool,
 }
 
 pub(crate) struct Item<N> {
-    seed: usize,
-    x: [N; 2],
-    low: N,
+    pub(super) seed: usize,
+    pub(super) x: [N; 2],
+    pub(super) low: N,
     /// All of it is known to belong to the face.
-    inside: bool,
+    pub(super) inside: bool,
 }
 
 impl<N: Number> PartialEq for Item<N> {
@@ -195,12 +195,12 @@ impl<N: Number> Ord for Item<N> {
 
 /// The only critical point in the box `x` of a seed; it lies in `k`.
 pub(crate) struct Candidate {
-    seed: usize,
+    pub(super) seed: usize,
     /// The cell whose formula it is; none where it is of several.
-    cell: Option<[usize; 2]>,
-    x: [Ball; 2],
-    k: [Ball; 2],
-    low: Ball,
+    pub(super) cell: Option<[usize; 2]>,
+    pub(super) x: [Ball; 2],
+    pub(super) k: [Ball; 2],
+    pub(super) low: Ball,
 }
 
 /// The faces of several BREPs, and what is searched of them.
@@ -332,7 +332,7 @@ impl<'a> Scene<'a> {
     }
 
     /// The surface or curve over a box (of a curve the derivatives along it are those along u), and uv.
-    fn jets<N: Number>(
+    pub(super) fn jets<N: Number>(
         &self,
         seed: &Seed,
         x: &[N; 2],
@@ -411,7 +411,7 @@ impl<'a> Scene<'a> {
         }
     }
 
-    fn local<N: Number>(
+    pub(super) fn local<N: Number>(
         &self,
         goal: &Goal,
         seed: &Seed,
@@ -446,7 +446,7 @@ impl<'a> Scene<'a> {
         })
     }
 
-    fn place<N: Number>(&self, seed: &Seed, uv: &[N; 2]) -> Place {
+    pub(super) fn place<N: Number>(&self, seed: &Seed, uv: &[N; 2]) -> Place {
         let region = &self.faces[seed.face].region;
         match seed.kind {
             Kind::Arc(_) | Kind::Point { on_loop: true } => match region.in_domain(uv) {
@@ -643,7 +643,7 @@ impl<'a> Scene<'a> {
         }
     }
 
-    fn newton<N: Number>(
+    pub(super) fn newton<N: Number>(
         &self,
         goal: &Goal,
         seed: &Seed,
@@ -724,7 +724,7 @@ impl<'a> Scene<'a> {
     }
 
     /// A smaller enclosure of the critical point that is known to be in `x`.
-    fn refined<N: Number>(
+    pub(super) fn refined<N: Number>(
         &self,
         goal: &Goal,
         seed: &Seed,
@@ -810,9 +810,20 @@ impl<'a> Scene<'a> {
         brep: Option<usize>,
         budget: [usize; 2],
     ) -> Option<Least> {
+        let of = |face: usize| brep.is_none_or(|b| b == self.faces[face].brep);
+        self.least_of(goal, of, budget)
+    }
+
+    /// The same over some faces.
+    pub(super) fn least_of(
+        &self,
+        goal: &Goal,
+        of: impl Fn(usize) -> bool,
+        budget: [usize; 2],
+    ) -> Option<Least> {
         let mut start = Vec::new();
         for (i, seed) in self.seeds.iter().enumerate() {
-            if brep.is_some_and(|b| b != self.faces[seed.face].brep) {
+            if !of(seed.face) {
                 continue;
             }
             start.push(Item {
@@ -895,13 +906,13 @@ const HUGGING: f64 = 1e-5;
 /// And here it is settled.
 const BALL_NOISE: f64 = 1e-62;
 
-enum Step<N> {
+pub(super) enum Step<N> {
     Gone,
     Left(Item<N>),
     Parts(Vec<Item<N>>),
 }
 
-enum Newton<N> {
+pub(super) enum Newton<N> {
     Nothing,
     Unknown,
     Shrunk([N; 2]),
@@ -929,7 +940,12 @@ fn clamped<N: Number>(k: &[N; 2], x: &[N; 2]) -> [N; 2] {
 }
 
 /// Halves of the box across the direction of the larger weight.
-fn split<N: Number>(seed: &Seed, item: Item<N>, dims: usize, weight: &[f64; 2]) -> Step<N> {
+pub(super) fn split<N: Number>(
+    seed: &Seed,
+    item: Item<N>,
+    dims: usize,
+    weight: &[f64; 2],
+) -> Step<N> {
     // A line that may be on either side of a border all along: only balls can tell.
     let hugging = dims == 1 && !item.inside && N::UNIT == f64::EPSILON;
     let splittable = |c: usize| {
