@@ -185,7 +185,7 @@ Q exact(const Real& x) {
         e < 0 ? mpq_div_2exp(q, q, -e) : mpq_mul_2exp(q, q, e);
         mpz_clear(m);
     }
-    const Q r(q);
+    Q r(q);
     mpq_clear(q);
     return r;
 }

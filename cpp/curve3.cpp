@@ -54,7 +54,7 @@ std::variant<BezierCurve3, CircularArc3> span_of(const Arc3& arc, std::size_t) {
 std::vector<CurveSpan> curve_spans(const Curve3& curve) {
     std::vector<CurveSpan> out;
     for (std::size_t i = 0; i < curve.pieces.size(); ++i) {
-        const Q t0(curve.params[i]), t1(curve.params[i + 1]);
+        Q t0(curve.params[i]), t1(curve.params[i + 1]);
         std::visit(
             [&](const auto& piece) {
                 const auto cuts = cuts_of(piece);

@@ -243,7 +243,7 @@ std::pair<Q, Q> enclosed(mpfr_prec_t precision, F f) {
         mpq_init(q);
         f(r, direction);
         mpfr_get_q(q, r);
-        const Q x(q);
+        Q x(q);
         mpq_clear(q);
         mpfr_clear(r);
         return x;

@@ -140,7 +140,7 @@ struct FaceBuilder {
         UvCurve part = part_of(curve, a, b);
         const auto clamp = [&](int k, const Q& at, const Q& lo, const Q& hi) {
             if (at >= lo && at <= hi) return at;
-            const Q to = at < lo ? lo : hi;
+            Q to = at < lo ? lo : hi;
             const Interval ito(to.mpq());
             for (size_t i = 0; i < part.c[k].size(); ++i) part.c[k][i] = ito * part.c[2][i];
             if (part.exact) {

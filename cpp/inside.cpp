@@ -296,7 +296,7 @@ InsideAnswer inside(const Core& core, const std::array<double, 3>& point, int ra
     InsideAnswer result{InsideKind::Outside, {}};
     for (std::size_t b = 0; b < core.model().closed.size(); ++b) {
         if (!core.model().closed[b]) continue;
-        const InsideAnswer one = Query(core, int(b), point).run(rays);
+        InsideAnswer one = Query(core, int(b), point).run(rays);
         if (one.kind == InsideKind::Inside) return one;
         if (one.kind == InsideKind::Undecided || result.kind == InsideKind::Outside) result = one;
     }

@@ -31,7 +31,7 @@ Bounds root_of(const Q& x, int bits) {
         mpq_init(q);
         mpq_set_z(q, n);
         mpq_div_2exp(q, q, mp_bitcnt_t(shift));
-        const Q result(q);
+        Q result(q);
         mpq_clear(q);
         return result;
     };

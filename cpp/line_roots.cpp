@@ -420,7 +420,8 @@ PatchRoots patch_roots(const Net& f1, const Net& f2, const std::array<double, 4>
         // nearly collapses to a point, or along two curves that touch, they must.
         const auto v1 = variation(n.f1), v2 = variation(n.f2);
         const bool u = v1[0] + v2[0] >= v1[1] + v2[1];
-        Node lower{{}, {}, n.box, n.depth + 1}, upper = lower;
+        Node lower{{}, {}, n.box, n.depth + 1};
+        Node upper = lower;
         halve_net(n.f1, u, lower.f1, upper.f1);
         halve_net(n.f2, u, lower.f2, upper.f2);
         const int k = u ? 0 : 2;

@@ -73,7 +73,7 @@ Interval ParameterMap::to_surface(const Interval& s) const {
 Interval ParameterMap::to_square(const Interval& t) const {
     const Interval length = ito_ - ifrom_;
     const auto at = [&](const Real& x) -> Interval {
-        const Interval part =
+        Interval part =
             clipped(divide_positive(Interval(x) - ifrom_, length), Interval(0.0), one());
         if (!turn_ || (part.is_point() && (is_zero(part.lo) || is_one(part.lo)))) return part;
         // Increasing in the part: each end by itself.

@@ -77,7 +77,7 @@ Q to_exact(const Real& x) {
     mpq_t value;
     mpq_init(value);
     mpfr_get_q(value, x.get());
-    const Q result(value);
+    Q result(value);
     mpq_clear(value);
     return result;
 }

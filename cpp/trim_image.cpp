@@ -204,11 +204,11 @@ std::optional<TrimImage> reparametrised_line(const NativePatch& s, const UvCurve
 
 // ---- Taylor polynomials
 
-Interval64 convert(const Interval& x, Interval64) { return x.outer(); }
-Interval convert(const Interval& x, Interval) { return x; }
+Interval64 convert(const Interval& x, const Interval64&) { return x.outer(); }
+Interval convert(const Interval& x, const Interval&) { return x; }
 
 // The Taylor coefficients in sigma = 2 t - 1 of a Bernstein polynomial over [0, 1]: at sigma = 0.
-Series<Interval> expansion(Poly b, int order, Interval) {
+Series<Interval> expansion(Poly b, int order, const Interval&) {
     const int n = int(b.size()) - 1;
     // The upper half, over sigma in [0, 1].
     for (int level = 1; level <= n; ++level)
@@ -222,7 +222,7 @@ Series<Interval> expansion(Poly b, int order, Interval) {
 }
 
 // Those at all sigma of [-1, 1].
-Series<Interval64> expansion(Poly b, int order, Interval64) {
+Series<Interval64> expansion(Poly b, int order, const Interval64&) {
     const int n = int(b.size()) - 1;
     Series<Interval64> r(order + 1, Interval64(0.0));
     for (int k = 0; k <= std::min(n, order); ++k) {

@@ -29,7 +29,7 @@ Q to_q(mpfr_srcptr x) {
     mpq_t q;
     mpq_init(q);
     mpfr_get_q(q, x);
-    const Q result(q);
+    Q result(q);
     mpq_clear(q);
     return result;
 }

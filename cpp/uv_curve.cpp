@@ -29,7 +29,7 @@ void pieces_of(const Polyline& line, const Q& a, const Q& b, std::vector<RegionA
         const Q from = std::max(a, t0), to = std::min(b, t1);
         if (!(from < to)) continue;
         const auto at = [&](const Q& t, int c) -> Q {
-            const Q p0(line.points[2 * i + c]), p1(line.points[2 * i + 2 + c]);
+            Q p0(line.points[2 * i + c]), p1(line.points[2 * i + 2 + c]);
             if (t == t0) return p0;
             if (t == t1) return p1;
             return p0 + (t - t0) / (t1 - t0) * (p1 - p0);
