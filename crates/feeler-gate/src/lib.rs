@@ -17,6 +17,7 @@ pub use baseline::{Comparison, ERROR_FACTOR};
 pub use cases::model_size;
 pub use engine::{
     Engine, EngineChoice, FeelerEngine, MeshEngine, ModelForm, ProcessEngine, ProcessOptions,
+    ThesisEngine,
 };
 pub use report::{Failure, Report, Row};
 pub use run::{Gate, Progress, asked, run};

@@ -1,6 +1,6 @@
 //! Engines by name, as on a command line.
 
-use super::{Engine, FeelerEngine, MeshEngine, ProcessEngine, ProcessOptions};
+use super::{Engine, FeelerEngine, MeshEngine, ProcessEngine, ProcessOptions, ThesisEngine};
 use feeler::query::Options;
 use std::fmt;
 
@@ -90,7 +90,7 @@ impl EngineChoice {
                 Ok(Box::new(engine))
             }
             Self::Parry { degrees } => Ok(Box::new(MeshEngine::new(*degrees))),
-            Self::Thesis { .. } => Err(format!("the engine {self} is not built in")),
+            Self::Thesis { starts } => Ok(Box::new(ThesisEngine::new(*starts))),
         }
     }
 

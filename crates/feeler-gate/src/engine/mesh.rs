@@ -8,11 +8,11 @@
 //! Values are those of the mesh and carry no bounds. It treats no question about a face's parameters, and of all contacts it knows
 //! the deepest alone.
 
-use super::Engine;
+use super::{Engine, value_alone};
 use crate::tessellate::{Rule, tessellate};
 use feeler::query::{Contacts, Feature, HalfSpace, LineKind, LineProbe, Probe, Sphere};
 use feeler::trim::Side;
-use feeler_corpus::{Answer, Ask, Body, Claim, ContactLine, HitLine, Hits, Model, Query};
+use feeler_corpus::{Answer, Ask, Body, ContactLine, HitLine, Hits, Model, Query};
 use nalgebra::{Point3, Vector3};
 use parry3d_f64::math::Vector;
 use parry3d_f64::partitioning::TraversalAction;
@@ -157,7 +157,7 @@ impl MeshEngine {
                 undecided: None,
             });
         }
-        let separation = claim(value);
+        let separation = value_alone(value);
         let wanted = query.contacts != Some(Contacts::None);
         let mut contacts = Vec::new();
         if wanted && value <= query.prediction.unwrap_or(0.0) {
@@ -201,7 +201,7 @@ impl MeshEngine {
             hits.truncate(1);
         }
         let hit = |(t, normal, face): &(f64, Vector3<f64>, u32)| HitLine {
-            t: claim(*t),
+            t: value_alone(*t),
             t_end: None,
             point: (line.origin + line.direction * *t).coords.into(),
             normal: (*normal).into(),
@@ -266,14 +266,6 @@ impl Part {
             }
             TraversalAction::Continue
         });
-    }
-}
-
-fn claim(value: f64) -> Claim {
-    Claim {
-        value,
-        lo: None,
-        hi: None,
     }
 }
 

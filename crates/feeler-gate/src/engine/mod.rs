@@ -4,13 +4,15 @@ mod choice;
 mod feeler;
 mod mesh;
 mod process;
+mod thesis;
 
 pub use choice::EngineChoice;
 pub use feeler::FeelerEngine;
 pub use mesh::MeshEngine;
 pub use process::{ModelForm, ProcessEngine, ProcessOptions};
+pub use thesis::ThesisEngine;
 
-use feeler_corpus::{Answer, Model, Query};
+use feeler_corpus::{Answer, Claim, Model, Query};
 
 /// What answers queries about one model at a time.
 pub trait Engine {
@@ -44,5 +46,14 @@ pub trait Engine {
     /// Bytes that it holds for the open model, where it knows.
     fn memory(&self) -> Option<usize> {
         None
+    }
+}
+
+/// A value of which nothing is claimed: see `Asked::tolerance`.
+fn value_alone(value: f64) -> Claim {
+    Claim {
+        value,
+        lo: None,
+        hi: None,
     }
 }
