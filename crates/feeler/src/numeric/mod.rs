@@ -1,5 +1,6 @@
 //! Numbers that know how wrong they can be.
 
+mod atan;
 mod ball;
 pub mod bernstein;
 mod dd;
@@ -11,6 +12,7 @@ mod real;
 pub mod roots;
 mod trig;
 
+pub(crate) use atan::{ATAN_ERROR, atan2};
 pub use ball::Ball;
 pub use dd::Dd;
 pub use dyadic::{Dyadic, ParseDyadicError};

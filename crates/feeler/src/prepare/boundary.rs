@@ -60,6 +60,9 @@ fn trim_pieces<T: Real>(brep: &Brep, t: &TrimCurve) -> Vec<Vec<Homogeneous<T, 3>
 
 /// The quotient of a homogeneous end point.
 fn end_point<T: Real>(p: &Homogeneous<T, 3>) -> Homogeneous<T, 3> {
+    if p[2].rad == 0.0 && p[2].mid == T::ONE {
+        return *p;
+    }
     [p[0] / p[2], p[1] / p[2], Ball::ONE]
 }
 

@@ -6,7 +6,7 @@
 
 use super::spline::{BezierCurve, Homogeneous};
 use crate::numeric::sin_cos;
-use crate::numeric::{Ball, Dd, Interval, Real};
+use crate::numeric::{Ball, Dd, Interval, Real, TINY};
 use crate::nurbs::Arc;
 
 /// Degree of the Taylor polynomials.
@@ -138,8 +138,30 @@ pub(crate) fn dot<const D: usize>(a: &Vector<D>, b: &Vector<D>) -> Ball<Dd> {
     sum
 }
 
-/// `a / |a|`.
+/// Components smaller than this part of another change the length by a factor of 1 + 1e-400 at most.
+const NOTHING: f64 = 1e-200;
+
+/// `a / |a|`; along a coordinate axis all but exactly.
 pub(crate) fn normalized<const D: usize>(a: &Vector<D>) -> Vector<D> {
+    for c in 0..D {
+        let size = (a[c].mid.hi.abs() * (1.0 - f64::EPSILON) - a[c].rad) * (1.0 - f64::EPSILON);
+        let small = |i: usize| a[i].magnitude() <= NOTHING * size;
+        if size > 0.0 && (0..D).all(|i| i == c || small(i)) {
+            let exact = (0..D).all(|i| i == c || a[i].magnitude() == 0.0);
+            return std::array::from_fn(|i| Ball {
+                mid: if i == c {
+                    Dd::from(a[c].mid.hi.signum())
+                } else {
+                    Dd::ZERO
+                },
+                rad: match (i == c, exact) {
+                    (_, true) => 0.0,
+                    (true, false) => TINY,
+                    (false, false) => a[i].magnitude() / size * (1.0 + 8.0 * f64::EPSILON) + TINY,
+                },
+            });
+        }
+    }
     let length = dot(a, a).sqrt();
     a.map(|x| x / length)
 }
@@ -152,7 +174,7 @@ pub(crate) fn cross(a: &Vector<3>, b: &Vector<3>) -> Vector<3> {
 }
 
 /// The exact axes `x'`, `y'` of an arc (see [`Arc`]).
-fn axes<const D: usize>(arc: &Arc<D>) -> [Vector<D>; 2] {
+pub(crate) fn axes<const D: usize>(arc: &Arc<D>) -> [Vector<D>; 2] {
     let exact = |v: &[f64]| -> Vector<D> { std::array::from_fn(|c| Ball::exact(v[c])) };
     let x = exact(arc.x.as_slice());
     if D == 3 {

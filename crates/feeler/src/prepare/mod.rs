@@ -5,6 +5,7 @@
 
 mod boundary;
 mod circle;
+pub(crate) mod closed;
 mod compose;
 mod crack;
 mod net;
@@ -25,6 +26,7 @@ use crate::brep::Brep;
 use crate::numeric::{Dd, Real};
 use crate::trim::TrimRegion;
 use boundary::{Cut, UvCurve};
+use closed::ClosedFace;
 use std::sync::OnceLock;
 
 /// A box in space: ranges of x, y, z, rounded outward.
@@ -61,6 +63,11 @@ impl<T: Real> FaceGeometry<T> {
         self.cuts.len()
     }
 
+    /// The uv curve that a boundary piece is part of, as `uv_curves` numbers them.
+    pub(crate) fn piece_curve(&self, index: usize) -> usize {
+        self.cuts[index].curve
+    }
+
     /// The patch that a boundary piece lies on.
     pub(crate) fn piece_patch(&self, index: usize) -> usize {
         self.cuts[index].patch
@@ -95,6 +102,7 @@ impl<T: Real> FaceGeometry<T> {
 struct PreparedFace {
     bounding_box: Option<Box3>,
     region: OnceLock<TrimRegion>,
+    closed: OnceLock<Option<ClosedFace>>,
     double: OnceLock<FaceGeometry<f64>>,
     double_double: OnceLock<FaceGeometry<Dd>>,
 }
@@ -115,6 +123,7 @@ impl PreparedBrep {
             .map(|face| PreparedFace {
                 bounding_box: patch::surface_box(brep.surface(face)),
                 region: OnceLock::new(),
+                closed: OnceLock::new(),
                 double: OnceLock::new(),
                 double_double: OnceLock::new(),
             })
@@ -166,6 +175,13 @@ impl PreparedBrep {
     pub(crate) fn region(&self, face: usize) -> &TrimRegion {
         let slot = &self.faces[face].region;
         slot.get_or_init(|| TrimRegion::new(&self.brep, face))
+    }
+
+    /// The closed form of a face, if it has one.
+    pub(crate) fn closed(&self, face: usize) -> Option<&ClosedFace> {
+        let slot = &self.faces[face].closed;
+        let make = || ClosedFace::new(&self.brep, face, self.region(face), self.size);
+        slot.get_or_init(make).as_ref()
     }
 
     pub(crate) fn double(&self, face: usize) -> &FaceGeometry<f64> {

@@ -5,10 +5,11 @@ use super::answer::{
 };
 use super::local::{Spot, Surroundings};
 use super::objective::Objective;
-use super::search::{Foot, Goal, Outcome, Settled, Source, Width, minimize};
+use super::search::{Foot, Goal, Locus, Outcome, Settled, Source, Width, minimize};
 use super::{Workspace, inside};
 use crate::numeric::{Ball, Dd, Enclosure, Real};
 use crate::prepare::PreparedBrep;
+use crate::prepare::closed::V3;
 use crate::trim::Side;
 use nalgebra::{Point2, Point3, Vector3};
 
@@ -54,15 +55,16 @@ pub fn contact(
         (Contacts::All, Probe::HalfSpace(_)) => Some(options.prediction),
         _ => None,
     };
-    let found = minimize(
-        brep,
-        &objective,
-        Goal {
+    let search = |closed: bool| {
+        let goal = Goal {
             width,
             all_below,
             budget: options.node_budget,
-        },
-    );
+            closed,
+        };
+        minimize(brep, &objective, goal)
+    };
+    let mut found = search(true);
     // The side matters for a sphere about a closed solid only.
     let material = match probe {
         Probe::Sphere(s) if brep.brep().is_closed() => {
@@ -74,16 +76,25 @@ pub fn contact(
         }
         _ => Some(false),
     };
-    let separation = separation([found.lo, found.hi], &objective, radius, material);
-    let target = width.at(if material == Some(true) {
-        // The separation is -d - r.
-        separation.value.abs() + 2.0 * radius
-    } else {
-        separation.value + radius
-    });
+    let settle = |found: &Outcome| {
+        let separation = separation([found.lo, found.hi], &objective, radius, material);
+        let target = width.at(if material == Some(true) {
+            // The separation is -d - r.
+            separation.value.abs() + 2.0 * radius
+        } else {
+            separation.value + radius
+        });
+        (separation, target.max(0.0))
+    };
+    let (mut separation, mut target) = settle(&found);
+    if material.is_some() && found.used_closed && separation.bounds.width() > target {
+        // A surface that is not quite what its closed form takes it for, or digits lost next to a focal point.
+        found = search(false);
+        (separation, target) = settle(&found);
+    }
     // Contacts may be missing where the search for all of them was cut short.
     let cut_short = found.budget_spent && options.contacts == Contacts::All;
-    let undecided = if separation.bounds.width() <= target.max(0.0) {
+    let undecided = if separation.bounds.width() <= target {
         cut_short.then_some(Undecided::Budget)
     } else if material.is_none() {
         Some(Undecided::Degenerate)
@@ -187,7 +198,7 @@ fn is_continuum(found: &Outcome, objective: &Objective, slack: f64, reach: f64) 
     let limit = raised(found, objective, slack);
     found.settled.iter().any(|s| {
         let growth = limit - s.lo.hi;
-        growth >= 0.0 && s.reach * growth.sqrt() > reach
+        growth >= 0.0 && s.extent.length(growth) > reach
     })
 }
 
@@ -195,8 +206,7 @@ fn is_continuum(found: &Outcome, objective: &Objective, slack: f64, reach: f64) 
 struct Place {
     face: usize,
     trim: Option<usize>,
-    patch: usize,
-    local: [Ball<Dd>; 2],
+    spot: Locus,
     uv: Point2<f64>,
 }
 
@@ -221,8 +231,7 @@ fn contacts(
         let place = Place {
             face: foot.face,
             trim: foot.trim,
-            patch: foot.patch,
-            local: foot.local,
+            spot: foot.spot,
             uv: foot.uv,
         };
         if let Some(mut c) = make_contact(brep, probe, &place, separation, material) {
@@ -273,22 +282,24 @@ fn other_contact(
     if !s.local_minimum {
         return;
     }
-    let Some(mut place) = place_of(brep, s) else {
+    let Some((mut place, index, mut local)) = place_of(brep, s) else {
         return;
     };
-    let patch = &brep.double_double(place.face).patches[place.patch];
-    if let Source::Patch { face, .. } = s.source {
+    let patch = &brep.double_double(place.face).patches[index];
+    if let Some(Source::Patch { face, .. }) = s.source {
         // A foot beside the region is none: the border's own is.
         if brep.region(face).side(place.uv).side == Some(Side::Outside) {
             return;
         }
         let at = [place.uv.x, place.uv.y];
-        place.local = [0, 1].map(|k| patch.maps[k].to_local(Ball::exact(at[k])));
+        local = [0, 1].map(|k| patch.maps[k].to_local(Ball::exact(at[k])));
+        place.spot = Locus::Patch {
+            patch: index,
+            local,
+        };
     }
     // Below: the bound of the node. Above: f at the point itself.
-    let f = objective
-        .sample(&patch.net, place.local[0], place.local[1])
-        .value();
+    let f = objective.sample(&patch.net, local[0], local[1]).value();
     let hi = f.mid + Dd::from(f.rad * (1.0 + 16.0 * f64::EPSILON));
     let radius = match probe {
         Probe::Sphere(p) => p.radius,
@@ -337,17 +348,13 @@ fn other_contact(
     }
 }
 
-fn place_of(brep: &PreparedBrep, s: &Settled) -> Option<Place> {
-    match s.source {
+/// Where a settled node's minimum is: the place, its patch and the local parameters there.
+fn place_of(brep: &PreparedBrep, s: &Settled) -> Option<(Place, usize, [Ball<Dd>; 2])> {
+    let (face, trim, patch, local, uv) = match s.source? {
         Source::Patch { face, index } => {
             let maps = &brep.double(face).patches[index].maps;
-            Some(Place {
-                face,
-                trim: None,
-                patch: index,
-                local: s.at.map(Ball::exact),
-                uv: Point2::new(maps[0].to_native(s.at[0]), maps[1].to_native(s.at[1])),
-            })
+            let uv = Point2::new(maps[0].to_native(s.at[0]), maps[1].to_native(s.at[1]));
+            (face, None, index, s.at.map(Ball::exact), uv)
         }
         Source::Piece { face, index } => {
             let geometry = brep.double_double(face);
@@ -355,17 +362,36 @@ fn place_of(brep: &PreparedBrep, s: &Settled) -> Option<Place> {
             let (p, _) = crate::prepare::curve_jet(&piece.local, Ball::exact(s.at[0]));
             let local = [p[0] / p[2], p[1] / p[2]];
             let maps = &geometry.patches[piece.patch].maps;
-            Some(Place {
-                face,
-                trim: piece.trim,
-                patch: piece.patch,
-                local,
-                uv: Point2::new(
-                    maps[0].to_native(local[0].mid.hi),
-                    maps[1].to_native(local[1].mid.hi),
-                ),
-            })
+            let uv = Point2::new(
+                maps[0].to_native(local[0].mid.hi),
+                maps[1].to_native(local[1].mid.hi),
+            );
+            (face, piece.trim, piece.patch, local, uv)
         }
+    };
+    let place = Place {
+        face,
+        trim,
+        spot: Locus::Patch { patch, local },
+        uv,
+    };
+    Some((place, patch, local))
+}
+
+/// The point of a place, and a vector along `S_u x S_v`.
+fn point_and_normal(brep: &PreparedBrep, place: &Place) -> (V3, Vector3<f64>) {
+    match place.spot {
+        Locus::Patch { patch, local } => {
+            let net = &brep.double_double(place.face).patches[patch].net;
+            let jet = net.jet(local[0], local[1]);
+            let w = jet.value[3];
+            let point = std::array::from_fn(|c| jet.value[c] / w + Ball::exact(net.origin[c]));
+            let along = |d: &[Ball<Dd>; 4]| -> Vector3<f64> {
+                Vector3::from_fn(|c, _| ((d[c] - d[3] * (jet.value[c] / w)) / w).mid.hi)
+            };
+            (point, along(&jet.s).cross(&along(&jet.t)))
+        }
+        Locus::Closed { point, .. } => (point, Vector3::zeros()),
     }
 }
 
@@ -376,20 +402,8 @@ fn make_contact(
     separation: Separation,
     material: bool,
 ) -> Option<Contact> {
-    let geometry = brep.double_double(place.face);
-    let net = &geometry.patches[place.patch].net;
-    let jet = net.jet(place.local[0], place.local[1]);
-    let w = jet.value[3];
-    let point: [Ball<Dd>; 3] =
-        std::array::from_fn(|c| jet.value[c] / w + Ball::exact(net.origin[c]));
+    let (point, mut face_normal) = point_and_normal(brep, place);
     let on_brep = Point3::new(point[0].mid.hi, point[1].mid.hi, point[2].mid.hi);
-    let along = |d: &[Ball<Dd>; 4]| -> Vector3<f64> {
-        Vector3::from_fn(|c, _| ((d[c] - d[3] * (jet.value[c] / w)) / w).mid.hi)
-    };
-    let mut face_normal = along(&jet.s).cross(&along(&jet.t));
-    if brep.brep().faces()[place.face].reversed {
-        face_normal = -face_normal;
-    }
     let (normal, on_probe) = match probe {
         Probe::Sphere(s) => {
             let to_center: Vector3<f64> =
@@ -397,6 +411,14 @@ fn make_contact(
             let towards = if to_center.norm() > 0.0 {
                 if material { -to_center } else { to_center }
             } else {
+                if matches!(place.spot, Locus::Closed { .. })
+                    && let Some(form) = brep.closed(place.face)
+                {
+                    face_normal = form.surface.normal([place.uv.x, place.uv.y]).into();
+                }
+                if brep.brep().faces()[place.face].reversed {
+                    face_normal = -face_normal;
+                }
                 face_normal
             };
             let normal = unit(towards)?;
@@ -503,7 +525,15 @@ fn bound_contact(
     let (Some(only), None) = (candidates.next(), candidates.next()) else {
         return;
     };
-    let (Some(spread), Some(place)) = (only.spread, place_of(brep, only)) else {
+    // What is left is the foot's own face or curve: it is where its formula says.
+    if let (None, Locus::Closed { point, unique }) = (only.source, foot.spot) {
+        let apart = (0..3).map(|k| (point[k] - Ball::exact(c.on_brep[k])).magnitude().powi(2));
+        if unique {
+            set_bound(c, apart.sum::<f64>().sqrt() * BOUND_UP, found);
+        }
+        return;
+    }
+    let (Some(spread), Some((place, patch, local))) = (only.spread, place_of(brep, only)) else {
         return;
     };
     let radius = spread.radius(found.hi);
@@ -511,15 +541,24 @@ fn bound_contact(
         return;
     }
     let geometry = brep.double(place.face);
-    let net = &geometry.patches[place.patch].net;
-    let local = place.local.map(|x| Ball::<f64>::exact(x.mid.hi));
+    let net = &geometry.patches[patch].net;
+    let local = local.map(|x| Ball::<f64>::exact(x.mid.hi));
     let jet = net.jet(local[0], local[1]);
     let mut apart = 0.0;
     for k in 0..3 {
         let x = jet.value[k] / jet.value[3] + Ball::exact(net.origin[k]);
         apart += (x - Ball::exact(c.on_brep[k])).magnitude().powi(2);
     }
-    let bound = (radius + apart.sqrt()) * (1.0 + 16.0 * f64::EPSILON);
+    set_bound(c, (radius + apart.sqrt()) * BOUND_UP, found);
+}
+
+/// A bound is off by a few roundings.
+const BOUND_UP: f64 = 1.0 + 16.0 * f64::EPSILON;
+
+fn set_bound(c: &mut Contact, bound: f64, found: &Outcome) {
+    if !bound.is_finite() {
+        return;
+    }
     c.position_bound = Some(bound);
     let distance = found.lo.hi.max(0.0).sqrt();
     // The angle at the centre: sin(angle) <= bound / distance, and asin x <= 1.6 x.

@@ -6,6 +6,7 @@ use super::line::all_hits;
 use super::zeros::NOISE_FACTOR;
 use crate::numeric::Real;
 use crate::numeric::bernstein::largest;
+use crate::prepare::closed::ClosedFace;
 use crate::prepare::{Net, PreparedBrep};
 use crate::trim::Side;
 use nalgebra::{Point3, Vector3};
@@ -91,25 +92,28 @@ pub(super) fn near_boundary(
     clearance: f64,
     budget: &mut usize,
 ) -> bool {
+    if let Some(b) = brep.face_box(face)
+        && !stab.meets(&widened(b, CRACK_FACTOR * brep.widest_crack() + clearance))
+    {
+        return false;
+    }
+    if let Some(form) = brep.closed(face)
+        && form.others.is_empty()
+        && clear_of_curves(brep, stab, form, clearance)
+    {
+        return false;
+    }
     let geometry = brep.double(face);
     let norms = [0, 1].map(|k| stab.normals[k].norm() * UP);
     for index in 0..geometry.piece_count() {
         let trim = geometry.piece_trim(index);
-        let crack = match trim.map(|t| brep.brep().parts().trims[t].edge) {
-            Some(Some(edge)) => brep.cracks()[edge],
-            // A pole.
-            Some(None) => 0.0,
-            // A gap between two trims.
-            None => brep.widest_crack(),
-        };
-        let margin = CRACK_FACTOR * crack + clearance;
+        let margin = CRACK_FACTOR * crack_of(brep, trim) + clearance;
         // |L_k| / w is the distance from plane k times |n_k|.
         let reach = norms.map(|n| margin * n);
-        if let Some(b) = &geometry.patch_boxes[geometry.piece_patch(index)] {
-            let wide = b.map(|r| [r[0] - margin, r[1] + margin]);
-            if !stab.meets(&wide) {
-                continue;
-            }
+        if let Some(b) = &geometry.patch_boxes[geometry.piece_patch(index)]
+            && !stab.meets(&widened(b, margin))
+        {
+            continue;
         }
         let Some(space) = &geometry.piece(index).space else {
             return true;
@@ -127,6 +131,32 @@ pub(super) fn near_boundary(
         }
     }
     false
+}
+
+fn widened(b: &[[f64; 2]; 3], margin: f64) -> [[f64; 2]; 3] {
+    b.map(|r| [r[0] - margin, r[1] + margin])
+}
+
+/// The width of the crack along a trim (`None`: a gap between two).
+fn crack_of(brep: &PreparedBrep, trim: Option<usize>) -> f64 {
+    match trim.map(|t| brep.brep().parts().trims[t].edge) {
+        Some(Some(edge)) => brep.cracks()[edge],
+        // A pole.
+        Some(None) => 0.0,
+        // A gap between two trims.
+        None => brep.widest_crack(),
+    }
+}
+
+/// Whether the whole line is plainly clear of all boundary curves of a face in closed form.
+fn clear_of_curves(brep: &PreparedBrep, stab: &Stabber, form: &ClosedFace, clearance: f64) -> bool {
+    let d = stab.direction / stab.direction.norm();
+    let (o, d) = (stab.origin.coords.into(), d.into());
+    let slack = form.surface.pole_slack();
+    form.curves.iter().all(|c| {
+        let margin = CRACK_FACTOR * crack_of(brep, c.trim) + clearance + slack;
+        c.shape.is_clear_of(&o, &d, margin)
+    })
 }
 
 /// Whether both `|L_k| / w <= reach[k]` somewhere on a curve, as far as the arithmetic can tell.

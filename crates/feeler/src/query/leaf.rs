@@ -3,6 +3,7 @@
 use super::node::{Node, Shape};
 use super::search::{Arithmetic, Search, Settled, Source, Spread};
 use crate::numeric::{Ball, Dd, Real};
+use crate::prepare::closed::Extent;
 use crate::prepare::restrict;
 use crate::trim::BoxSide;
 use std::collections::BinaryHeap;
@@ -122,14 +123,14 @@ impl Search<'_> {
         self.lower(leaf.lo);
         let size = self.speed(source, node);
         self.out.settled.push(Settled {
-            source,
+            source: Some(source),
             lo: leaf.lo,
             at: [leaf.p[0].hi, leaf.p[1].hi],
             spread: Some(Spread {
                 speed: size,
                 ..leaf.spread
             }),
-            reach: leaf.reach * size,
+            extent: Extent::Root(leaf.reach * size),
             local_minimum: !leaf.empty,
         });
         true

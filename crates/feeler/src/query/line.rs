@@ -3,11 +3,11 @@
 use super::answer::{Feature, Hit, LineAnswer, LineProbe, Options, Separation, Undecided};
 use super::forms::Stabber;
 use super::inside::{CLEARANCE, CRACK_FACTOR, PARITY_BUDGET, near_boundary};
-use super::zeros::{RawHit, face_hits};
+use super::zeros::{HitAt, RawHit, face_hits};
 use crate::numeric::{Ball, Dd, Enclosure};
 use crate::prepare::PreparedBrep;
 use crate::trim::BoxSide;
-use nalgebra::{Point2, Point3, Vector3};
+use nalgebra::{Point2, Vector3};
 
 /// Two hits of one face nearer than this in the line's own length units, relative to the model's
 /// size, on patches that share a border, are one.
@@ -93,7 +93,7 @@ pub(super) fn all_hits(
                 undecided = Some(Undecided::Degenerate);
             }
             let same = raw[first..].iter().any(|o: &RawHit| {
-                o.patch != hit.patch
+                on_two_patches(o, &hit)
                     && (o.t.mid - hit.t.mid).hi.abs() <= apart
                     && on_border(o)
                     && on_border(&hit)
@@ -111,33 +111,64 @@ pub(super) fn all_hits(
     (raw, undecided)
 }
 
+fn on_two_patches(a: &RawHit, b: &RawHit) -> bool {
+    match (&a.at, &b.at) {
+        (HitAt::Patch { patch: p, .. }, HitAt::Patch { patch: q, .. }) => p != q,
+        _ => false,
+    }
+}
+
 fn on_border(h: &RawHit) -> bool {
     let near = SAME_HIT;
-    h.local.iter().any(|x| x.hi <= near || x.hi >= 1.0 - near)
+    let HitAt::Patch { local, .. } = &h.at else {
+        return false;
+    };
+    local.iter().any(|x| x.hi <= near || x.hi >= 1.0 - near)
 }
 
 /// Whether the hit lies so near the border of its region that the other face of the edge may
 /// be hit too.
 fn close_to_border(brep: &PreparedBrep, h: &RawHit) -> bool {
-    let geometry = brep.double(h.face);
-    let patch = &geometry.patches[h.patch];
-    let jet = patch
-        .net
-        .jet(Ball::exact(h.local[0].hi), Ball::exact(h.local[1].hi));
-    let w = jet.value[3].mid;
-    let speed = |d: &[Ball<f64>; 4]| {
-        let v = Vector3::from_fn(|c, _| (d[c].mid - d[3].mid * jet.value[c].mid / w) / w);
-        v.norm().max(f64::MIN_POSITIVE)
-    };
     let reach = CRACK_FACTOR * brep.widest_crack() + SAME_HIT * brep.size();
-    let around = |k: usize, speed: f64| {
-        let r = (reach / speed).min(1.0);
-        let x = h.local[k].hi;
-        patch.maps[k].to_native_range((x - r).max(0.0), (x + r).min(1.0))
+    let speeds = |[s, t]: [Vector3<f64>; 2]| [s, t].map(|v| v.norm().max(f64::MIN_POSITIVE));
+    let region = brep.region(h.face);
+    let side = match &h.at {
+        HitAt::Patch { patch, local, .. } => {
+            let patch = &brep.double(h.face).patches[*patch];
+            let jet = patch
+                .net
+                .jet(Ball::exact(local[0].hi), Ball::exact(local[1].hi));
+            let w = jet.value[3].mid;
+            let along = |d: &[Ball<f64>; 4]| {
+                Vector3::from_fn(|c, _| (d[c].mid - d[3].mid * jet.value[c].mid / w) / w)
+            };
+            let speeds = speeds([along(&jet.s), along(&jet.t)]);
+            let around = |k: usize| {
+                let r = (reach / speeds[k]).min(1.0);
+                let x = local[k].hi;
+                patch.maps[k].to_native_range((x - r).max(0.0), (x + r).min(1.0))
+            };
+            region.classify_box(around(0), around(1))
+        }
+        HitAt::Closed { uv, .. } => {
+            let surface = brep.brep().surface(h.face);
+            let (domain, jet) = (surface.domain(), surface.derivatives(uv[0], uv[1], 1));
+            let speeds = speeds([jet.get(1, 0), jet.get(0, 1)]);
+            let around = |k: usize| {
+                let r = (reach / speeds[k]).min(domain[k].length());
+                [uv[k] - r, uv[k] + r]
+            };
+            // The border of the domain may be a seam, which is an edge.
+            let (u, v) = (around(0), around(1));
+            let within =
+                |r: [f64; 2], k: usize| domain[k].contains(r[0]) && domain[k].contains(r[1]);
+            if within(u, 0) && within(v, 1) {
+                region.classify_box(u, v)
+            } else {
+                BoxSide::Mixed
+            }
+        }
     };
-    let side = brep
-        .region(h.face)
-        .classify_box(around(0, speed(&jet.s)), around(1, speed(&jet.t)));
     side != BoxSide::Inside
 }
 
@@ -180,17 +211,26 @@ fn merged(brep: &PreparedBrep, raw: &[RawHit], length: f64) -> usize {
 }
 
 fn dress(brep: &PreparedBrep, stab: &Stabber, h: &RawHit) -> Option<Hit> {
-    let geometry = brep.double_double(h.face);
-    let patch = &geometry.patches[h.patch];
-    let jet = patch.net.jet(ball(h.local[0]), ball(h.local[1]));
-    let w = jet.value[3];
-    let point = Point3::from(Vector3::from_fn(|c, _| {
-        (jet.value[c] / w + Ball::exact(patch.net.origin[c])).mid.hi
-    }));
-    let along = |d: &[Ball<Dd>; 4]| -> Vector3<f64> {
-        Vector3::from_fn(|c, _| ((d[c] - d[3] * (jet.value[c] / w)) / w).mid.hi)
+    let (point, mut normal, uv) = match &h.at {
+        HitAt::Patch { patch, local, .. } => {
+            let patch = &brep.double_double(h.face).patches[*patch];
+            let jet = patch.net.jet(ball(local[0]), ball(local[1]));
+            let w = jet.value[3];
+            let point = Vector3::from_fn(|c, _| {
+                (jet.value[c] / w + Ball::exact(patch.net.origin[c])).mid.hi
+            });
+            let along = |d: &[Ball<Dd>; 4]| -> Vector3<f64> {
+                Vector3::from_fn(|c, _| ((d[c] - d[3] * (jet.value[c] / w)) / w).mid.hi)
+            };
+            let uv = [0, 1].map(|k| patch.maps[k].to_native(local[k].hi));
+            (point, along(&jet.s).cross(&along(&jet.t)), uv)
+        }
+        HitAt::Closed { uv, point } => (
+            Vector3::from_fn(|c, _| point[c].mid.hi),
+            Vector3::from(brep.closed(h.face)?.surface.normal(*uv)),
+            *uv,
+        ),
     };
-    let mut normal = along(&jet.s).cross(&along(&jet.t));
     if brep.brep().faces()[h.face].reversed {
         normal = -normal;
     }
@@ -205,14 +245,11 @@ fn dress(brep: &PreparedBrep, stab: &Stabber, h: &RawHit) -> Option<Hit> {
             bounds,
         },
         t_end: None,
-        point,
+        point: point.into(),
         normal: if norm > 0.0 { normal / norm } else { normal },
         feature: Feature::Face(h.face),
         face: h.face,
-        uv: Point2::new(
-            patch.maps[0].to_native(h.local[0].hi),
-            patch.maps[1].to_native(h.local[1].hi),
-        ),
+        uv: Point2::new(uv[0], uv[1]),
         tangential: false,
     })
 }

@@ -1,6 +1,7 @@
 //! Queries and their answers.
 
 mod answer;
+mod closed;
 mod contact;
 mod forms;
 mod inside;

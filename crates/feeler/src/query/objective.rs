@@ -3,6 +3,7 @@
 
 use crate::numeric::bernstein::Bidegree;
 use crate::numeric::{Ball, Dd, Real};
+use crate::prepare::closed::{Target, exact};
 use crate::prepare::{Net, Products};
 use nalgebra::{Point3, Vector3};
 
@@ -55,6 +56,14 @@ pub(crate) struct Guide {
 const BOUND_UP: f64 = 1.0 + 32.0 * f64::EPSILON;
 
 impl Objective {
+    /// The same for closed forms.
+    pub(crate) fn target(&self) -> Target {
+        match self {
+            Self::SquaredDistance(q) => Target::Point(exact(q.coords.as_slice())),
+            Self::Height(n, h) => Target::Height(exact(n.as_slice()), Ball::exact(*h)),
+        }
+    }
+
     /// Whether `f` is never negative.
     pub(crate) fn is_squared(&self) -> bool {
         matches!(self, Self::SquaredDistance(_))

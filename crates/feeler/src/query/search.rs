@@ -31,12 +31,17 @@
 //! border of its patch it ends as far as R is concerned: boxes around such a crossing are put aside by their bound
 //! alone.
 //!
+//! A face in [closed form](crate::prepare::closed) is not cut into boxes: `f` has at most one local minimum in its interior, in a
+//! box that a formula gives. Where the box lies in R the minimum over the face is that formula's; else case 1 or, where the box
+//! meets the border of R, both count.
+//!
 //! The same list with curves for patches and end points for borders holds on boundary pieces (where every point
 //! counts as in the region) and on borders of patches.
 
 use super::node::{Node, Shape};
 use super::objective::Objective;
 use crate::numeric::{Ball, Dd, Real};
+use crate::prepare::closed::{Extent, Target, V3};
 use crate::prepare::{FaceGeometry, Net, PreparedBrep};
 use crate::trim::BoxSide;
 use nalgebra::Point2;
@@ -59,23 +64,32 @@ pub(crate) struct Foot {
     /// The trim it lies on, for a boundary piece of a trim.
     pub(crate) trim: Option<usize>,
     pub(crate) uv: Point2<f64>,
-    pub(crate) patch: usize,
-    /// Local parameters on the patch.
-    pub(crate) local: [Ball<Dd>; 2],
+    pub(crate) spot: Locus,
+}
+
+/// A point in the terms of the machinery that found it.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Locus {
+    /// Local parameters on a patch.
+    Patch { patch: usize, local: [Ball<Dd>; 2] },
+    /// A point of a face in closed form; `unique` says that it is proven to be the only one with the least value on its
+    /// face or curve.
+    Closed { point: V3, unique: bool },
 }
 
 /// A node that convexity settled, kept for contacts and for the extent of the minimum.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Settled {
-    pub(crate) source: Source,
+    /// `None` for closed forms.
+    pub(crate) source: Option<Source>,
     pub(crate) lo: Dd,
     /// The minimum on the node, rounded.
     pub(crate) at: [f64; 2],
     /// What is proven about how far from it the closest point can be; `None` where nothing is.
     pub(crate) spread: Option<Spread>,
-    /// How far (in units of length, an estimate) one can go from it before `f` grows by one unit, as
-    /// `length = reach * sqrt(growth)`; infinite where not convex.
-    pub(crate) reach: f64,
+    /// How far (in units of length, an estimate) one can go from it before `f` grows; infinite where not
+    /// convex.
+    pub(crate) extent: Extent,
     /// Whether the minimum of the node is a local minimum of the face (not cut off by the node).
     pub(crate) local_minimum: bool,
 }
@@ -136,6 +150,8 @@ pub(crate) struct Outcome {
     /// Whether parts that may hold the minimum were left unsearched because the enclosure was
     /// narrow enough.
     pub(crate) left_open: bool,
+    /// Whether a closed form had part in it.
+    pub(crate) used_closed: bool,
 }
 
 /// How narrow the enclosure of the separation must be.
@@ -170,6 +186,8 @@ pub(crate) struct Goal {
     pub(crate) all_below: Option<f64>,
     /// How many nodes may be visited.
     pub(crate) budget: usize,
+    /// Whether closed forms may be used.
+    pub(crate) closed: bool,
 }
 
 pub(super) struct Task<T> {
@@ -180,6 +198,7 @@ pub(super) struct Task<T> {
 
 enum Kind<T> {
     Face(usize),
+    Closed(usize),
     Root(Source),
     Node {
         source: Source,
@@ -212,7 +231,8 @@ impl<T> Ord for Task<T> {
 pub(super) struct Search<'a> {
     pub(super) brep: &'a PreparedBrep,
     pub(super) objective: &'a Objective,
-    goal: Goal,
+    pub(super) target: Target,
+    pub(super) goal: Goal,
     pub(super) out: Outcome,
     /// Nodes that f64 cannot settle.
     noisy: Vec<(Source, [f64; 2], [f64; 2], Dd)>,
@@ -229,6 +249,7 @@ pub(crate) fn minimize(brep: &PreparedBrep, objective: &Objective, goal: Goal) -
     let mut search = Search {
         brep,
         objective,
+        target: objective.target(),
         goal,
         out: Outcome {
             lo: Dd::from(f64::INFINITY),
@@ -238,6 +259,7 @@ pub(crate) fn minimize(brep: &PreparedBrep, objective: &Objective, goal: Goal) -
             nodes: 0,
             budget_spent: false,
             left_open: false,
+            used_closed: false,
         },
         noisy: Vec::new(),
         order: 0,
@@ -374,7 +396,17 @@ impl Search<'_> {
             }
             self.out.nodes += 1;
             match task.kind {
-                Kind::Face(face) => self.open_face(heap, face, task.lo),
+                Kind::Face(face) => match self.closed(face) {
+                    Some(form) => {
+                        let least = form.surface.least(&self.target);
+                        let lo = if least > task.lo { least } else { task.lo };
+                        if !self.hopeless(lo) {
+                            self.push(heap, lo, Kind::Closed(face));
+                        }
+                    }
+                    None => self.open_face(heap, face, task.lo),
+                },
+                Kind::Closed(face) => self.open_closed(heap, face, task.lo),
                 Kind::Root(source) => self.open_root(heap, source, task.lo),
                 Kind::Node {
                     source,
@@ -396,7 +428,22 @@ impl Search<'_> {
             let lo = b.as_ref().map_or(self.nothing(), |b| self.box_bound(b));
             self.push(heap, lo, Kind::Root(Source::Patch { face, index }));
         }
+        self.push_pieces::<T>(heap, face, lo, |_| true);
+    }
+
+    /// Pieces of those uv curves of a face that are wanted.
+    pub(super) fn push_pieces<T: Real + Arithmetic>(
+        &mut self,
+        heap: &mut BinaryHeap<Task<T>>,
+        face: usize,
+        lo: Dd,
+        wanted: impl Fn(usize) -> bool,
+    ) {
+        let geometry = T::geometry(self.brep, face);
         for index in 0..geometry.piece_count() {
+            if !wanted(geometry.piece_curve(index)) {
+                continue;
+            }
             // What matters of a piece lies on its patch.
             let b = &geometry.patch_boxes[geometry.piece_patch(index)];
             let lo = b.as_ref().map_or(lo, |b| self.box_bound(b));
@@ -609,11 +656,11 @@ impl Search<'_> {
         let at = [0.5 * (u[0] + u[1]), 0.5 * (v[0] + v[1])];
         let point = u[0] == u[1] && v[0] == v[1];
         self.out.settled.push(Settled {
-            source,
+            source: Some(source),
             lo,
             at,
             spread: point.then_some(Spread::POINT),
-            reach: if point { 0.0 } else { f64::INFINITY },
+            extent: Extent::Root(if point { 0.0 } else { f64::INFINITY }),
             local_minimum: true,
         });
     }

@@ -1,7 +1,7 @@
 //! Upper bounds: points of the BREP where the objective is evaluated, and the descent that finds them.
 
 use super::objective::Sample;
-use super::search::{Foot, Search, Source};
+use super::search::{Foot, Locus, Search, Source};
 use crate::numeric::{Ball, Dd};
 use crate::trim::Side;
 use nalgebra::Point2;
@@ -101,8 +101,7 @@ impl Search<'_> {
                     face,
                     trim,
                     uv: Point2::new(uv[0], uv[1]),
-                    patch,
-                    local,
+                    spot: Locus::Patch { patch, local },
                 },
             );
             return;
@@ -121,8 +120,7 @@ impl Search<'_> {
                 surface.maps[0].to_native(local[0].mid.hi),
                 surface.maps[1].to_native(local[1].mid.hi),
             ),
-            patch,
-            local,
+            spot: Locus::Patch { patch, local },
         };
         self.keep(&sample, foot);
     }
@@ -148,8 +146,10 @@ impl Search<'_> {
                     face,
                     trim: piece.trim,
                     uv,
-                    patch: piece.patch,
-                    local,
+                    spot: Locus::Patch {
+                        patch: piece.patch,
+                        local,
+                    },
                 },
             );
         } else {
@@ -177,7 +177,7 @@ const MAX_DAMPING: usize = 10;
 /// Rough values are compared with this relative slack.
 const ROUGH_SLACK: f64 = 1e-9;
 /// A point and its neighbours in ulps of uv.
-const NEIGHBOURS: [(i32, i32); 9] = [
+pub(super) const NEIGHBOURS: [(i32, i32); 9] = [
     (0, 0),
     (1, 0),
     (-1, 0),
@@ -189,7 +189,7 @@ const NEIGHBOURS: [(i32, i32); 9] = [
     (-1, 1),
 ];
 
-fn step_ulp(x: f64, ulps: i32) -> f64 {
+pub(super) fn step_ulp(x: f64, ulps: i32) -> f64 {
     match ulps {
         1 => x.next_up(),
         -1 => x.next_down(),

@@ -16,12 +16,15 @@
 //! What cannot be settled so (a tangent line, a hit within rounding of the region's border) makes the answer
 //! `Undecided`; it is never dropped.
 
+use super::closed::boxes_side;
 use super::forms::{Forms, Stabber, contraction, narrow, parameter_slope, range, restrict};
 use super::search::Arithmetic;
 use crate::numeric::bernstein::largest;
 use crate::numeric::{Ball, Dd, Real};
 use crate::prepare::PreparedBrep;
+use crate::prepare::closed::{ClosedLine, V3, exact};
 use crate::trim::BoxSide;
+use nalgebra::Vector3;
 
 /// A bound that is off by a few roundings.
 const UP: f64 = 1.0 + 64.0 * f64::EPSILON;
@@ -35,13 +38,23 @@ const NEWTON_STEPS: usize = 12;
 #[derive(Clone, Debug)]
 pub(super) struct RawHit {
     pub(super) face: usize,
-    pub(super) patch: usize,
-    /// Local parameters on the patch, within `rho` of the true ones.
-    pub(super) local: [Dd; 2],
-    pub(super) rho: f64,
+    pub(super) at: HitAt,
     pub(super) t: Ball<Dd>,
     /// Whether the hit is proven to be in the region's interior.
     pub(super) inside: bool,
+}
+
+/// Where on its face a hit is.
+#[derive(Clone, Debug)]
+pub(super) enum HitAt {
+    /// Local parameters on a patch, within `rho` of the true ones.
+    Patch {
+        patch: usize,
+        local: [Dd; 2],
+        rho: f64,
+    },
+    /// On a face in closed form: native parameters, rounded, and the point.
+    Closed { uv: [f64; 2], point: V3 },
 }
 
 /// All hits with one face's patches, or what could not be settled.
@@ -58,11 +71,15 @@ pub(super) fn face_hits(
     face: usize,
     budget: &mut usize,
 ) -> Option<FaceHits> {
-    let geometry = brep.double(face);
     let mut out = FaceHits {
         hits: Vec::new(),
         open: Vec::new(),
     };
+    if let Some(found) = closed_hits(brep, stab, face) {
+        out.hits = found;
+        return Some(out);
+    }
+    let geometry = brep.double(face);
     for (index, patch) in geometry.patches.iter().enumerate() {
         if geometry.patch_boxes[index]
             .as_ref()
@@ -86,6 +103,54 @@ pub(super) fn face_hits(
     }
     Some(out)
 }
+
+/// The hits with a face in closed form, where the line crosses its surface plainly.
+fn closed_hits(brep: &PreparedBrep, stab: &Stabber, face: usize) -> Option<Vec<RawHit>> {
+    let form = brep.closed(face)?;
+    let b = brep.face_box(face)?;
+    // The middle of the face's box as seen along the line, and how far its corners are from there.
+    let (o, d) = (stab.origin, stab.direction);
+    let center = Vector3::from_fn(|c, _| 0.5 * (b[c][0] + b[c][1])) - o.coords;
+    let middle = center.dot(&d) / d.norm_squared();
+    let half = Vector3::from_fn(|c, _| 0.5 * (b[c][1] - b[c][0])).norm();
+    let reach = half / d.norm();
+    // `middle` and `reach` are off by a few roundings of what they are made of.
+    let reach =
+        reach * (1.0 + REACH_SLACK) + REACH_SLACK * middle.abs().max(center.norm() / d.norm());
+    if !(reach.is_finite() && middle.is_finite() && reach > 0.0) {
+        return None;
+    }
+    let line = ClosedLine {
+        origin: exact(o.coords.as_slice()),
+        direction: exact(d.as_slice()),
+        middle,
+        reach,
+    };
+    let mut out = Vec::new();
+    for hit in form.surface.hits(&line)? {
+        if hit.t.upper() < stab.range[0] || hit.t.lower() > stab.range[1] {
+            continue;
+        }
+        match boxes_side(brep, face, &hit.boxes) {
+            BoxSide::Outside => {}
+            // The boxes are rounded outward to f64; the patches tell more finely.
+            BoxSide::Mixed => return None,
+            BoxSide::Inside => out.push(RawHit {
+                face,
+                at: HitAt::Closed {
+                    uv: hit.uv,
+                    point: hit.point,
+                },
+                t: hit.t,
+                inside: true,
+            }),
+        }
+    }
+    Some(out)
+}
+
+/// A part of lengths that covers some twenty roundings.
+const REACH_SLACK: f64 = 1.0 / (1u64 << 44) as f64;
 
 /// A box that holds one zero at most, which is known.
 struct Solved {
@@ -169,22 +234,27 @@ fn patch_hits<T: Real + Arithmetic>(
                 && let Some((hit, zone)) = certify(brep, stab, face, patch, &node)
             {
                 let settled = within(&zone);
-                if let Some(hit) = hit {
+                if let Some((hit, local, rho)) = hit {
                     let known = solved.iter().any(|s| {
-                        s.u[0] <= hit.local[0].hi
-                            && hit.local[0].hi <= s.u[1]
-                            && s.v[0] <= hit.local[1].hi
-                            && hit.local[1].hi <= s.v[1]
+                        s.u[0] <= local[0].hi
+                            && local[0].hi <= s.u[1]
+                            && s.v[0] <= local[1].hi
+                            && local[1].hi <= s.v[1]
                     });
                     // Or an earlier pass found it: then the balls overlap.
-                    let listed = out.hits.iter().any(|o| {
-                        o.patch == patch
-                            && (0..2).all(|k| {
-                                (o.local[k] - hit.local[k]).hi.abs() <= UP * (o.rho + hit.rho)
-                            })
+                    let listed = out.hits.iter().any(|o| match &o.at {
+                        HitAt::Patch {
+                            patch: p,
+                            local: l,
+                            rho: r,
+                        } => {
+                            *p == patch
+                                && (0..2).all(|k| (l[k] - local[k]).hi.abs() <= UP * (r + rho))
+                        }
+                        HitAt::Closed { .. } => false,
                     });
                     if !known && !listed {
-                        accept(stab, hit, classify, inside, out);
+                        accept(stab, hit, local, rho, classify, inside, out);
                     }
                 }
                 solved.push(zone);
@@ -209,17 +279,14 @@ fn patch_hits<T: Real + Arithmetic>(
 fn accept(
     stab: &Stabber,
     mut hit: RawHit,
+    local: [Dd; 2],
+    rho: f64,
     classify: impl Fn([f64; 2], [f64; 2]) -> BoxSide,
     inside: bool,
     out: &mut FaceHits,
 ) {
-    let r = hit.rho * UP + 4.0 * f64::EPSILON;
-    let around = |k: usize| {
-        [
-            (hit.local[k].hi - r).max(0.0),
-            (hit.local[k].hi + r).min(1.0),
-        ]
-    };
+    let r = rho * UP + 4.0 * f64::EPSILON;
+    let around = |k: usize| [(local[k].hi - r).max(0.0), (local[k].hi + r).min(1.0)];
     let side = match classify(around(0), around(1)) {
         BoxSide::Outside => return,
         BoxSide::Inside => true,
@@ -232,6 +299,9 @@ fn accept(
     out.hits.push(hit);
 }
 
+/// A certified zero, its local parameters and the bound on them.
+type Found = (RawHit, [Dd; 2], f64);
+
 /// The zero near a node, and a box about it in which it is the only one.
 fn certify<T: Real + Arithmetic>(
     brep: &PreparedBrep,
@@ -239,7 +309,7 @@ fn certify<T: Real + Arithmetic>(
     face: usize,
     patch: usize,
     node: &Forms<T>,
-) -> Option<(Option<RawHit>, Solved)> {
+) -> Option<(Option<Found>, Solved)> {
     let geometry = brep.double_double(face);
     let net = &geometry.patches[patch].net;
     let offsets = [0, 1].map(|k| stab.offset(k, &net.origin));
@@ -347,13 +417,15 @@ fn certify<T: Real + Arithmetic>(
     };
     let hit = RawHit {
         face,
-        patch,
-        local: p,
-        rho: local_rho,
+        at: HitAt::Patch {
+            patch,
+            local: p,
+            rho: local_rho,
+        },
         t,
         inside: !on_edge,
     };
-    Some((Some(hit), Solved { u, v }))
+    Some((Some((hit, p, local_rho)), Solved { u, v }))
 }
 
 /// How far the polynomials of a patch are followed past its border, in local parameters.

@@ -1,0 +1,147 @@
+//! Where a line meets a surface in closed form.
+
+use super::form::{V3, along, dot, sub};
+use super::plane::PlaneForm;
+use super::revolution::{Profile, RevolutionForm};
+use super::{ClosedSurface, form};
+use crate::numeric::{Ball, Dd};
+
+/// The line `origin + t direction`, and how far from `t = middle` a face can be.
+pub(crate) struct ClosedLine {
+    pub(crate) origin: V3,
+    pub(crate) direction: V3,
+    /// Points of the face are at parameters `|t - middle| <= reach`.
+    pub(crate) middle: f64,
+    pub(crate) reach: f64,
+}
+
+/// A point where the line crosses the surface.
+#[derive(Clone, Debug)]
+pub(crate) struct ClosedHit {
+    pub(crate) t: Ball<Dd>,
+    pub(crate) point: V3,
+    /// Boxes of native parameters, one of which holds it if it is in the domain.
+    pub(crate) boxes: Vec<[[f64; 2]; 2]>,
+    pub(crate) uv: [f64; 2],
+}
+
+/// A centre nearer to the axis than this part of the radius is on it: the sphere's equation is then off by less than
+/// anything that a double-double holds.
+const ON_AXIS: f64 = 1e-200;
+/// Profiles that rise along the axis by less than this part of what they rise across are left to the search.
+const LEAST_RISE: f64 = 1.0 / (1u64 << 20) as f64;
+
+impl ClosedSurface {
+    /// All crossings with the surface, those beyond its domain included; `None` where the line may touch it or lie in it,
+    /// or where there is no formula.
+    pub(crate) fn hits(&self, line: &ClosedLine) -> Option<Vec<ClosedHit>> {
+        match self {
+            Self::Plane(p) => plane_hits(p, line),
+            Self::Revolution(r) => revolution_hits(r, line),
+        }
+    }
+}
+
+/// `t = n.(P - o) / n.d`.
+fn plane_hits(p: &PlaneForm, line: &ClosedLine) -> Option<Vec<ClosedHit>> {
+    let origin = form::exact(&p.origin);
+    let rate = dot(&p.normal, &line.direction);
+    let offset = dot(&p.normal, &sub(&origin, &line.origin));
+    let t = offset / rate;
+    // Nearly parallel: no digits to spare.
+    const ENOUGH: f64 = 1.0 / (1u64 << 60) as f64;
+    if !(t.rad <= ENOUGH * line.reach) {
+        // The line stays on one side over all of the face.
+        let away = Ball::exact(line.middle) * rate - offset;
+        let most = rate.magnitude() * line.reach;
+        let clear = away.lower().max(-away.upper());
+        return (clear > most * (1.0 + 4.0 * f64::EPSILON)).then(Vec::new);
+    }
+    let w = along(&sub(&line.origin, &origin), t, &line.direction);
+    let uv = p.parameters(&w);
+    Some(vec![ClosedHit {
+        t,
+        point: along(&line.origin, t, &line.direction),
+        boxes: vec![uv.map(|x| [x.lower(), x.upper()])],
+        uv: uv.map(|x| x.mid.hi),
+    }])
+}
+
+/// `A x^2 + 2 B x + C = 0` with `x = t - middle`.
+///
+/// Sphere: `|w + x d|^2 = R^2`. Segment: with `s` the segment's own parameter at the height of the line's point, linear in `x`: `r^2 =
+/// a(s)^2 + b(s)^2` with linear `a`, `b`: exact, skew or not.
+fn revolution_hits(r: &RevolutionForm, line: &ClosedLine) -> Option<Vec<ClosedHit>> {
+    let middle = Ball::exact(line.middle);
+    let w = along(&sub(&line.origin, &r.origin), middle, &line.direction);
+    let d = &line.direction;
+    let [a, b, c] = match &r.profile {
+        Profile::Arc { center, radius, .. } => {
+            if center[0].magnitude().max(center[1].magnitude()) > ON_AXIS * radius {
+                return None;
+            }
+            let w = along(&w, -center[2], &r.axis);
+            let square = Ball::exact(*radius).square();
+            [dot(d, d), dot(&w, d), dot(&w, &w) - square]
+        }
+        Profile::Line([p, q]) => {
+            let rise: [Ball<Dd>; 3] = std::array::from_fn(|k| q[k] - p[k]);
+            if !(rise[2].mid.hi.abs() > LEAST_RISE * rise[0].mid.hi.abs() && rise[2].mid.hi != 0.0)
+            {
+                return None;
+            }
+            let (we, wb, wh) = (dot(&w, &r.e), dot(&w, &r.b), dot(&w, &r.axis));
+            let (de, db, dh) = (dot(d, &r.e), dot(d, &r.b), dot(d, &r.axis));
+            let (s0, s1) = ((wh - p[2]) / rise[2], dh / rise[2]);
+            let (a0, b0) = (p[0] + rise[0] * s0, p[1] + rise[1] * s0);
+            let (a1, b1) = (rise[0] * s1, rise[1] * s1);
+            [
+                de.square() + db.square() - a1.square() - b1.square(),
+                we * de + wb * db - a0 * a1 - b0 * b1,
+                we.square() + wb.square() - a0.square() - b0.square(),
+            ]
+        }
+    };
+    // The constant outweighs the rest as far as the face goes.
+    let most = (a.magnitude() * line.reach + 2.0 * b.magnitude()) * line.reach;
+    if c.lower().max(-c.upper()) > most * (1.0 + 16.0 * f64::EPSILON) {
+        return Some(Vec::new());
+    }
+    let discriminant = b.square() - a * c;
+    if discriminant.upper() < 0.0 {
+        return Some(Vec::new());
+    }
+    if !(discriminant.lower() > 0.0) {
+        return None;
+    }
+    let root = discriminant.sqrt();
+    let q = if b.mid < Dd::ZERO {
+        root - b
+    } else {
+        -(root + b)
+    };
+    let roots = [q / a, c / q];
+    let mut out = Vec::new();
+    for x in roots {
+        // Of no use: a leading coefficient that may be zero, or a double root nearly.
+        const ENOUGH: f64 = 1.0 / (1u64 << 60) as f64;
+        if !(x.rad <= ENOUGH * line.reach) {
+            if x.rad.is_finite() && x.lower().max(-x.upper()) > line.reach {
+                continue;
+            }
+            return None;
+        }
+        let t = middle + x;
+        let relative = along(&w, x, d);
+        if let Some((boxes, uv)) = r.locate(&relative) {
+            let point = along(&line.origin, t, d);
+            out.push(ClosedHit {
+                t,
+                point,
+                boxes,
+                uv,
+            });
+        }
+    }
+    Some(out)
+}

@@ -1,0 +1,225 @@
+//! Closed forms: planes, and revolutions of a segment or an arc (cylinders, cones, spheres, tori), with boundary curves
+//! that are segments and arcs in space.
+//!
+//! The critical points of a distance or a height on such a face, and its least values on such curves, are formulas:
+//! they are computed in double-double with running bounds, so that nothing is searched.
+
+mod curve;
+mod form;
+mod line;
+mod plane;
+mod revolution;
+
+pub(crate) use curve::ClosedCurve;
+pub(crate) use form::{Critical, Extent, Minimum, Target, V3, exact, widened};
+pub(crate) use line::ClosedLine;
+
+use plane::PlaneForm;
+use revolution::RevolutionForm;
+
+use super::boundary::{UvCurve, uv_curves};
+use crate::brep::Brep;
+use crate::numeric::{Ball, Dd, Interval, Real};
+use crate::nurbs::{Arc, Curve2, Surface};
+use crate::trim::{PieceOrigin, TrimRegion};
+
+/// A surface in closed form.
+#[derive(Clone, Debug)]
+pub(crate) enum ClosedSurface {
+    Plane(Box<PlaneForm>),
+    Revolution(Box<RevolutionForm>),
+}
+
+/// A face whose surface has a closed form, and what bounds it.
+#[derive(Debug)]
+pub(crate) struct ClosedFace {
+    pub(crate) surface: ClosedSurface,
+    /// Boundary curves in closed form.
+    pub(crate) curves: Vec<ClosedCurve>,
+    /// Which of the face's other uv curves have none: they are left to the pieces.
+    pub(crate) others: Vec<usize>,
+}
+
+impl ClosedFace {
+    /// The closed form of a face; `None` where its surface has none.
+    ///
+    /// *Loops that leave the domain.* A point x of the domain's border that is in the region without a loop through it has
+    /// odd parity beside it. On the way from x straight out of the domain the parity becomes even: a loop is met, at a
+    /// point whose nearest point in the domain is x. So the region's boundary lies on the loops moved to the
+    /// nearest points in the domain. A straight segment stays one if it is moved as a whole; others that leave the
+    /// domain are not in closed form, and then nor is the face. What was moved need not be in the region: such
+    /// curves give lower bounds, and upper ones only where a test says so.
+    pub(crate) fn new(brep: &Brep, face: usize, region: &TrimRegion, size: f64) -> Option<Self> {
+        brep.faces()[face].loops.as_ref()?;
+        let surface = match brep.surface(face) {
+            Surface::Plane(s) => ClosedSurface::Plane(Box::new(PlaneForm::new(s)?)),
+            Surface::Revolution(s) => {
+                ClosedSurface::Revolution(Box::new(RevolutionForm::new(s, size)?))
+            }
+            Surface::Sum(_) | Surface::Nurbs(_) => return None,
+        };
+        let mut out = Self {
+            surface,
+            curves: Vec::new(),
+            others: Vec::new(),
+        };
+        let domain = brep.surface(face).domain();
+        let arc_of = |trim: Option<usize>| match trim.map(|t| (t, &brep.parts().trims[t])) {
+            Some((t, trim)) => match &brep.parts().curves2[trim.curve] {
+                Curve2::Arc(arc) => Some((t, arc, trim.span)),
+                _ => None,
+            },
+            None => None,
+        };
+        let mut arcs: Vec<usize> = Vec::new();
+        for (index, c) in uv_curves::<Dd>(brep, face).iter().enumerate() {
+            let arc = arc_of(c.trim);
+            if arc.is_some_and(|(t, ..)| arcs.contains(&t)) {
+                continue;
+            }
+            if let (Some((t, arc, span)), ClosedSurface::Plane(p)) = (arc, &out.surface)
+                && (stays_inside(region, t) || circle_inside(arc, domain))
+                && let Some(curve) = p.arc(arc, span, t)
+            {
+                arcs.push(t);
+                out.curves.push(curve);
+                continue;
+            }
+            let Some(ends) = segment(c) else {
+                if !c.trim.is_some_and(|t| stays_inside(region, t)) {
+                    return None;
+                }
+                out.others.push(index);
+                continue;
+            };
+            let moved = ends.map(|p| [0, 1].map(|k| clamp(p[k], domain[k])));
+            let proven = |x: Ball<Dd>, d: Interval| {
+                let [low, high] = limits(x);
+                low >= Dd::from(d.start) && high <= Dd::from(d.end)
+            };
+            if !moved
+                .iter()
+                .all(|p| (0..2).all(|k| proven(p[k], domain[k])))
+            {
+                return None;
+            }
+            let was_moved = (0..2).any(|e| (0..2).any(|k| moved[e][k].mid != ends[e][k].mid));
+            let whole = !was_moved
+                || (0..2).any(|k| moved[0][k].mid == moved[1][k].mid && moved[0][k].rad == 0.0);
+            let point = (0..2).all(|k| {
+                moved[0][k].mid == moved[1][k].mid && moved[0][k].rad + moved[1][k].rad == 0.0
+            });
+            if point {
+                let at = out.surface.point(moved[0].map(|x| x.mid.hi));
+                let mut curve = ClosedCurve::segment(at, at, moved, c.trim);
+                curve.moved = was_moved;
+                out.curves.push(curve);
+                continue;
+            }
+            match out.surface.image(moved, c.trim) {
+                Some(mut curve) if whole => {
+                    curve.moved = was_moved;
+                    out.curves.push(curve);
+                }
+                _ if was_moved => return None,
+                _ => out.others.push(index),
+            }
+        }
+        Some(out)
+    }
+}
+
+/// Whether all pieces of a trim are in the domain.
+fn stays_inside(region: &TrimRegion, trim: usize) -> bool {
+    let own = |o: PieceOrigin| matches!(o, PieceOrigin::Trim { trim: t, .. } if t == trim);
+    let mut pieces = region.pieces().iter().filter(|p| own(p.origin));
+    pieces.all(|p| p.inside_domain)
+}
+
+/// Whether the whole circle of an arc is in the domain: exactly.
+fn circle_inside(arc: &Arc<2>, domain: [Interval; 2]) -> bool {
+    (0..2).all(|k| {
+        Dd::difference(arc.center[k], arc.radius) >= Dd::from(domain[k].start)
+            && Dd::sum(arc.center[k], arc.radius) <= Dd::from(domain[k].end)
+    })
+}
+
+/// Proven bounds, finer than f64.
+fn limits(x: Ball<Dd>) -> [Dd; 2] {
+    if x.rad == 0.0 {
+        return [x.mid; 2];
+    }
+    let off = (x.rad + 4.0 * Dd::UNIT * x.mid.magnitude()) * (1.0 + 4.0 * f64::EPSILON);
+    [x.mid - Dd::from(off), x.mid + Dd::from(off)]
+}
+
+/// The nearest number in the domain; the same if it may be in it.
+fn clamp(x: Ball<Dd>, domain: Interval) -> Ball<Dd> {
+    let [low, high] = limits(x);
+    if high < Dd::from(domain.start) {
+        Ball::exact(domain.start)
+    } else if low > Dd::from(domain.end) {
+        Ball::exact(domain.end)
+    } else {
+        x
+    }
+}
+
+/// The ends of a straight segment in uv.
+fn segment(c: &UvCurve<Dd>) -> Option<[[Ball<Dd>; 2]; 2]> {
+    let [a, b] = c.points.as_slice() else {
+        return None;
+    };
+    let plain = |w: Ball<Dd>| w.rad == 0.0 && w.mid == Dd::ONE;
+    (plain(a[2]) && plain(b[2])).then_some([[a[0], a[1]], [b[0], b[1]]])
+}
+
+impl ClosedSurface {
+    /// The image of a straight segment in uv, where it is a segment or an arc.
+    fn image(&self, ends: [[Ball<Dd>; 2]; 2], trim: Option<usize>) -> Option<ClosedCurve> {
+        match self {
+            Self::Plane(p) => Some(p.segment(ends, trim)),
+            Self::Revolution(r) => r.iso_curve(ends, trim),
+        }
+    }
+
+    /// By how much a minimum over a boundary curve, as a length, may be off for what is near a pole.
+    pub(crate) fn pole_slack(&self) -> f64 {
+        match self {
+            Self::Plane(_) => 0.0,
+            Self::Revolution(r) => r.pole_slack,
+        }
+    }
+
+    /// A proven lower bound of the target on the whole surface.
+    pub(crate) fn least(&self, target: &Target) -> Dd {
+        match self {
+            Self::Plane(p) => p.least(target),
+            Self::Revolution(r) => r.least(target),
+        }
+    }
+
+    /// Where the objective can have a local minimum within the surface's domain.
+    pub(crate) fn critical(&self, target: &Target) -> Critical {
+        match self {
+            Self::Plane(p) => p.critical(target),
+            Self::Revolution(r) => r.critical(target),
+        }
+    }
+
+    /// The point at native parameters, with a bound.
+    pub(crate) fn point(&self, uv: [f64; 2]) -> V3 {
+        match self {
+            Self::Plane(p) => p.point(uv.map(Ball::exact)),
+            Self::Revolution(r) => r.point(uv),
+        }
+    }
+
+    /// A vector along `S_u x S_v` at native parameters, rounded; zero at a pole.
+    pub(crate) fn normal(&self, uv: [f64; 2]) -> [f64; 3] {
+        match self {
+            Self::Plane(p) => p.normal.map(|x| x.mid.hi),
+            Self::Revolution(r) => r.normal(uv),
+        }
+    }
+}

@@ -1,0 +1,218 @@
+//! Planes.
+
+use super::curve::{ClosedCurve, CurveShape, UvPath};
+use super::form::{
+    Critical, Extent, Linear, Minimum, Target, V3, along, distance_range, dot, exact, range, sub,
+};
+use crate::numeric::{Ball, Dd, Dyadic, Interval, sin_cos};
+use crate::nurbs::{Arc, Plane};
+
+/// `origin + a x + b y`, what is needed to project onto it.
+#[derive(Clone, Debug)]
+pub(crate) struct PlaneForm {
+    pub(crate) origin: [f64; 3],
+    pub(crate) x: V3,
+    pub(crate) y: V3,
+    /// `x cross y`.
+    pub(crate) normal: V3,
+    length: Ball<Dd>,
+    /// `x.x`, `x.y`, `y.y` and the determinant.
+    gram: [Ball<Dd>; 4],
+    pub(crate) maps: [Linear; 2],
+    /// The corners of the domain.
+    corners: [V3; 4],
+    /// The exact length of both axes, where they are exactly orthogonal and of the same power of two, and
+    /// parameters are coordinates.
+    similar: Option<f64>,
+    domain: [Interval; 2],
+}
+
+impl PlaneForm {
+    pub(super) fn new(s: &Plane) -> Option<Self> {
+        let (x, y) = (exact(s.x.as_slice()), exact(s.y.as_slice()));
+        let normal = std::array::from_fn(|c| {
+            let (i, j) = ((c + 1) % 3, (c + 2) % 3);
+            x[i] * y[j] - x[j] * y[i]
+        });
+        let gram = [dot(&x, &x), dot(&x, &y), dot(&y, &y), dot(&normal, &normal)];
+        // A plane whose axes are parallel up to half the digits is left to the search.
+        const FLAT: f64 = 1.0 / (1u64 << 48) as f64;
+        if !gram[3].is_above(FLAT * gram[0].magnitude() * gram[2].magnitude()) {
+            return None;
+        }
+        let maps = [0, 1].map(|k| Linear {
+            from: s.domain[k],
+            to: s.extents[k],
+        });
+        let o = exact(s.origin.coords.as_slice());
+        let corner = |a: f64, b: f64| along(&along(&o, Ball::exact(a), &x), Ball::exact(b), &y);
+        let [a, b] = s.extents;
+        Some(Self {
+            origin: [s.origin.x, s.origin.y, s.origin.z],
+            corners: [
+                corner(a.start, b.start),
+                corner(a.start, b.end),
+                corner(a.end, b.start),
+                corner(a.end, b.end),
+            ],
+            length: gram[3].sqrt(),
+            similar: similar(s),
+            x,
+            y,
+            normal,
+            gram,
+            maps,
+            domain: s.domain,
+        })
+    }
+
+    /// The point at native parameters.
+    pub(super) fn point(&self, uv: [Ball<Dd>; 2]) -> V3 {
+        let [a, b] = [0, 1].map(|k| self.maps[k].at(uv[k]));
+        along(&along(&exact(&self.origin), a, &self.x), b, &self.y)
+    }
+
+    /// Native parameters of the foot of a point given relative to the origin.
+    pub(crate) fn parameters(&self, w: &V3) -> [Ball<Dd>; 2] {
+        let (wx, wy) = (dot(w, &self.x), dot(w, &self.y));
+        let [xx, xy, yy, det] = self.gram;
+        let coordinates = [(wx * yy - wy * xy) / det, (wy * xx - wx * xy) / det];
+        [0, 1].map(|k| {
+            Linear {
+                from: self.maps[k].to,
+                to: self.maps[k].from,
+            }
+            .at(coordinates[k])
+        })
+    }
+
+    pub(super) fn segment(&self, ends: [[Ball<Dd>; 2]; 2], trim: Option<usize>) -> ClosedCurve {
+        let [a, b] = ends.map(|e| self.point(e));
+        ClosedCurve::segment(a, b, ends, trim)
+    }
+
+    /// The image of a circular arc; a circle only where the axes are exactly orthogonal and of one length.
+    pub(super) fn arc(&self, arc: &Arc<2>, span: Interval, trim: usize) -> Option<ClosedCurve> {
+        let unit = Ball::exact(self.similar?);
+        let map = Linear {
+            from: arc.domain,
+            to: arc.angle,
+        };
+        let [from, to] = [span.start, span.end].map(|t| map.at(Ball::exact(t)));
+        let x = exact_pair(arc.x.as_slice());
+        let length = (x[0].square() + x[1].square()).sqrt();
+        let x = x.map(|c| c / length);
+        // +90 degrees, or -90 where the stored y lies on that side: as `Arc` says.
+        let turn = Dd::product(arc.x[0], arc.y[1]) - Dd::product(arc.x[1], arc.y[0]);
+        let sign = if turn < Dd::ZERO {
+            -Ball::ONE
+        } else {
+            Ball::ONE
+        };
+        let y = [-(sign * x[1]), sign * x[0]];
+        let lift = |d: [Ball<Dd>; 2]| -> V3 {
+            std::array::from_fn(|c| (d[0] * self.x[c] + d[1] * self.y[c]) / unit)
+        };
+        let center = self.point([arc.center[0], arc.center[1]].map(Ball::exact));
+        let (sin, cos) = sin_cos(from);
+        let start = [0, 1].map(|c| cos * x[c] + sin * y[c]);
+        let turned = [0, 1].map(|c| cos * y[c] - sin * x[c]);
+        let radius = Ball::exact(arc.radius) * unit;
+        let shape = CurveShape::arc(center, lift(start), lift(turned), radius, to - from)?;
+        // uv of a point at angle `a` from the start.
+        Some(ClosedCurve {
+            trim: Some(trim),
+            shape,
+            uv: UvPath::Circle {
+                center: [arc.center[0], arc.center[1]],
+                x: start.map(|c| c.mid.hi * arc.radius),
+                y: turned.map(|c| c.mid.hi * arc.radius),
+            },
+            moved: false,
+        })
+    }
+
+    pub(super) fn least(&self, target: &Target) -> Dd {
+        match target {
+            Target::Point(q) => {
+                let w = sub(q, &exact(&self.origin));
+                distance_range(dot(&w, &self.normal) / self.length, 0.0)[0]
+            }
+            // Linear: least at a corner.
+            Target::Height(n, h) => {
+                let values = self.corners.iter();
+                let values = values.map(|p| range(dot(n, p) - *h, 0.0)[0]);
+                values.fold(Dd::from(f64::INFINITY), |m, x| if x < m { x } else { m })
+            }
+        }
+    }
+
+    /// A distance is least at the foot. A height has no minimum in the interior unless both its slopes vanish: where they do
+    /// so within their bounds, all of the plane counts.
+    pub(super) fn critical(&self, target: &Target) -> Critical {
+        match target {
+            Target::Point(q) => {
+                let w = sub(q, &exact(&self.origin));
+                let height = dot(&w, &self.normal) / self.length;
+                let uv = self.parameters(&w);
+                let point = self.point(uv);
+                Critical::Boxes {
+                    boxes: vec![uv.map(|x| [x.lower(), x.upper()])],
+                    minimum: Minimum {
+                        range: distance_range(height, 0.0),
+                        point,
+                        uv: uv.map(|x| x.mid.hi),
+                        uv_off: [0.0; 2],
+                        unique: true,
+                        extent: Extent::Root(1.0),
+                    },
+                }
+            }
+            Target::Height(n, h) => {
+                let slopes = [dot(n, &self.x), dot(n, &self.y)];
+                if slopes.iter().any(|s| s.mid.abs().hi > s.rad * 2.0) {
+                    return Critical::None;
+                }
+                let uv = [0, 1].map(|k| self.domain[k].mid());
+                let point = self.point(uv.map(Ball::exact));
+                let high = range(dot(n, &point) - *h, 0.0)[1];
+                Critical::Boxes {
+                    boxes: vec![self.domain.map(|d| [d.start, d.end])],
+                    minimum: Minimum {
+                        range: [self.least(target), high],
+                        point,
+                        uv,
+                        uv_off: [0.0; 2],
+                        unique: false,
+                        extent: Extent::Root(f64::INFINITY),
+                    },
+                }
+            }
+        }
+    }
+}
+
+fn exact_pair(v: &[f64]) -> [Ball<Dd>; 2] {
+    [Ball::exact(v[0]), Ball::exact(v[1])]
+}
+
+/// The length of both axes, if they are exactly orthogonal, exactly equally long, and the length is a f64, and the
+/// coordinates are the native parameters.
+fn similar(s: &Plane) -> Option<f64> {
+    if (0..2).any(|k| s.domain[k] != s.extents[k]) {
+        return None;
+    }
+    let product = |a: &[f64], b: &[f64]| {
+        let mut sum = Dyadic::from_f64(0.0)?;
+        for c in 0..3 {
+            sum = &sum + &(&Dyadic::from_f64(a[c])? * &Dyadic::from_f64(b[c])?);
+        }
+        Some(sum)
+    };
+    let (x, y) = (s.x.as_slice(), s.y.as_slice());
+    let square = product(x, x)?;
+    let length = s.x.norm();
+    let root = Dyadic::from_f64(length)?;
+    let holds = product(x, y)?.signum() == 0 && product(y, y)? == square && &root * &root == square;
+    holds.then_some(length)
+}

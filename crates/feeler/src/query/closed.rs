@@ -1,0 +1,158 @@
+//! Faces in closed form within the search.
+
+use super::search::{Arithmetic, Foot, Locus, Search, Settled, Task};
+use super::upper::{NEIGHBOURS, step_ulp};
+use crate::numeric::{Dd, Real};
+use crate::prepare::PreparedBrep;
+use crate::prepare::closed::{ClosedFace, Critical, Extent, Minimum, widened};
+use crate::trim::{BoxSide, Side};
+use nalgebra::Point2;
+use std::collections::BinaryHeap;
+
+impl Search<'_> {
+    /// The closed form of a face, where it serves: all minima of a face are not asked for.
+    pub(super) fn closed(&self, face: usize) -> Option<&ClosedFace> {
+        if self.goal.all_below.is_some() || !self.goal.closed {
+            return None;
+        }
+        self.brep.closed(face)
+    }
+
+    pub(super) fn open_closed<T: Real + Arithmetic>(
+        &mut self,
+        heap: &mut BinaryHeap<Task<T>>,
+        face: usize,
+        lo: Dd,
+    ) {
+        let brep = self.brep;
+        let Some(form) = brep.closed(face) else {
+            return;
+        };
+        self.out.used_closed = true;
+        if let Critical::Boxes { boxes, minimum } = form.surface.critical(&self.target) {
+            let side = boxes_side(brep, face, &boxes);
+            if side != BoxSide::Outside {
+                // The face's box bounds it too.
+                let least = if lo > minimum.range[0] {
+                    lo
+                } else {
+                    minimum.range[0]
+                };
+                self.settle_closed(least, minimum.extent);
+            }
+            match side {
+                BoxSide::Inside => return self.keep_closed(face, None, &minimum),
+                BoxSide::Mixed => self.try_closed_point(face, form, &minimum),
+                BoxSide::Outside => {}
+            }
+        }
+        let slack = form.surface.pole_slack();
+        for curve in &form.curves {
+            let mut minimum = curve.minimum(&self.target);
+            minimum.range = widened(&self.target, minimum.range, slack);
+            if self.hopeless(minimum.range[0]) {
+                continue;
+            }
+            if !curve.moved || self.is_on_face(face, &minimum) {
+                self.keep_closed(face, curve.trim, &minimum);
+            } else {
+                self.try_closed_point(face, form, &minimum);
+            }
+            self.settle_closed(minimum.range[0], minimum.extent);
+        }
+        if !form.others.is_empty() {
+            self.push_pieces::<T>(heap, face, lo, |c| form.others.contains(&c));
+        }
+    }
+
+    /// Whether a point of a curve that was moved into the domain is proven to be in the region.
+    fn is_on_face(&self, face: usize, minimum: &Minimum) -> bool {
+        let region = self.brep.region(face);
+        let [u, v] = minimum.uv;
+        if minimum.uv_off == [0.0; 2] {
+            let side = region.side(Point2::new(u, v)).side;
+            return matches!(side, Some(Side::Inside | Side::Boundary));
+        }
+        let domain = self.brep.brep().surface(face).domain();
+        let b = [0, 1].map(|k| {
+            let (x, off) = (minimum.uv[k], minimum.uv_off[k]);
+            [(x - off).max(domain[k].start), (x + off).min(domain[k].end)]
+        });
+        region.classify_box(b[0], b[1]) == BoxSide::Inside
+    }
+
+    fn settle_closed(&mut self, lo: Dd, extent: Extent) {
+        if self.hopeless(lo) {
+            return;
+        }
+        self.lower(lo);
+        self.out.settled.push(Settled {
+            source: None,
+            lo,
+            at: [0.0; 2],
+            spread: None,
+            extent,
+            local_minimum: true,
+        });
+    }
+
+    fn keep_closed(&mut self, face: usize, trim: Option<usize>, minimum: &Minimum) {
+        if minimum.range[1] < self.out.hi {
+            self.out.hi = minimum.range[1];
+            self.out.foot = Some(Foot {
+                face,
+                trim,
+                uv: Point2::new(minimum.uv[0], minimum.uv[1]),
+                spot: Locus::Closed {
+                    point: minimum.point,
+                    unique: minimum.unique,
+                },
+            });
+        }
+    }
+
+    /// A point in f64 next to the minimum that the exact test finds in the region.
+    fn try_closed_point(&mut self, face: usize, form: &ClosedFace, minimum: &Minimum) {
+        let domain = self.brep.brep().surface(face).domain();
+        for (du, dv) in NEIGHBOURS {
+            let uv = [step_ulp(minimum.uv[0], du), step_ulp(minimum.uv[1], dv)];
+            if !(0..2).all(|k| domain[k].contains(uv[k])) {
+                continue;
+            }
+            let side = self.brep.region(face).side(Point2::new(uv[0], uv[1])).side;
+            if !matches!(side, Some(Side::Inside | Side::Boundary)) {
+                continue;
+            }
+            let point = form.surface.point(uv);
+            let high = self.target.range_at(&point)[1];
+            let tried = Minimum {
+                range: [minimum.range[0], high],
+                point,
+                uv,
+                uv_off: [0.0; 2],
+                unique: false,
+                extent: minimum.extent,
+            };
+            return self.keep_closed(face, None, &tried);
+        }
+    }
+}
+
+/// Where some of the boxes of native parameters, which together hold one point's copies, lie.
+pub(super) fn boxes_side(brep: &PreparedBrep, face: usize, boxes: &[[[f64; 2]; 2]]) -> BoxSide {
+    let domain = brep.brep().surface(face).domain();
+    let mut all_out = true;
+    for b in boxes {
+        let within = (0..2).all(|k| domain[k].start <= b[k][0] && b[k][1] <= domain[k].end);
+        match brep.region(face).classify_box(b[0], b[1]) {
+            BoxSide::Inside if within => return BoxSide::Inside,
+            BoxSide::Outside => {}
+            _ => all_out = false,
+        }
+    }
+    if all_out {
+        BoxSide::Outside
+    } else {
+        BoxSide::Mixed
+    }
+}
