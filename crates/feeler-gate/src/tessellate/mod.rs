@@ -14,7 +14,9 @@
 //! # Guarantee
 //! None in the sense of an enclosure. [`Mesh::chord_error`] is the largest distance *found*: from triangles to their
 //! surface (at four points of some 2,000 triangles a face), and from edges to their chords (in the middle of
-//! each). [`Mesh::open_edges`] counts where the mesh is not closed.
+//! each). [`Mesh::open_edges`] counts where the mesh is not closed: at coarse angles different patches may share their corner
+//! points and fall into one. Triangles turn as their faces say; where a file's flags of orientation are wrong, so
+//! is the mesh, and [`Mesh::open_edges`] shows it.
 //!
 //! # Cost
 //! Proportional to the triangles, about 1 us each; 1 degree on a sphere gives some 1e5.
