@@ -36,6 +36,7 @@ use feeler::query::{Contacts, Feature, LineKind, LineProbe, Probe};
 use feeler::trim::Side;
 use feeler_corpus::{Answer, Ask, Body, ContactLine, HitLine, Hits, Model, Query};
 use nalgebra::{Point2, Point3, Vector3};
+use std::rc::Rc;
 use trims::Piece;
 
 #[cfg(test)]
@@ -308,12 +309,13 @@ impl Engine for ThesisEngine {
         self.faces.clear();
         for brep in &model.breps {
             let parts = brep.parts();
+            let curves: Vec<_> = parts.curves2.iter().cloned().map(Rc::new).collect();
             for face in brep.faces() {
                 let pieces = face.loops.as_ref().map(|loops| {
                     let trims = loops.iter().flat_map(|l| &parts.loops[*l].trims);
                     let trims = trims.map(|t| &parts.trims[*t]);
                     trims
-                        .flat_map(|t| trims::pieces(&parts.curves2[t.curve], t.span))
+                        .flat_map(|t| trims::pieces(&curves[t.curve], t.span))
                         .collect()
                 });
                 self.faces.push(Face {
