@@ -8,8 +8,9 @@ use feeler_corpus::{
     QueryLine, SphereLine,
 };
 use feeler_gate::{Engine, FeelerEngine};
+use serde_json::{Value, json};
 use std::io::{BufRead, BufWriter, Write};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// A line of standard input longer than this is refused: 1 MiB, far above any query.
 const LONGEST_LINE: u64 = 1 << 20;
@@ -203,7 +204,7 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Bad> {
     }
     let mut out = BufWriter::new(std::io::stdout().lock());
     if asked.is_empty() {
-        from_input(&mut answering, &mut out)?;
+        from_input(&mut answering, &mut out, false)?;
     } else {
         for (flag, line) in asked {
             let answer = answering.answer(flag, Ok(line));
@@ -229,8 +230,72 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Bad> {
     })
 }
 
-/// One answer a line, in order; a line that is refused gets its answer too.
-fn from_input(answering: &mut Answering, out: &mut impl Write) -> Result<(), Bad> {
+/// `feeler engine`: the query protocol from its first line on, for whoever starts the kernel as a program.
+pub(crate) fn serve() -> Result<Outcome, Bad> {
+    let mut first = String::new();
+    std::io::Read::take(std::io::stdin().lock(), LONGEST_LINE)
+        .read_line(&mut first)
+        .map_err(|e| Bad(format!("standard input: {e}")))?;
+    let mut out = BufWriter::new(std::io::stdout().lock());
+    let (line, answering) = match opened(&first) {
+        Ok((faces, answering)) => {
+            let version = env!("CARGO_PKG_VERSION");
+            let line = json!({"engine": "feeler", "version": version, "faces": faces});
+            (line, Some(answering))
+        }
+        Err(error) => (json!({"error": error}), None),
+    };
+    writeln!(out, "{line}").map_err(write_error)?;
+    out.flush().map_err(write_error)?;
+    let Some(mut answering) = answering else {
+        return Ok(Outcome::Refused);
+    };
+    from_input(&mut answering, &mut out, true)?;
+    Ok(match (answering.refusals, answering.undecided) {
+        (0, false) => Outcome::Good,
+        (0, true) => Outcome::Short,
+        _ => Outcome::Refused,
+    })
+}
+
+/// What the first line of the protocol names, and how many faces it has.
+fn opened(first: &str) -> Result<(usize, Answering), String> {
+    let first: Value =
+        serde_json::from_str(first).map_err(|e| format!("the first line is not JSON: {e}"))?;
+    let path = first["model"]
+        .as_str()
+        .ok_or("the first line names no model")?;
+    let object = match &first["object"] {
+        Value::Null => None,
+        n => Some(n.as_u64().ok_or("the object is no number")? as usize),
+    };
+    let accuracy = match &first["accuracy"] {
+        Value::Null => AccuracyLine::Word(Full::Full),
+        a => serde_json::from_value(a.clone())
+            .map_err(|_| "the accuracy is no length, nor \"full\"")?,
+    };
+    let options = Options {
+        accuracy: accuracy.accuracy().map_err(|e| e.to_string())?,
+        ..Options::default()
+    };
+    let model = Model::load(Path::new(path), object).map_err(|e| e.to_string())?;
+    let mut answering = Answering {
+        engine: FeelerEngine::new(options),
+        refused: None,
+        refusals: 0,
+        undecided: false,
+    };
+    answering.engine.open(&model)?;
+    Ok((model.faces(), answering))
+}
+
+/// One answer a line, in order; a line that is refused gets its answer too. Flushed one by one where whoever asks
+/// waits for each.
+fn from_input(
+    answering: &mut Answering,
+    out: &mut impl Write,
+    one_by_one: bool,
+) -> Result<(), Bad> {
     let mut input = std::io::stdin().lock();
     let read_error = |e: std::io::Error| Bad(format!("standard input: {e}"));
     let mut number = 0;
@@ -254,6 +319,9 @@ fn from_input(answering: &mut Answering, out: &mut impl Write) -> Result<(), Bad
         };
         let answer = answering.answer(&format!("query line {number}"), line);
         writeln!(out, "{}", answer.to_text()).map_err(write_error)?;
+        if one_by_one {
+            out.flush().map_err(write_error)?;
+        }
     }
 }
 

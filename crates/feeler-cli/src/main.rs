@@ -28,6 +28,8 @@ enum Command {
     /// Answers contact queries: one from the command line, or a line of JSON each from standard
     /// input.
     Contact(contact::Args),
+    /// The kernel as an engine outside: the query protocol on standard input and output.
+    Engine,
     /// Holds the kernel's answers against the stored truth of a corpus.
     Gate(gate::Args),
     /// Measures error against run time of several engines on a corpus, and writes a page of plots and tables.
@@ -56,6 +58,7 @@ fn main() -> ExitCode {
     let outcome = match cli.command {
         Command::Inspect(args) => inspect::run(&args),
         Command::Contact(args) => contact::run(&args),
+        Command::Engine => contact::serve(),
         Command::Gate(args) => gate::run(&args),
         Command::Report(args) => report::run(&args),
     };

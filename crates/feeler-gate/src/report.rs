@@ -88,7 +88,12 @@ const SHOWN: usize = 5;
 impl Row {
     fn cells(&self) -> [String; 8] {
         let number = |x: Option<f64>| x.map_or("-".to_owned(), |x| format!("{x:.2e}"));
-        let ulp = |x: Option<f64>| x.map_or("-".to_owned(), |x| format!("{x:.2}"));
+        /// Above this nobody reads digits.
+        const LARGE: f64 = 1e6;
+        let ulp = |x: Option<f64>| match x {
+            Some(x) if x < LARGE => format!("{x:.2}"),
+            large => number(large),
+        };
         [
             self.suite.clone(),
             self.queries.to_string(),

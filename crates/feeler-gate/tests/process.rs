@@ -215,7 +215,8 @@ fn an_engine_that_hangs() {
         read -r query; {ID}; echo "{{\"id\":$id,\"side\":\"inside\"}}"
         read -r query; exec sleep 60"#
     );
-    let timeout = Duration::from_millis(300);
+    // Long enough for a good answer on a busy machine.
+    let timeout = Duration::from_secs(2);
     let mut engine = with(
         &text,
         ProcessOptions {
@@ -227,7 +228,7 @@ fn an_engine_that_hangs() {
     let start = Instant::now();
     for _ in 0..2 {
         assert_eq!(ask(&mut engine), r#"{"id":"mine","side":"inside"}"#);
-        assert_eq!(refusal(&mut engine), "no answer within 300ms; killed");
+        assert_eq!(refusal(&mut engine), "no answer within 2s; killed");
     }
     assert!(start.elapsed() < Duration::from_secs(30));
 }

@@ -68,3 +68,59 @@ fn engines_that_cannot_be() {
         assert!(run.err.contains(what), "{run:?}");
     }
 }
+
+/// Through the protocol the kernel earns the same verdicts and the same errors, to the last digit, as within the
+/// program: nothing is lost on the way there and back.
+#[test]
+fn the_kernel_as_an_engine_outside() {
+    let engine = format!("{} engine", env!("CARGO_BIN_EXE_feeler"));
+    let row = |suite: &str, more: &[&str]| {
+        let out = folder(&format!("gate-outside-{}", more.len()));
+        let text = out.to_str().unwrap();
+        let mut arguments = vec!["gate", "--suite", suite, "--out", text];
+        arguments.extend(more);
+        let run = feeler(&arguments, "");
+        assert_eq!((run.code, run.err.as_str()), (Some(0), ""), "{run:?}");
+        let report = std::fs::read_to_string(out.join("report.json")).unwrap();
+        let mut report: serde_json::Value = serde_json::from_str(&report).unwrap();
+        let row = report["suites"][0].as_object_mut().unwrap();
+        for times in ["median_microseconds", "p99_microseconds", "seconds"] {
+            assert!(row.remove(times).is_some_and(|t| t.as_f64() > Some(0.0)));
+        }
+        // Another engine, another command that repeats a query.
+        for failure in row["failures"].as_array_mut().unwrap() {
+            failure.as_object_mut().unwrap().remove("command");
+        }
+        row.clone()
+    };
+    for suite in ["evaluate", "split", "line-grazing", "contact-half-space"] {
+        let outside = row(suite, &["--engine", &engine, "--tolerance", "0"]);
+        assert_eq!(outside, row(suite, &[]), "{suite}");
+        assert!(outside["queries"].as_u64() > Some(100));
+    }
+}
+
+#[test]
+fn an_engine_that_gets_no_model() {
+    for (first, what) in [
+        ("", "not JSON"),
+        ("{}", "names no model"),
+        (r#"{"model":"no/such.3dm"}"#, "no/such.3dm"),
+        (
+            r#"{"model":"corpora/models/thesis/ball.3dm","object":9}"#,
+            "object 9",
+        ),
+        (
+            r#"{"model":"corpora/models/thesis/ball.3dm","accuracy":-1}"#,
+            "accuracy",
+        ),
+    ] {
+        let run = feeler(&["engine"], &format!("{first}\n"));
+        assert_eq!(run.code, Some(2), "{run:?}");
+        let answer: serde_json::Value = serde_json::from_str(&run.out).unwrap();
+        assert!(
+            answer["error"].as_str().is_some_and(|e| e.contains(what)),
+            "{run:?}"
+        );
+    }
+}

@@ -19,7 +19,7 @@ const COMPLAINT: usize = 300;
 /// How long a program may take to end after its standard input has ended; then it is killed.
 const GRACE: Duration = Duration::from_secs(1);
 /// How long its last words on standard error are waited for.
-const LAST_WORDS: Duration = Duration::from_millis(200);
+const LAST_WORDS: Duration = Duration::from_secs(1);
 /// How often it is looked whether it has ended.
 const LOOK: Duration = Duration::from_millis(2);
 
