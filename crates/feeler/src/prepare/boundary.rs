@@ -40,6 +40,8 @@ const MAX_CROSSING: usize = 64;
 #[derive(Clone, Debug)]
 pub(crate) struct UvCurve<T> {
     pub(crate) trim: Option<usize>,
+    /// Of a segment that joins two trims: the first.
+    pub(crate) after: Option<usize>,
     pub(crate) points: Vec<Homogeneous<T, 3>>,
 }
 
@@ -140,6 +142,7 @@ pub(crate) fn uv_curves<T: Real>(brep: &Brep, face: usize) -> Vec<UvCurve<T>> {
             }
             out.extend(pieces.into_iter().map(|points| UvCurve {
                 trim: Some(t),
+                after: None,
                 points,
             }));
         }
@@ -148,6 +151,7 @@ pub(crate) fn uv_curves<T: Real>(brep: &Brep, face: usize) -> Vec<UvCurve<T>> {
             if !meet(brep, &parts.trims[*t], &parts.trims[*next]) {
                 out.push(UvCurve {
                     trim: None,
+                    after: Some(*t),
                     points: vec![end_point(end), end_point(start)],
                 });
             }

@@ -11,7 +11,7 @@ pub(crate) const MAX_COMPOSED_DEGREE: usize = 80;
 type Poly<T> = Vec<Ball<T>>;
 
 /// Product of two polynomials in Bernstein form with running bounds.
-fn multiply<T: Real>(x: &[Ball<T>], y: &[Ball<T>]) -> Poly<T> {
+pub(super) fn multiply<T: Real>(x: &[Ball<T>], y: &[Ball<T>]) -> Poly<T> {
     let (p, q) = (x.len() - 1, y.len() - 1);
     let pascal = |n: usize| -> Poly<T> {
         // Each entry is off by at most n units (bernstein::binomials).

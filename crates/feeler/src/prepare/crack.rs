@@ -1,92 +1,245 @@
-//! The width of the cracks between faces.
+//! Proven widths of the cracks between faces.
+//!
+//! The width of an edge is the largest Frechet distance between two images of its trims (each run through in whichever
+//! direction gives less). What is given here is never less: see `matching` for the proof.
 
-use crate::brep::{Brep, TrimCurve};
-use nalgebra::Point3;
+use super::closed;
+use super::closed::CurveShape;
+use super::image::{Image, end, image, join};
+use super::matching::frechet;
+use super::{Box3, FaceGeometry, PreparedBrep};
+use crate::numeric::Real;
+use nalgebra::Vector3;
 
-/// How many points of one image of an edge are looked at, besides its ends: at odd multiples of 1 / (2 PROBES), since
-/// two fits of one curve often meet at halves, quarters and eighths.
-const PROBES: usize = 16;
-/// How many points of the other image are candidates for the nearest.
-const SAMPLES: usize = 32;
-/// The nearest of them is improved by this many rounds of narrowing.
-const ROUNDS: usize = 26;
+/// A bound that is off by a few roundings.
+const UP: f64 = 1.0 + 64.0 * f64::EPSILON;
+/// Ends this near to each other, relative to what is to be matched, do not tell the direction.
+const CLOSED: f64 = 1.0 / 64.0;
 
-/// Distances below this part of the coordinates are rounding.
-const NOISE: f64 = 8.0 * f64::EPSILON;
-
-/// For each edge, the largest distance found between the images of two trims that use it, in model
-/// units. Sampled, an estimate from below; those who use it multiply.
-pub(crate) fn crack_widths(brep: &Brep) -> Vec<f64> {
-    let width = |trims: &[usize]| {
-        let mut widest: f64 = 0.0;
-        for (i, &a) in trims.iter().enumerate() {
-            for &b in &trims[i + 1..] {
-                // Either may reach beyond the other, or double back at its end, which only the ends show.
-                let pair = distance(brep, a, b).max(distance(brep, b, a));
-                widest = widest.max(pair).max(ends_apart(brep, a, b));
-            }
-        }
-        widest
-    };
-    let edges = brep.parts().edges.iter();
-    edges.map(|e| width(&e.trims)).collect()
-}
-
-/// The point of a trim's image in space at fraction `s` of its span.
-fn image(brep: &Brep, trim: &TrimCurve, s: f64) -> Point3<f64> {
-    let uv = brep.parts().curves2[trim.curve].point(trim.span.lerp(s));
-    let face = brep.parts().loops[trim.trim_loop].face;
-    brep.surface(face).point(uv.x, uv.y)
-}
-
-/// How far the ends of two images are apart, in the better of the two directions.
-fn ends_apart(brep: &Brep, a: usize, b: usize) -> f64 {
-    let trims = &brep.parts().trims;
-    let ends = |t: usize| [0.0, 1.0].map(|s| image(brep, &trims[t], s));
-    let ([a0, a1], [b0, b1]) = (ends(a), ends(b));
-    let along = (a0 - b0).norm().max((a1 - b1).norm());
-    let against = (a0 - b1).norm().max((a1 - b0).norm());
-    along.min(against)
-}
-
-fn distance(brep: &Brep, a: usize, b: usize) -> f64 {
-    let (a, b) = (&brep.parts().trims[a], &brep.parts().trims[b]);
-    let fraction = |k: usize, of: usize| k as f64 / of as f64;
-    let candidates: Vec<_> = (0..=SAMPLES)
-        .map(|k| image(brep, b, fraction(k, SAMPLES)))
-        .collect();
+/// A bound above the width of an edge; infinite where there is none. `image_of` gives a trim's.
+pub(super) fn width<'a, T: Real + 'a>(
+    brep: &PreparedBrep,
+    edge: usize,
+    image_of: impl Fn(usize) -> Option<&'a Image<T>>,
+) -> f64 {
+    let parts = brep.brep().parts();
+    let trims = &parts.edges[edge].trims;
+    if trims.len() < 2 {
+        return 0.0;
+    }
+    let face = |t: usize| parts.loops[parts.trims[t].trim_loop].face;
     let mut widest: f64 = 0.0;
-    let largest = candidates
-        .iter()
-        .map(|c| c.coords.amax())
-        .fold(0.0, f64::max);
-    let probes = (0..PROBES).map(|k| fraction(2 * k + 1, 2 * PROBES));
-    for at in [0.0, 1.0].into_iter().chain(probes) {
-        let p = image(brep, a, at);
-        let mut best = (f64::INFINITY, 0.0);
-        for (i, c) in candidates.iter().enumerate() {
-            let d = (c - p).norm();
-            if d < best.0 {
-                best = (d, fraction(i, SAMPLES));
+    for (i, &s) in trims.iter().enumerate() {
+        for &t in &trims[i + 1..] {
+            if let Some(found) = apart_in_closed_form(brep, s, t) {
+                widest = widest.max(found);
+                continue;
             }
-        }
-        let mut step = 0.5 / SAMPLES as f64;
-        for _ in 0..ROUNDS {
-            if best.0 <= NOISE * largest {
-                break;
-            }
-            for s in [best.1 - step, best.1 + step] {
-                let s = s.clamp(0.0, 1.0);
-                let d = (image(brep, b, s) - p).norm();
-                if d < best.0 {
-                    best = (d, s);
-                }
-            }
-            step *= 0.5;
-        }
-        if best.0.is_finite() {
-            widest = widest.max(best.0);
+            let against = parts.trims[s].edge_reversed != parts.trims[t].edge_reversed;
+            let found = match (image_of(s), image_of(t)) {
+                (Some(a), Some(b)) => apart(a, b, against),
+                _ => None,
+            };
+            let found = found.unwrap_or_else(|| diameter(brep, [face(s), face(t)]));
+            widest = widest.max(found);
         }
     }
     widest
+}
+
+/// A bound of the Frechet distance of the images of two trims that are segments, or arcs.
+fn apart_in_closed_form(brep: &PreparedBrep, s: usize, t: usize) -> Option<f64> {
+    let (a, a_slack) = brep.closed_image(s)?;
+    let (b, b_slack) = brep.closed_image(t)?;
+    Some((closed::frechet(&a.shape, &b.shape)? + a_slack + b_slack) * UP)
+}
+
+/// The diagonal of a box around both faces.
+fn diameter(brep: &PreparedBrep, faces: [usize; 2]) -> f64 {
+    let boxes = faces.map(|f| brep.face_box(f));
+    let [Some(a), Some(b)] = boxes else {
+        return f64::INFINITY;
+    };
+    let widths = Vector3::from_fn(|c, _| a[c][1].max(b[c][1]) - a[c][0].min(b[c][0]));
+    widths.norm() * UP
+}
+
+/// A bound of the Frechet distance of two images in the better direction; `against` where the file says that the
+/// second runs against the first.
+fn apart<T: Real>(a: &Image<T>, b: &Image<T>, against: bool) -> Option<f64> {
+    let ends = |image: &Image<T>| {
+        let point = |p: Option<&[T; 4]>, o: &[f64; 3]| {
+            let p = p?;
+            Some(Vector3::from_fn(|c, _| {
+                (p[c] / p[3] + T::from_f64(o[c])).approximate()
+            }))
+        };
+        let (first, last) = (image.stretches.first()?, image.stretches.last()?);
+        Some([
+            point(first.points.first(), &first.origin)?,
+            point(last.points.last(), &last.origin)?,
+        ])
+    };
+    let ([p, q], [r, s]) = (ends(a)?, ends(b)?);
+    let with = (p - r).norm().max((q - s).norm());
+    let turned = (p - s).norm().max((q - r).norm());
+    let (near, far) = (with.min(turned), with.max(turned));
+    let size = a.reach().min(b.reach());
+    let told = near <= CLOSED * far && far > CLOSED * size;
+    let against = if told { turned < with } else { against };
+    let directed = |against: bool| {
+        if against {
+            frechet(a, &b.clone().reversed())
+        } else {
+            frechet(a, b)
+        }
+    };
+    let first = directed(against);
+    let wide = first.is_none_or(|w| w > CLOSED * size);
+    if told || !wide {
+        return first;
+    }
+    // The file may be wrong about it.
+    match (first, directed(!against)) {
+        (Some(x), Some(y)) => Some(x.min(y)),
+        (x, y) => x.or(y),
+    }
+}
+
+/// A box around a point.
+fn region(p: &closed::V3, slack: f64) -> Box3 {
+    p.map(|x| {
+        [
+            (x.lower() - slack).next_down(),
+            (x.upper() + slack).next_up(),
+        ]
+    })
+}
+
+/// A box around a segment.
+fn segment_region(shape: &CurveShape, slack: f64) -> Option<Box3> {
+    let CurveShape::Segment(s) = shape else {
+        return None;
+    };
+    let [a, b] = [&s.a, &s.b].map(|p| region(p, slack));
+    Some(std::array::from_fn(|c| {
+        [a[c][0].min(b[c][0]), a[c][1].max(b[c][1])]
+    }))
+}
+
+/// A box around the image of the segment that joins a trim to the next, if there is one: `Some(None)` where none is known.
+fn join_region<T: Real>(
+    brep: &PreparedBrep,
+    geometry: &FaceGeometry<T>,
+    face: usize,
+    trim: usize,
+) -> Option<Option<Box3>> {
+    if let Some(form) = brep.closed(face)
+        && let Ok(join) = form.join_of(trim)
+    {
+        let (curve, slack) = join?;
+        if let Some(region) = segment_region(&curve.shape, slack) {
+            return Some(Some(region));
+        }
+    }
+    join(geometry, trim).map(|image| Some(image?.bounds()))
+}
+
+/// A box around the image of a trim.
+fn trim_region<T: Real>(
+    brep: &PreparedBrep,
+    geometry: &FaceGeometry<T>,
+    trim: usize,
+) -> Option<Box3> {
+    let closed = brep.closed_image(trim);
+    let region = closed.and_then(|(curve, slack)| segment_region(&curve.shape, slack));
+    region.or_else(|| Some(image(geometry, trim)?.bounds()))
+}
+
+/// Boxes around the ends of the image of a trim.
+fn end_regions<T: Real>(
+    brep: &PreparedBrep,
+    geometry: &FaceGeometry<T>,
+    trim: usize,
+) -> Option<[Box3; 2]> {
+    if let Some((curve, slack)) = brep.closed_image(trim) {
+        let ends = match &curve.shape {
+            CurveShape::Segment(s) => [&s.a, &s.b],
+            CurveShape::Arc(a) => [&a.ends[0], &a.ends[1]],
+        };
+        let [first, last] = ends.map(|p| region(p, slack));
+        return Some(if curve.against {
+            [last, first]
+        } else {
+            [first, last]
+        });
+    }
+    Some([end(geometry, trim, false)?, end(geometry, trim, true)?])
+}
+
+/// Boxes that hold the ends of all images that meet at a vertex, the images of the segments that join trims there and of the
+/// singular trims there: what the cracks of edges leave open around vertices. Vertices that an edge or a join
+/// connects, whatever the file calls them, are one. `None` where an image is not known.
+pub(super) fn vertex_regions<'a, T: Real + 'a>(
+    brep: &PreparedBrep,
+    geometry: impl Fn(usize) -> &'a FaceGeometry<T>,
+) -> Option<Vec<Box3>> {
+    let parts = brep.brep().parts();
+    let mut class: Vec<usize> = (0..parts.vertices.len()).collect();
+    fn root(class: &mut [usize], mut v: usize) -> usize {
+        while class[v] != v {
+            class[v] = class[class[v]];
+            v = class[v];
+        }
+        v
+    }
+    let mut found: Vec<(usize, Box3)> = Vec::new();
+    for l in &parts.loops {
+        for (i, &t) in l.trims.iter().enumerate() {
+            let trim = &parts.trims[t];
+            let next = &parts.trims[l.trims[(i + 1) % l.trims.len()]];
+            let (a, b) = (
+                root(&mut class, trim.vertices[1]),
+                root(&mut class, next.vertices[0]),
+            );
+            class[a] = b;
+            if let Some(region) = join_region(brep, geometry(l.face), l.face, t) {
+                found.push((b, region?));
+            }
+            if trim.edge.is_none() {
+                let (a, b) = (
+                    root(&mut class, trim.vertices[0]),
+                    root(&mut class, trim.vertices[1]),
+                );
+                class[a] = b;
+                found.push((b, trim_region(brep, geometry(l.face), t)?));
+                continue;
+            }
+            for (k, region) in end_regions(brep, geometry(l.face), t)?
+                .into_iter()
+                .enumerate()
+            {
+                found.push((trim.vertices[k], region));
+            }
+        }
+    }
+    for e in &parts.edges {
+        for pair in e.trims.windows(2) {
+            let [s, t] = [&parts.trims[pair[0]], &parts.trims[pair[1]]];
+            let turned = usize::from(s.edge_reversed != t.edge_reversed);
+            for end in 0..2 {
+                let a = root(&mut class, s.vertices[end]);
+                let b = root(&mut class, t.vertices[end ^ turned]);
+                class[a] = b;
+            }
+        }
+    }
+    let mut out: Vec<Option<Box3>> = vec![None; class.len()];
+    for (v, b) in found {
+        let all = out[root(&mut class, v)].get_or_insert(b);
+        for c in 0..3 {
+            all[c] = [all[c][0].min(b[c][0]), all[c][1].max(b[c][1])];
+        }
+    }
+    Some(out.into_iter().flatten().collect())
 }

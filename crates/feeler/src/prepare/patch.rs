@@ -226,3 +226,22 @@ pub(crate) fn surface_box(surface: &Surface) -> Option<Box3> {
         }
     }
 }
+
+/// The coordinate that all points of a surface have in common, exactly, and its value: a plane across an axis.
+pub(crate) fn level(surface: &Surface) -> Option<(usize, f64)> {
+    match surface {
+        Surface::Plane(s) => (0..3)
+            .find(|&c| s.x[c] == 0.0 && s.y[c] == 0.0)
+            .map(|c| (c, s.origin[c])),
+        Surface::Nurbs(s) => {
+            let net = s.control_net();
+            let first = net.first()?;
+            (0..3).find_map(|c| {
+                let at = first[c] / first[3];
+                let on = |p: &nalgebra::Vector4<f64>| Dd::product(at, p[3]) == Dd::from(p[c]);
+                net.iter().all(on).then_some((c, at))
+            })
+        }
+        Surface::Revolution(_) | Surface::Sum(_) => None,
+    }
+}

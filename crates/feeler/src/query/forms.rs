@@ -9,6 +9,7 @@ use nalgebra::{Point3, Vector3};
 const UP: f64 = 1.0 + 64.0 * f64::EPSILON;
 
 /// The line in exact terms.
+#[derive(Clone)]
 pub(super) struct Stabber {
     pub(super) origin: Point3<f64>,
     pub(super) direction: Vector3<f64>,
@@ -41,6 +42,16 @@ impl Stabber {
                 LineKind::Ray => [0.0, f64::INFINITY],
                 LineKind::Segment => [0.0, 1.0],
             },
+        }
+    }
+
+    /// The same line, longer by a length at both ends.
+    pub(super) fn longer(&self, by: f64) -> Self {
+        let by = by / self.direction.norm() * UP;
+        let [low, high] = self.range;
+        Self {
+            range: [(low - by).next_down(), (high + by).next_up()],
+            ..self.clone()
         }
     }
 

@@ -3,11 +3,10 @@
 use super::answer::{LineKind, LineProbe, SideAnswer, Undecided};
 use super::forms::{Stabber, range};
 use super::line::all_hits;
-use super::zeros::NOISE_FACTOR;
+use super::zeros::{NOISE_FACTOR, face_hits};
 use crate::numeric::Real;
 use crate::numeric::bernstein::largest;
-use crate::prepare::closed::ClosedFace;
-use crate::prepare::{Net, PreparedBrep};
+use crate::prepare::{Box3, Image, Net, PreparedBrep, Stretch};
 use crate::trim::Side;
 use nalgebra::{Point3, Vector3};
 
@@ -25,19 +24,15 @@ const DIRECTIONS: [[f64; 3]; 8] = [
     [-0.231, 0.891, -0.391],
     [0.937, -0.263, 0.229],
 ];
-/// A crack's width is sampled: it is taken this many times where it must not be missed.
-pub(super) const CRACK_FACTOR: f64 = 2.0;
-/// A parity ray keeps this far from edges, relative to the model's size, beyond the cracks: more than the
-/// rounding of the crack's estimate.
-pub(super) const CLEARANCE: f64 = 1.0 / (1u64 << 49) as f64;
 /// Nodes that one direction may cost.
 pub(super) const PARITY_BUDGET: usize = 20_000;
 
 /// The side of a point in space: whether it is in the solid's material.
 ///
-/// By the parity of certified hits along a ray that stays clear of every edge by twice the width of its
-/// crack; several directions are tried. Open BREPs have no material: `Outside`. A point so near the
-/// surface that the hit's enclosure holds it is undecided.
+/// By the parity of certified hits along a ray that keeps clear of every crack and of the regions around vertices
+/// (DESIGN, and the proof there: parity then does not depend on the ray); several directions are tried. Open BREPs have no
+/// material: `Outside`. A point so near the surface that the hit's enclosure holds it is undecided, but for one that is
+/// exactly on a face whose points have one coordinate in common: `Boundary`.
 pub fn inside(
     brep: &PreparedBrep,
     point: Point3<f64>,
@@ -51,8 +46,9 @@ pub fn inside(
     if !brep.brep().is_closed() {
         return answer(Some(Side::Outside), None);
     }
-    let clearance = CLEARANCE * brep.size();
-    let faces = brep.brep().faces().len();
+    if on_level_face(brep, point) {
+        return answer(Some(Side::Boundary), None);
+    }
     let mut why = Undecided::Degenerate;
     for d in DIRECTIONS {
         let Ok(probe) = LineProbe::new(point, Vector3::from(d), LineKind::Ray) else {
@@ -60,7 +56,7 @@ pub fn inside(
         };
         let stab = Stabber::new(&probe);
         let mut budget = PARITY_BUDGET;
-        if (0..faces).any(|f| near_boundary(brep, &stab, f, clearance, &mut budget)) {
+        if meets_vertex(brep, &stab) || near_edges(brep, &stab, &mut budget) {
             why = Undecided::Crack;
             continue;
         }
@@ -83,79 +79,75 @@ pub fn inside(
     answer(None, Some(why))
 }
 
-/// Whether the line comes within the width of a crack (taken [`CRACK_FACTOR`] times, plus `clearance`) of a
-/// boundary piece of a face. Errs on the side of yes.
-pub(super) fn near_boundary(
-    brep: &PreparedBrep,
-    stab: &Stabber,
-    face: usize,
-    clearance: f64,
-    budget: &mut usize,
-) -> bool {
-    if let Some(b) = brep.face_box(face)
-        && !stab.meets(&widened(b, CRACK_FACTOR * brep.widest_crack() + clearance))
-    {
-        return false;
-    }
-    if let Some(form) = brep.closed(face)
-        && form.others.is_empty()
-        && clear_of_curves(brep, stab, form, clearance)
-    {
-        return false;
-    }
-    let geometry = brep.double(face);
-    let norms = [0, 1].map(|k| stab.normals[k].norm() * UP);
-    for index in 0..geometry.piece_count() {
-        let trim = geometry.piece_trim(index);
-        let margin = CRACK_FACTOR * crack_of(brep, trim) + clearance;
-        // |L_k| / w is the distance from plane k times |n_k|.
-        let reach = norms.map(|n| margin * n);
-        if let Some(b) = &geometry.patch_boxes[geometry.piece_patch(index)]
-            && !stab.meets(&widened(b, margin))
-        {
-            continue;
+/// Whether the point is proven to be exactly on a face all of whose points have the same x, y or z.
+///
+/// A ray from it that is not along the face's plane meets the plane in this point alone: a certified hit is this point.
+fn on_level_face(brep: &PreparedBrep, point: Point3<f64>) -> bool {
+    (0..brep.brep().faces().len()).any(|face| {
+        let level = brep.level(face);
+        if !level.is_some_and(|(axis, at)| point[axis] == at) {
+            return false;
         }
-        let Some(space) = &geometry.piece(index).space else {
-            return true;
+        let Ok(probe) = LineProbe::new(point, Vector3::from(DIRECTIONS[0]), LineKind::Line) else {
+            return false;
         };
-        if !near_curve(stab, space, reach, budget) {
-            continue;
-        }
-        // f64 sees only so far: what it finds near is looked at again.
-        let fine = &brep.double_double(face).piece(index).space;
-        if fine
-            .as_ref()
-            .is_none_or(|space| near_curve(stab, space, reach, budget))
-        {
-            return true;
-        }
-    }
-    false
+        let mut budget = PARITY_BUDGET;
+        let found = face_hits(brep, &Stabber::new(&probe), face, &mut budget);
+        found.is_some_and(|f| f.hits.iter().any(|h| h.inside))
+    })
 }
 
-fn widened(b: &[[f64; 2]; 3], margin: f64) -> [[f64; 2]; 3] {
-    b.map(|r| [r[0] - margin, r[1] + margin])
+/// Whether the line may meet a region around a vertex.
+fn meets_vertex(brep: &PreparedBrep, stab: &Stabber) -> bool {
+    let meets = |regions: Option<&[Box3]>| {
+        regions.is_none_or(|regions| regions.iter().any(|b| stab.meets(b)))
+    };
+    // f64 sees only so far: what it finds near is looked at again.
+    meets(brep.vertex_regions()) && meets(brep.fine_vertex_regions())
 }
 
-/// The width of the crack along a trim (`None`: a gap between two).
-fn crack_of(brep: &PreparedBrep, trim: Option<usize>) -> f64 {
-    match trim.map(|t| brep.brep().parts().trims[t].edge) {
-        Some(Some(edge)) => brep.cracks()[edge],
-        // A pole.
-        Some(None) => 0.0,
-        // A gap between two trims.
-        None => brep.widest_crack(),
-    }
-}
-
-/// Whether the whole line is plainly clear of all boundary curves of a face in closed form.
-fn clear_of_curves(brep: &PreparedBrep, stab: &Stabber, form: &ClosedFace, clearance: f64) -> bool {
+/// Whether the line may come within the width of its crack of an edge that two trims use. Errs on the side of yes.
+pub(super) fn near_edges(brep: &PreparedBrep, stab: &Stabber, budget: &mut usize) -> bool {
+    let edges = brep.brep().parts().edges.iter().enumerate();
+    let mut shared = edges.filter(|(_, e)| e.trims.len() > 1);
     let d = stab.direction / stab.direction.norm();
     let (o, d) = (stab.origin.coords.into(), d.into());
-    let slack = form.surface.pole_slack();
-    form.curves.iter().all(|c| {
-        let margin = CRACK_FACTOR * crack_of(brep, c.trim) + clearance + slack;
-        c.shape.is_clear_of(&o, &d, margin)
+    shared.any(|(edge, e)| {
+        let margin = brep.crack_width(edge);
+        let mut near = e.trims.iter().filter(|t| {
+            if let Some((curve, slack)) = brep.closed_image(**t)
+                && curve.shape.is_clear_of(&o, &d, (margin + slack) * UP)
+            {
+                return false;
+            }
+            let image = brep.trim_image(**t);
+            image.is_none_or(|image| near_image(stab, image, margin, budget))
+        });
+        let Some(first) = near.next() else {
+            return false;
+        };
+        // f64 sees only so far: what it finds near is looked at again.
+        let rest: Vec<_> = std::iter::once(first).chain(near).copied().collect();
+        let margin = brep.fine_crack_width(edge);
+        rest.into_iter().any(|t| {
+            let image = brep.fine_trim_image(t);
+            image.is_none_or(|image| near_image(stab, image, margin, budget))
+        })
+    })
+}
+
+/// Whether the line comes within a distance of an image.
+fn near_image<T: Real>(stab: &Stabber, image: &Image<T>, margin: f64, budget: &mut usize) -> bool {
+    // |L_k| / w is the distance from plane k times |n_k|.
+    let norms = [0, 1].map(|k| stab.normals[k].norm() * UP);
+    image.stretches.iter().any(|s: &Stretch<T>| {
+        let margin = (margin + s.slack + image.extra) * UP;
+        let wide = s
+            .bounds
+            .map(|r| [(r[0] - margin).next_down(), (r[1] + margin).next_up()]);
+        // A place of the curve whose height along the line is beyond an end of it may be within the margin of that end.
+        let stab = stab.longer(margin);
+        stab.meets(&wide) && near_curve(&stab, &s.net(), norms.map(|n| margin * n), budget)
     })
 }
 

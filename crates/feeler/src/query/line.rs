@@ -2,11 +2,10 @@
 
 use super::answer::{Feature, Hit, LineAnswer, LineProbe, Options, Separation, Undecided};
 use super::forms::Stabber;
-use super::inside::{CLEARANCE, CRACK_FACTOR, PARITY_BUDGET, near_boundary};
+use super::inside::{PARITY_BUDGET, near_edges};
 use super::zeros::{HitAt, RawHit, face_hits};
 use crate::numeric::{Ball, Dd, Enclosure};
 use crate::prepare::PreparedBrep;
-use crate::trim::BoxSide;
 use nalgebra::{Point2, Vector3};
 
 /// Two hits of one face nearer than this in the line's own length units, relative to the model's
@@ -41,12 +40,9 @@ pub fn line(
         undecided = Some(Undecided::Degenerate);
     }
     // Off every edge by more than its crack, each hit is a crossing of its own, and there is no crack to
-    // pass. Else whether hits merge hangs on the cracks' exact widths: what is likely, and undecided.
-    let mut crossings = raw.len();
-    let mut in_crack = false;
-    if passes_edge(brep, &stab) {
-        crossings = merged(brep, &raw, probe.direction.norm());
-        in_crack = !raw.iter().any(|h| close_to_border(brep, h));
+    // pass. Else whether hits merge hangs on the exact widths of cracks: undecided.
+    let mut near = PARITY_BUDGET;
+    if near_edges(brep, &stab, &mut near) {
         undecided.get_or_insert(Undecided::Crack);
     }
     // Only what is certain is listed.
@@ -57,8 +53,8 @@ pub fn line(
         .collect();
     LineAnswer {
         hits,
-        crossings,
-        in_crack,
+        crossings: raw.len(),
+        in_crack: false,
         undecided,
     }
 }
@@ -124,90 +120,6 @@ fn on_border(h: &RawHit) -> bool {
         return false;
     };
     local.iter().any(|x| x.hi <= near || x.hi >= 1.0 - near)
-}
-
-/// Whether the hit lies so near the border of its region that the other face of the edge may
-/// be hit too.
-fn close_to_border(brep: &PreparedBrep, h: &RawHit) -> bool {
-    let reach = CRACK_FACTOR * brep.widest_crack() + SAME_HIT * brep.size();
-    let speeds = |[s, t]: [Vector3<f64>; 2]| [s, t].map(|v| v.norm().max(f64::MIN_POSITIVE));
-    let region = brep.region(h.face);
-    let side = match &h.at {
-        HitAt::Patch { patch, local, .. } => {
-            let patch = &brep.double(h.face).patches[*patch];
-            let jet = patch
-                .net
-                .jet(Ball::exact(local[0].hi), Ball::exact(local[1].hi));
-            let w = jet.value[3].mid;
-            let along = |d: &[Ball<f64>; 4]| {
-                Vector3::from_fn(|c, _| (d[c].mid - d[3].mid * jet.value[c].mid / w) / w)
-            };
-            let speeds = speeds([along(&jet.s), along(&jet.t)]);
-            let around = |k: usize| {
-                let r = (reach / speeds[k]).min(1.0);
-                let x = local[k].hi;
-                patch.maps[k].to_native_range((x - r).max(0.0), (x + r).min(1.0))
-            };
-            region.classify_box(around(0), around(1))
-        }
-        HitAt::Closed { uv, .. } => {
-            let surface = brep.brep().surface(h.face);
-            let (domain, jet) = (surface.domain(), surface.derivatives(uv[0], uv[1], 1));
-            let speeds = speeds([jet.get(1, 0), jet.get(0, 1)]);
-            let around = |k: usize| {
-                let r = (reach / speeds[k]).min(domain[k].length());
-                [uv[k] - r, uv[k] + r]
-            };
-            // The border of the domain may be a seam, which is an edge.
-            let (u, v) = (around(0), around(1));
-            let within =
-                |r: [f64; 2], k: usize| domain[k].contains(r[0]) && domain[k].contains(r[1]);
-            if within(u, 0) && within(v, 1) {
-                region.classify_box(u, v)
-            } else {
-                BoxSide::Mixed
-            }
-        }
-    };
-    side != BoxSide::Inside
-}
-
-/// Whether the line may come within the width of its crack of an edge that two trims use. Errs on the side of yes.
-fn passes_edge(brep: &PreparedBrep, stab: &Stabber) -> bool {
-    let shared = |f: usize| {
-        let parts = brep.brep().parts();
-        let trims = brep.brep().faces()[f].loops.iter().flatten();
-        let mut trims = trims.flat_map(|l| &parts.loops[*l].trims);
-        trims.any(|t| {
-            parts.trims[*t]
-                .edge
-                .is_some_and(|e| parts.edges[e].trims.len() > 1)
-        })
-    };
-    let clearance = CLEARANCE * brep.size();
-    let mut budget = PARITY_BUDGET;
-    (0..brep.brep().faces().len())
-        .any(|f| shared(f) && near_boundary(brep, stab, f, clearance, &mut budget))
-}
-
-/// How many crossings there are likely to be, where the line passes an edge: hits with two faces at their shared
-/// border, nearer to each other than its crack or the rounding, are one.
-fn merged(brep: &PreparedBrep, raw: &[RawHit], length: f64) -> usize {
-    let near = (CRACK_FACTOR * brep.widest_crack() + CLEARANCE * brep.size()) / length;
-    let mut crossings = 0;
-    let mut last: Option<&RawHit> = None;
-    for hit in raw {
-        let same = last.is_some_and(|l| {
-            l.face != hit.face
-                && (hit.t.mid - l.t.mid).hi.abs() <= near
-                && (close_to_border(brep, l) || close_to_border(brep, hit))
-        });
-        if !same {
-            crossings += 1;
-        }
-        last = Some(hit);
-    }
-    crossings
 }
 
 fn dress(brep: &PreparedBrep, stab: &Stabber, h: &RawHit) -> Option<Hit> {

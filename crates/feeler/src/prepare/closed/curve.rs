@@ -14,6 +14,10 @@ pub(crate) struct ClosedCurve {
     pub(crate) uv: UvPath,
     /// Whether it was moved into the domain, so that its points may lie outside the region.
     pub(crate) moved: bool,
+    /// Of a segment that joins two trims: the first.
+    pub(crate) after: Option<usize>,
+    /// Whether it runs against the trim.
+    pub(crate) against: bool,
 }
 
 /// Where a curve lies in uv.
@@ -252,6 +256,8 @@ impl ClosedCurve {
             shape: CurveShape::segment(a, b),
             uv: UvPath::Straight(uv.map(|p| p.map(|x| x.mid.hi))),
             moved: false,
+            after: None,
+            against: false,
         }
     }
 

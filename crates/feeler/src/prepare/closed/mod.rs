@@ -6,12 +6,14 @@
 
 mod curve;
 mod form;
+mod gap;
 mod line;
 mod plane;
 mod revolution;
 
-pub(crate) use curve::ClosedCurve;
+pub(crate) use curve::{ClosedCurve, CurveShape};
 pub(crate) use form::{Critical, Extent, Minimum, Target, V3, exact, widened};
+pub(crate) use gap::frechet;
 pub(crate) use line::ClosedLine;
 
 use plane::PlaneForm;
@@ -38,6 +40,8 @@ pub(crate) struct ClosedFace {
     pub(crate) curves: Vec<ClosedCurve>,
     /// Which of the face's other uv curves have none: they are left to the pieces.
     pub(crate) others: Vec<usize>,
+    /// The trims (or, of segments that join two, the first) that these are part of.
+    other_trims: Vec<usize>,
 }
 
 impl ClosedFace {
@@ -62,6 +66,7 @@ impl ClosedFace {
             surface,
             curves: Vec::new(),
             others: Vec::new(),
+            other_trims: Vec::new(),
         };
         let domain = brep.surface(face).domain();
         let arc_of = |trim: Option<usize>| match trim.map(|t| (t, &brep.parts().trims[t])) {
@@ -79,9 +84,10 @@ impl ClosedFace {
             }
             if let (Some((t, arc, span)), ClosedSurface::Plane(p)) = (arc, &out.surface)
                 && (stays_inside(region, t) || circle_inside(arc, domain))
-                && let Some(curve) = p.arc(arc, span, t)
+                && let Some(mut curve) = p.arc(arc, span, t)
             {
                 arcs.push(t);
+                curve.against = brep.parts().trims[t].reversed;
                 out.curves.push(curve);
                 continue;
             }
@@ -90,6 +96,7 @@ impl ClosedFace {
                     return None;
                 }
                 out.others.push(index);
+                out.other_trims.extend(c.trim.or(c.after));
                 continue;
             };
             let moved = ends.map(|p| [0, 1].map(|k| clamp(p[k], domain[k])));
@@ -113,19 +120,42 @@ impl ClosedFace {
                 let at = out.surface.point(moved[0].map(|x| x.mid.hi));
                 let mut curve = ClosedCurve::segment(at, at, moved, c.trim);
                 curve.moved = was_moved;
+                curve.after = c.after;
                 out.curves.push(curve);
                 continue;
             }
             match out.surface.image(moved, c.trim) {
                 Some(mut curve) if whole => {
                     curve.moved = was_moved;
+                    curve.after = c.after;
                     out.curves.push(curve);
                 }
                 _ if was_moved => return None,
-                _ => out.others.push(index),
+                _ => {
+                    out.others.push(index);
+                    out.other_trims.extend(c.trim.or(c.after));
+                }
             }
         }
         Some(out)
+    }
+
+    /// The whole image of a trim, where it is one segment or arc, and how far the image may be from it.
+    pub(crate) fn curve_of(&self, trim: usize) -> Option<(&ClosedCurve, f64)> {
+        let mut own = self.curves.iter().filter(|c| c.trim == Some(trim));
+        let curve = own.next()?;
+        let whole = own.next().is_none() && !self.other_trims.contains(&trim);
+        whole.then(|| (curve, self.surface.slack()))
+    }
+
+    /// The image of the segment that joins a trim to the next, likewise: `Err` where it is not in closed form, or
+    /// may not be.
+    pub(crate) fn join_of(&self, trim: usize) -> Result<Option<(&ClosedCurve, f64)>, ()> {
+        if self.other_trims.contains(&trim) {
+            return Err(());
+        }
+        let found = self.curves.iter().find(|c| c.after == Some(trim));
+        Ok(found.map(|c| (c, self.surface.slack())))
     }
 }
 
@@ -188,6 +218,14 @@ impl ClosedSurface {
         match self {
             Self::Plane(_) => 0.0,
             Self::Revolution(r) => r.pole_slack,
+        }
+    }
+
+    /// How far a boundary curve may be from the true one.
+    pub(crate) fn slack(&self) -> f64 {
+        match self {
+            Self::Plane(_) => 0.0,
+            Self::Revolution(r) => r.slack,
         }
     }
 

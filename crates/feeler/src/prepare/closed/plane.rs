@@ -129,6 +129,8 @@ impl PlaneForm {
                 y: turned.map(|c| c.mid.hi * arc.radius),
             },
             moved: false,
+            after: None,
+            against: false,
         })
     }
 

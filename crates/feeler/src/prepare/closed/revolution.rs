@@ -320,7 +320,8 @@ impl RevolutionForm {
                     radius,
                     ..
                 } => {
-                    if ends[1][profile].mid < ends[0][profile].mid {
+                    let against = ends[1][profile].mid < ends[0][profile].mid;
+                    if against {
                         ends.swap(0, 1);
                     }
                     let [from, to] = [0, 1].map(|k| self.own_parameter(ends[k][profile]));
@@ -340,6 +341,8 @@ impl RevolutionForm {
                         shape,
                         uv: UvPath::Straight(ends.map(|p| p.map(|x| x.mid.hi))),
                         moved: false,
+                        after: None,
+                        against,
                     });
                 }
             }
@@ -357,7 +360,8 @@ impl RevolutionForm {
         if !(radius.lower() > radius.rad * HARDLY) {
             return None;
         }
-        if ends[1][angular].mid < ends[0][angular].mid {
+        let against = ends[1][angular].mid < ends[0][angular].mid;
+        if against {
             ends.swap(0, 1);
         }
         let [from, to] = [0, 1].map(|k| self.angle_at(ends[k][angular]));
@@ -380,6 +384,8 @@ impl RevolutionForm {
             shape,
             uv: UvPath::Straight(ends.map(|p| p.map(|x| x.mid.hi))),
             moved: false,
+            after: None,
+            against,
         })
     }
 

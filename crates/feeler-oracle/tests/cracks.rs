@@ -1,0 +1,152 @@
+//! The kernel's proven widths of cracks against the certified ones.
+#![cfg(feature = "cgal")]
+
+use feeler::brep::Brep;
+use feeler::numeric::Dyadic;
+use feeler::prepare::PreparedBrep;
+use feeler_corpus::Model;
+use feeler_oracle::Oracle;
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+fn dyadic(x: f64) -> Dyadic {
+    Dyadic::from_f64(x).unwrap()
+}
+
+/// All model files under a folder, in order.
+fn files(folder: &Path) -> Vec<PathBuf> {
+    let mut out = Vec::new();
+    let mut open = vec![folder.to_path_buf()];
+    while let Some(folder) = open.pop() {
+        for entry in std::fs::read_dir(folder).unwrap() {
+            let path = entry.unwrap().path();
+            if path.is_dir() {
+                open.push(path);
+            } else {
+                out.push(path);
+            }
+        }
+    }
+    out.sort();
+    out
+}
+
+/// How far above the certified width the kernel's is meant to be at most: so many times, and so much of the model's size
+/// besides. Edges beyond that are printed, no more.
+struct Promise {
+    factor: f64,
+    rounding: f64,
+}
+
+/// In f64, which is a first screen, and in double-double.
+const PROMISES: [Promise; 2] = [
+    Promise {
+        factor: 2.0,
+        rounding: 1.0 / (1u64 << 37) as f64,
+    },
+    Promise {
+        factor: 2.0,
+        rounding: 1.0 / (1u64 << 50) as f64,
+    },
+];
+
+#[derive(Default)]
+struct Tally {
+    edges: usize,
+    /// In f64 and in double-double.
+    wide: [Vec<String>; 2],
+    seconds: [f64; 2],
+}
+
+fn compare(name: &str, brep: &Brep, tally: &mut Tally) {
+    let shared: Vec<_> = (0..brep.parts().edges.len())
+        .filter(|e| brep.parts().edges[*e].trims.len() > 1)
+        .collect();
+    if shared.is_empty() {
+        return;
+    }
+    let Ok(oracle) = Oracle::new(&[brep]) else {
+        println!("{name}: not taken by the oracle");
+        return;
+    };
+    let prepared = PreparedBrep::new(brep.clone());
+    let mut times = [Vec::new(), Vec::new()];
+    for edge in shared {
+        let Ok(Some(d)) = oracle.crack_width(edge) else {
+            println!("{name} {edge}: no certified width");
+            continue;
+        };
+        tally.edges += 1;
+        for (fine, promise) in PROMISES.iter().enumerate() {
+            let start = Instant::now();
+            let width = if fine == 0 {
+                prepared.crack_width(edge)
+            } else {
+                prepared.fine_crack_width(edge)
+            };
+            times[fine].push(start.elapsed().as_secs_f64());
+            let (lo, hi) = (d.lo.approximate(), d.hi.approximate());
+            // Never below what is certified.
+            assert!(
+                !width.is_finite() || d.lo <= dyadic(width),
+                "{name} {edge}: {width:e} is below [{lo:e}, {hi:e}]"
+            );
+            let most = promise.factor * hi + promise.rounding * prepared.size();
+            if !(width <= most) {
+                tally.wide[fine].push(format!(
+                    "{name} {edge} {}: {width:e}, certified [{lo:e}, {hi:e}], size {:e}",
+                    ["double", "double-double"][fine],
+                    prepared.size()
+                ));
+            }
+        }
+    }
+    for (fine, t) in times.iter_mut().enumerate() {
+        t.sort_by(f64::total_cmp);
+        tally.seconds[fine] += t.iter().sum::<f64>();
+        if let Some(median) = t.get(t.len() / 2) {
+            print!("{name} median {:.1} us of {}; ", 1e6 * median, t.len());
+        }
+    }
+    println!();
+}
+
+fn compare_all(folder: &Path) -> Tally {
+    let mut tally = Tally::default();
+    for path in files(folder) {
+        let Ok(model) = Model::load(&path, None) else {
+            continue; // Licences, meshes.
+        };
+        let name = path.file_name().unwrap_or_default().to_string_lossy();
+        for brep in &model.breps {
+            compare(&name, brep, &mut tally);
+        }
+    }
+    let wide = [0, 1].map(|k| tally.wide[k].len());
+    println!(
+        "{} edges, {:?} s, wide {wide:?}",
+        tally.edges, tally.seconds
+    );
+    for w in tally.wide.iter().flatten() {
+        println!("wide: {w}");
+    }
+    tally
+}
+
+#[test]
+fn kernel_widths_hold_over_the_corpora() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../corpora/models");
+    let tally = compare_all(&folder);
+    assert!(tally.edges > 1000, "{}", tally.edges);
+}
+
+#[test]
+fn kernel_widths_hold_over_real_parts() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared/models/real");
+    if !folder.exists() {
+        println!("absent, not tested: {}", folder.display());
+        return;
+    }
+    let tally = compare_all(&folder);
+    assert!(tally.edges > 100, "{}", tally.edges);
+}

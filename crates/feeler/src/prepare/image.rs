@@ -1,0 +1,672 @@
+//! The image of a trim curve in space, as rational Bezier curves in a row.
+//!
+//! The image is `S(clamp(c))`, `clamp` moving each parameter to the nearest one in the domain of the surface. A trim
+//! is cut where it passes from patch to patch or over the border of the domain, as finely as the arithmetic can, and
+//! each part is composed with its patch. What is left between two parts, a piece of the curve of about one
+//! rounding, goes into [`Image::extra`]; so does a part that cannot be composed.
+
+use super::boundary::UvCurve;
+use super::compose::compose;
+use super::net::curve_jet;
+use super::{Box3, FaceGeometry, Homogeneous, Net, ParamMap, Patch};
+use crate::numeric::bernstein::Bidegree;
+use crate::numeric::{Ball, Real};
+
+/// A bound that is off by a few roundings.
+const UP: f64 = 1.0 + 64.0 * f64::EPSILON;
+/// Halvings down to one rounding of the curve's parameter in f64.
+const HALVINGS: u32 = 52;
+/// A curve that stays within so many roundings of a border is not cut there; where the first makes too many cuts,
+/// the next.
+const ROUNDINGS: [f64; 5] = [8.0, 512.0, 32768.0, 4_194_304.0, 268_435_456.0];
+/// A curve is cut into no more parts than this...
+const MOST_PARTS: usize = 4096;
+/// ...and crosses no more borders than this; else its image counts as not known.
+const MOST_CROSSINGS: usize = 64;
+
+/// A rational Bezier curve with exact control points `(X, w)`, `w > 0`, relative to an origin.
+#[derive(Clone, Debug)]
+pub(crate) struct Stretch<T> {
+    pub(super) points: Vec<[T; 4]>,
+    pub(super) origin: [f64; 3],
+    /// How far the image may be from this curve at the same parameter.
+    pub(crate) slack: f64,
+    /// A box around this curve.
+    pub(crate) bounds: Box3,
+}
+
+impl<T: Real> Stretch<T> {
+    /// The curve.
+    pub(crate) fn net(&self) -> Net<T> {
+        let known = |mid: T| Ball { mid, rad: 0.0 };
+        Net {
+            degree: Bidegree {
+                u: self.points.len() - 1,
+                v: 0,
+            },
+            points: self.points.iter().map(|p| p.map(known)).collect(),
+            origin: self.origin,
+        }
+    }
+}
+
+/// The image of a trim, in the trim's direction.
+#[derive(Clone, Debug)]
+pub(crate) struct Image<T> {
+    /// Not empty.
+    pub(crate) stretches: Vec<Stretch<T>>,
+    /// What is between (or before, or after) stretches stays within this of the ends next to it.
+    pub(crate) extra: f64,
+}
+
+impl<T: Real> Image<T> {
+    pub(super) fn reversed(mut self) -> Self {
+        self.stretches.reverse();
+        for s in &mut self.stretches {
+            s.points.reverse();
+        }
+        self
+    }
+
+    /// A box around all of it.
+    pub(crate) fn bounds(&self) -> Box3 {
+        let mut out = [[f64::INFINITY, f64::NEG_INFINITY]; 3];
+        for s in &self.stretches {
+            let slack = (s.slack + self.extra) * UP;
+            for (o, b) in out.iter_mut().zip(&s.bounds) {
+                *o = [
+                    o[0].min((b[0] - slack).next_down()),
+                    o[1].max((b[1] + slack).next_up()),
+                ];
+            }
+        }
+        out
+    }
+
+    /// About how long the longest chord from the start of a stretch is.
+    pub(super) fn reach(&self) -> f64 {
+        let mut most: f64 = 0.0;
+        for s in &self.stretches {
+            let q = |p: &[T; 4]| nalgebra::Vector3::from_fn(|c, _| (p[c] / p[3]).approximate());
+            let start = q(&s.points[0]);
+            most = s
+                .points
+                .iter()
+                .fold(most, |m, p| m.max((q(p) - start).norm()));
+        }
+        most
+    }
+}
+
+/// Exact control points from control points with bounds, and how far the curve may be from theirs: with `|dX_i| <= r_i`,
+/// `|dw_i| <= s_i` the curve moves by `(dX - q dw) / w` where `q` is the point for the exact ones, no farther from the
+/// origin than the farthest `q_i`; and `(sum r_i b_i) / (sum w_i b_i) <= max r_i / w_i`. `None` where a weight is
+/// not proven to be positive.
+pub(super) fn exact<T: Real>(points: &[Homogeneous<T, 4>]) -> Option<(Vec<[T; 4]>, f64)> {
+    let mut farthest: f64 = 0.0;
+    for p in points {
+        let w = p[3].mid.approximate();
+        // A weight with no bound to speak of has none from below either.
+        if !p[3].is_above(0.0) {
+            return None;
+        }
+        let squares = (0..3).map(|c| (p[c].mid.magnitude() / w).powi(2));
+        farthest = farthest.max(squares.sum::<f64>().sqrt() * UP);
+    }
+    let mut slack: f64 = 0.0;
+    for p in points {
+        let squares = (0..3).map(|c| p[c].rad * p[c].rad);
+        let moved = squares.sum::<f64>().sqrt() + farthest * p[3].rad;
+        slack = slack.max(moved / p[3].lower() * UP);
+    }
+    let mids = points.iter().map(|p| p.map(|x| x.mid)).collect();
+    slack.is_finite().then_some((mids, slack))
+}
+
+/// Where along one parameter a part of a curve lies.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Cell {
+    /// Before the domain: clamped to its start.
+    Before,
+    /// Over one patch.
+    In(usize),
+    /// After the domain: clamped to its end.
+    After,
+}
+
+/// The cells of a grid of patches.
+struct Grid<'a, T> {
+    patches: &'a [Patch<T>],
+    maps: [Vec<ParamMap>; 2],
+    /// How near a border a curve may wander, in roundings.
+    roundings: f64,
+}
+
+impl<'a, T: Real> Grid<'a, T> {
+    fn new(patches: &'a [Patch<T>]) -> Option<Self> {
+        let first = patches.first()?;
+        let same = |p: &&Patch<T>| p.maps[0] == first.maps[0];
+        let count_v = patches.iter().take_while(same).count();
+        let maps_u = patches.iter().step_by(count_v).map(|p| p.maps[0]).collect();
+        let maps_v = patches[..count_v].iter().map(|p| p.maps[1]).collect();
+        Some(Self {
+            patches,
+            maps: [maps_u, maps_v],
+            roundings: ROUNDINGS[0],
+        })
+    }
+
+    /// Curves that stay so near a border are not cut there.
+    fn slack(&self, m: &ParamMap) -> T {
+        T::from_f64(self.roundings * T::UNIT * m.start.abs().max(m.end.abs()))
+    }
+
+    /// The cell that a range of parameters lies in; `None` if in several.
+    fn cell(&self, axis: usize, range: [T; 2]) -> Option<Cell> {
+        let maps = &self.maps[axis];
+        let within = |m: &ParamMap| {
+            let slack = self.slack(m);
+            range[0] >= T::from_f64(m.start) - slack && range[1] <= T::from_f64(m.end) + slack
+        };
+        if let Some(i) = maps.iter().position(within) {
+            return Some(Cell::In(i));
+        }
+        if range[1] <= T::from_f64(maps[0].start) {
+            return Some(Cell::Before);
+        }
+        (range[0] >= T::from_f64(maps[maps.len() - 1].end)).then_some(Cell::After)
+    }
+
+    /// How far a range reaches past its cell, in local units.
+    fn overhang(&self, axis: usize, cell: Cell, range: [T; 2]) -> f64 {
+        let Cell::In(i) = cell else {
+            return 0.0;
+        };
+        let m = &self.maps[axis][i];
+        let (low, high) = (
+            T::from_f64(m.start) - range[0],
+            range[1] - T::from_f64(m.end),
+        );
+        let most = low.approximate().max(high.approximate()).max(0.0);
+        most / (m.end - m.start) * UP
+    }
+
+    /// The patches that a range of parameters may meet, with those beside it: first and last.
+    fn met(&self, axis: usize, range: [T; 2]) -> [usize; 2] {
+        let maps = &self.maps[axis];
+        let last = maps.len() - 1;
+        let reaches = |m: &ParamMap| {
+            let slack = self.slack(m);
+            range[0] <= T::from_f64(m.end) + slack && range[1] >= T::from_f64(m.start) - slack
+        };
+        let first = maps.iter().position(reaches);
+        let end = maps.iter().rposition(reaches);
+        match (first, end) {
+            (Some(first), Some(end)) => [first, end],
+            // Beside the domain.
+            _ => [0, last],
+        }
+    }
+
+    fn met_patches(&self, ranges: [[T; 2]; 2]) -> impl Iterator<Item = &Patch<T>> {
+        let [u, v] = [0, 1].map(|k| self.met(k, ranges[k]));
+        let count_v = self.maps[1].len();
+        (u[0]..=u[1]).flat_map(move |i| (v[0]..=v[1]).map(move |j| &self.patches[i * count_v + j]))
+    }
+
+    /// A local length on a patch as a native one.
+    fn native(&self, patch: &Patch<T>, local: [f64; 2], axis: usize) -> f64 {
+        let m = &patch.maps[axis];
+        local[axis] * (m.end - m.start) * UP
+    }
+
+    /// How far the image may move in space where parameters in these ranges move by so much.
+    fn distance(&self, ranges: [[T; 2]; 2], by: [f64; 2]) -> Option<f64> {
+        let mut steepest: [f64; 2] = [0.0; 2];
+        for patch in self.met_patches(ranges) {
+            let slope = slopes(patch)?;
+            for k in 0..2 {
+                let m = &patch.maps[k];
+                steepest[k] = steepest[k].max(slope[k] / (m.end - m.start));
+            }
+        }
+        let sum: f64 = (0..2)
+            .map(|k| {
+                if by[k] > 0.0 {
+                    steepest[k] * by[k]
+                } else {
+                    0.0
+                }
+            })
+            .sum();
+        sum.is_finite().then_some(sum * UP)
+    }
+
+    fn patch(&self, u: Cell, v: Cell) -> &Patch<T> {
+        let index = |cell: Cell, axis: usize| match cell {
+            Cell::Before => 0,
+            Cell::In(i) => i,
+            Cell::After => self.maps[axis].len() - 1,
+        };
+        &self.patches[index(u, 0) * self.maps[1].len() + index(v, 1)]
+    }
+}
+
+/// A bound on the derivative of a patch along u and v (local parameters), up to [`EXTENSION`] past its border; infinite where
+/// there is none.
+///
+/// `S' = (X' - S w') / w` with `|X'| <= p max |X_(i+1) - X_i|`, likewise `w'`, and `|S| <= max |X_i / w_i|`. Past the border
+/// by `d` the control points become combinations of these with weights of sum 1 and absolute sum `(1 + 2 d)^p`. With
+/// `p d max w / min w <= 1/64` the negative ones make up less than 1.05 p d, so that `w` loses less than 2 %, `S`
+/// and the numerators grow by less than 4 % each: by [`PAST`] in all.
+fn slopes<T: Real>(patch: &Patch<T>) -> Option<[f64; 2]> {
+    let degree = patch.net.degree;
+    let points = &patch.net.points;
+    let (mut low, mut high, mut far): (f64, f64, f64) = (f64::INFINITY, 0.0, 0.0);
+    let length = |p: &Homogeneous<T, 4>| {
+        let squares = (0..3).map(|c| p[c].magnitude().powi(2));
+        squares.sum::<f64>().sqrt() * UP
+    };
+    for p in points {
+        if !p[3].is_above(0.0) {
+            return None;
+        }
+        low = low.min(p[3].lower());
+        high = high.max(p[3].upper());
+        far = far.max(length(p) / p[3].lower());
+    }
+    let width = degree.v + 1;
+    let steep = |step: usize, p: usize, ends: &dyn Fn(usize) -> bool| {
+        let (mut dx, mut dw): (f64, f64) = (0.0, 0.0);
+        for i in (0..points.len()).filter(|i| !ends(*i)) {
+            let d: Homogeneous<T, 4> = std::array::from_fn(|c| points[i + step][c] - points[i][c]);
+            dx = dx.max(length(&d));
+            dw = dw.max(d[3].magnitude());
+        }
+        (dx + far * dw) / low * p as f64 * UP
+    };
+    let u = steep(width, degree.u, &|i| i / width == degree.u);
+    let v = steep(1, degree.v, &|i| i % width == degree.v);
+    let tame = degree.u.max(degree.v) as f64 * EXTENSION * high <= low / 64.0;
+    tame.then_some([PAST * u, PAST * v])
+}
+
+/// See [`slopes`].
+const PAST: f64 = 1.125;
+
+/// How far past its border a patch is followed at most, in local parameters.
+const EXTENSION: f64 = 1.0 / (1u64 << 20) as f64;
+
+/// The range of a coordinate over a curve; `None` where it is not known.
+fn range<T: Real>(points: &[Homogeneous<T, 3>], c: usize) -> Option<[T; 2]> {
+    let mut out: Option<[T; 2]> = None;
+    for p in points {
+        let x = p[c] / p[2];
+        if !(p[2].is_above(0.0) && x.rad.is_finite()) {
+            return None;
+        }
+        // The sum is off by a rounding.
+        let slack = T::from_f64((x.rad + 2.0 * T::UNIT * x.mid.magnitude()) * UP);
+        let (low, high) = (x.mid - slack, x.mid + slack);
+        out = Some(match out {
+            None => [low, high],
+            Some(r) => [
+                if low < r[0] { low } else { r[0] },
+                if high > r[1] { high } else { r[1] },
+            ],
+        });
+    }
+    out
+}
+
+/// A part of a curve: over one cell, or between cells.
+struct Part<T> {
+    from: f64,
+    to: f64,
+    cells: Option<[Cell; 2]>,
+    /// How far it may reach past its cell, in local units: proven for each part that was put together here.
+    overhang: [f64; 2],
+    /// Only where between cells: its own points.
+    points: Vec<Homogeneous<T, 3>>,
+}
+
+/// The Bezier curve over `[from, to]` of one over `[0, 1]`.
+pub(super) fn part<T: Real, const H: usize>(
+    points: &[Homogeneous<T, H>],
+    from: T,
+    to: T,
+) -> Vec<Homogeneous<T, H>> {
+    let known = |mid: T| Ball { mid, rad: 0.0 };
+    let mut d = points.to_vec();
+    let n = d.len();
+    let step = |d: &mut [Homogeneous<T, H>], k: usize, t: Ball<T>| {
+        // An average: the other form, a + t (b - a), would treble radii at each step.
+        let rest = Ball::ONE - t;
+        for i in 0..k {
+            for c in 0..H {
+                d[i][c] = rest * d[i][c] + t * d[i + 1][c];
+            }
+        }
+    };
+    if to != T::ONE {
+        // The left part: the first points, level by level.
+        let mut left = Vec::with_capacity(n);
+        for k in (0..n).rev() {
+            left.push(d[0]);
+            step(&mut d, k, known(to));
+        }
+        d = left;
+    }
+    if from != T::ZERO {
+        let t = if to == T::ONE {
+            known(from)
+        } else {
+            known(from) / known(to)
+        };
+        // After all levels what stands in place is the right part.
+        for k in (1..n).rev() {
+            step(&mut d, k, t);
+        }
+    }
+    d
+}
+
+/// Cuts a curve at the borders of cells; `None` if into too many parts.
+fn cut<T: Real>(grid: &Grid<T>, points: &[Homogeneous<T, 3>]) -> Option<Vec<Part<T>>> {
+    let mut out: Vec<Part<T>> = Vec::new();
+    let mut crossings = 0;
+    let mut stack = vec![(0.0, 1.0, 0)];
+    while let Some((from, to, depth)) = stack.pop() {
+        let points = part(points, T::from_f64(from), T::from_f64(to));
+        let ranges = [range(&points, 0)?, range(&points, 1)?];
+        let cells = match (grid.cell(0, ranges[0]), grid.cell(1, ranges[1])) {
+            (Some(u), Some(v)) => Some([u, v]),
+            _ if depth < HALVINGS => {
+                let middle = 0.5 * (from + to);
+                stack.push((middle, to, depth + 1));
+                stack.push((from, middle, depth + 1));
+                continue;
+            }
+            _ => None,
+        };
+        let overhang = cells.map_or([0.0; 2], |cells| {
+            std::array::from_fn(|k| grid.overhang(k, cells[k], ranges[k]))
+        });
+        match out.last_mut() {
+            Some(last) if last.cells == cells && cells.is_some() => {
+                last.to = to;
+                for k in 0..2 {
+                    last.overhang[k] = last.overhang[k].max(overhang[k]);
+                }
+            }
+            _ => {
+                crossings += usize::from(cells.is_none());
+                if out.len() >= MOST_PARTS || crossings > MOST_CROSSINGS {
+                    return None;
+                }
+                out.push(Part {
+                    from,
+                    to,
+                    cells,
+                    overhang,
+                    points,
+                });
+            }
+        }
+    }
+    Some(out)
+}
+
+/// A part of a curve in the patch's local parameters, a coordinate that is off the domain at its border.
+fn localized<T: Real>(
+    points: &[Homogeneous<T, 3>],
+    patch: &Patch<T>,
+    cells: [Cell; 2],
+) -> Vec<Homogeneous<T, 3>> {
+    let local = |p: &Homogeneous<T, 3>, c: usize| {
+        let m = &patch.maps[c];
+        match cells[c] {
+            Cell::Before => Ball::ZERO,
+            Cell::After => p[2],
+            Cell::In(_) if m.start == 0.0 => p[c] / Ball::exact(m.end),
+            Cell::In(_) => (p[c] - p[2] * Ball::exact(m.start)) / Ball::difference(m.end, m.start),
+        }
+    };
+    let both = |p| [local(p, 0), local(p, 1), p[2]];
+    points.iter().map(both).collect()
+}
+
+/// Builds an image part by part.
+struct Builder<T> {
+    image: Image<T>,
+    /// What the parts since the last stretch add.
+    pending: f64,
+}
+
+impl<T: Real> Builder<T> {
+    fn between(&mut self, diameter: f64) {
+        self.pending += diameter;
+        self.image.extra = self.image.extra.max(self.pending * UP);
+    }
+
+    /// `None` where something is not known.
+    fn curve(&mut self, grid: &Grid<T>, points: &[Homogeneous<T, 3>], levels: u32) -> Option<()> {
+        for part in cut(grid, points)? {
+            let Some([u, v]) = part.cells else {
+                if levels > 0 {
+                    self.curve(grid, &part.points, levels - 1)?;
+                } else {
+                    let ranges = [range(&part.points, 0)?, range(&part.points, 1)?];
+                    let widths = ranges.map(|r| (r[1] - r[0]).magnitude());
+                    self.between(grid.distance(ranges, widths)?);
+                }
+                continue;
+            };
+            let patch = grid.patch(u, v);
+            let points = self::part(points, T::from_f64(part.from), T::from_f64(part.to));
+            let local = localized(&points, patch, [u, v]);
+            let ranges = [range(&points, 0)?, range(&points, 1)?];
+            let (space, moved, twist) = lifted(patch, &local);
+            // Past the border the patch's polynomials go on by the overhang, and so does the image: on the next patch,
+            // or along the border, to which it is clamped.
+            let off = [0, 1].map(|k| (2.0 * part.overhang[k] + moved[k]) * UP);
+            if !off.iter().all(|x| *x <= EXTENSION) {
+                return None;
+            }
+            let Some(space) = space else {
+                // As far as the parameters go, all over the patch at most.
+                let widths = std::array::from_fn(|k| {
+                    (ranges[k][1] - ranges[k][0]).magnitude() + 2.0 * grid.native(patch, off, k)
+                });
+                self.between(grid.distance(ranges, widths)?);
+                continue;
+            };
+            let (points, mut slack) = exact(&space)?;
+            slack += twist;
+            if off != [0.0; 2] {
+                let moved = [0, 1].map(|k| grid.native(patch, off, k));
+                slack = (slack + grid.distance(ranges, moved)?) * UP;
+            }
+            self.pending = 0.0;
+            let mut stretch = Stretch {
+                points,
+                origin: patch.net.origin,
+                slack,
+                bounds: Box3::default(),
+            };
+            stretch.bounds = stretch.net().bounding_box()?;
+            self.image.stretches.push(stretch);
+        }
+        Some(())
+    }
+}
+
+/// A curve with a coordinate that varies by no more than so many roundings counts as an isoparametric line.
+const CONSTANT: f64 = 64.0;
+/// A bilinear patch that is twisted by no more than so many roundings counts as plane.
+const FLAT: f64 = 16.0;
+
+/// The image of a curve in a patch's local square; how far its parameters may be from the curve's; and how far the
+/// image may be from the patch's besides. `None` where its degree is too high.
+fn lifted<T: Real>(
+    patch: &Patch<T>,
+    local: &[Homogeneous<T, 3>],
+) -> (Option<Vec<Homogeneous<T, 4>>>, [f64; 2], f64) {
+    // An isoparametric line: one of the patch's own curves, of a far lower degree.
+    for c in 0..2 {
+        let x0 = local[0][c] / local[0][2];
+        let spread = local.iter().map(|p| (p[c] / p[2] - x0).magnitude());
+        let spread = spread.fold(0.0, f64::max);
+        if !(spread <= CONSTANT * T::UNIT) {
+            continue;
+        }
+        let at = Ball {
+            mid: x0.mid,
+            rad: 0.0,
+        };
+        let width = patch.net.degree.v + 1;
+        let count = patch.net.degree.u + 1;
+        let lines: Vec<Vec<Homogeneous<T, 4>>> = if c == 0 {
+            let line = |j: usize| {
+                (0..count)
+                    .map(|i| patch.net.points[i * width + j])
+                    .collect()
+            };
+            (0..width).map(line).collect()
+        } else {
+            patch
+                .net
+                .points
+                .chunks_exact(width)
+                .map(<[_]>::to_vec)
+                .collect()
+        };
+        let line: Vec<_> = lines.iter().map(|l| curve_jet(l, at).0).collect();
+        let net = Net {
+            degree: Bidegree {
+                u: line.len() - 1,
+                v: 0,
+            },
+            points: line,
+            origin: patch.net.origin,
+        };
+        let along: Vec<Homogeneous<T, 3>> =
+            local.iter().map(|p| [p[1 - c], Ball::ZERO, p[2]]).collect();
+        let mut moved = [0.0; 2];
+        moved[c] = (spread + x0.rad) * UP;
+        return (compose(&net, &along), moved, 0.0);
+    }
+    if let Some(twist) = flat(patch) {
+        let [o, q, r] = [0, 2, 1].map(|i| patch.net.points[i]);
+        let points = local
+            .iter()
+            .map(|p| {
+                std::array::from_fn(|c| match c {
+                    3 => o[3] * p[2],
+                    _ => o[c] * p[2] + (q[c] - o[c]) * p[0] + (r[c] - o[c]) * p[1],
+                })
+            })
+            .collect();
+        return (Some(points), [0.0; 2], twist);
+    }
+    (compose(&patch.net, local), [0.0; 2], 0.0)
+}
+
+/// For a bilinear patch with equal weights: how far it is from the plane patch with the same three corners, if no
+/// more than roundings.
+fn flat<T: Real>(patch: &Patch<T>) -> Option<f64> {
+    let p = &patch.net.points;
+    if (patch.net.degree.u, patch.net.degree.v) != (1, 1) {
+        return None;
+    }
+    let w = p[0][3];
+    if p.iter().any(|x| x[3].rad != 0.0 || x[3].mid != w.mid) {
+        return None;
+    }
+    let (mut twist, mut size): (f64, f64) = (0.0, 0.0);
+    for c in 0..3 {
+        twist += (((p[3][c] - p[1][c]) - (p[2][c] - p[0][c])) / w).magnitude();
+        size = p.iter().fold(size, |m, x| m.max((x[c] / w).magnitude()));
+    }
+    (twist <= FLAT * T::UNIT * size).then_some(twist * UP)
+}
+
+/// The image of a trim of a face; `None` where it is not known, or none of it can be composed.
+pub(super) fn image<T: Real>(geometry: &FaceGeometry<T>, trim: usize) -> Option<Image<T>> {
+    image_of(geometry, |c| c.trim == Some(trim))
+}
+
+/// The image of the segment that joins a trim to the next, if there is one: `Some(None)` where it is not known.
+pub(super) fn join<T: Real>(geometry: &FaceGeometry<T>, after: usize) -> Option<Option<Image<T>>> {
+    let own = |c: &UvCurve<T>| c.after == Some(after);
+    let any = geometry.curves.iter().any(own);
+    any.then(|| image_of(geometry, own))
+}
+
+/// A box around the first or the last point of a trim's image.
+pub(super) fn end<T: Real>(geometry: &FaceGeometry<T>, trim: usize, last: bool) -> Option<Box3> {
+    let mut own = geometry.curves.iter().filter(|c| c.trim == Some(trim));
+    let at = if last {
+        own.next_back()?.points.last()?
+    } else {
+        own.next()?.points.first()?
+    };
+    let mut grid = Grid::new(&geometry.patches)?;
+    let point = std::slice::from_ref(at);
+    let ranges = [range(point, 0)?, range(point, 1)?];
+    let cells = ROUNDINGS.into_iter().find_map(|roundings| {
+        grid.roundings = roundings;
+        Some([grid.cell(0, ranges[0])?, grid.cell(1, ranges[1])?])
+    })?;
+    let patch = grid.patch(cells[0], cells[1]);
+    let local = localized(point, patch, cells)[0];
+    let overhang = [0, 1].map(|k| 2.0 * grid.overhang(k, cells[k], ranges[k]) * UP);
+    if !overhang.iter().all(|x| *x <= EXTENSION) {
+        return None;
+    }
+    let moved = [0, 1].map(|k| grid.native(patch, overhang, k));
+    let slack = if moved == [0.0; 2] {
+        0.0
+    } else {
+        grid.distance(ranges, moved)?
+    };
+    let value = patch
+        .net
+        .jet(local[0] / local[2], local[1] / local[2])
+        .value;
+    if !value[3].is_above(0.0) {
+        return None;
+    }
+    Some(std::array::from_fn(|c| {
+        let x = value[c] / value[3] + Ball::exact(patch.net.origin[c]);
+        [
+            (x.lower() - slack).next_down(),
+            (x.upper() + slack).next_up(),
+        ]
+    }))
+}
+
+fn image_of<T: Real>(
+    geometry: &FaceGeometry<T>,
+    own: impl Fn(&UvCurve<T>) -> bool,
+) -> Option<Image<T>> {
+    let mut grid = Grid::new(&geometry.patches)?;
+    // Crossings are cut finer once where the numbers go finer.
+    let levels = u32::from(T::UNIT < f64::UNIT);
+    let mut with = |roundings: f64| {
+        grid.roundings = roundings;
+        let mut builder = Builder {
+            image: Image {
+                stretches: Vec::new(),
+                extra: 0.0,
+            },
+            pending: 0.0,
+        };
+        for curve in geometry.curves.iter().filter(|c| own(c)) {
+            builder.curve(&grid, &curve.points, levels)?;
+        }
+        let image = builder.image;
+        (!image.stretches.is_empty() && image.extra.is_finite()).then_some(image)
+    };
+    ROUNDINGS.into_iter().find_map(&mut with)
+}

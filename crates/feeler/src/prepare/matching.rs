@@ -1,0 +1,353 @@
+//! A proven bound of the Frechet distance of two images of an edge.
+//!
+//! Both images are run through in pairs of parts, in order, `A` over `[a0, a1]` with `B` over `[b0, b1]`: a matching that
+//! never turns back, so that the largest distance within a pair bounds the Frechet distance.
+//!
+//! Within a pair let `e(s) = A(s) - B(s)` at equal relative parameters. With `A = X / V`, `B = Y / W` it is
+//! `(X W - Y V) / (V W)`, at every `s` a convex combination of the quotients `e_k` of its Bernstein coefficients, as `V W > 0`. So
+//! every convex function of `e`, such as its length or that of a projection, is bounded by the largest value at the `e_k`.
+//!
+//! 1. `|e| <= max |e_k|`.
+//! 2. Two parametrisations of nearly one curve differ along it far more than across it. Let `t` be a unit vector, `e_T = e.t`
+//!    and `e_P` the rest. Let both parts be monotone along `t`, and `B' ` in the cone `|B'_P| <= m B'_T`. Match points of equal
+//!    height `.t`, and those whose height the other part does not reach with its end there. `B` at the matched place
+//!    differs from `B(s)` in height by at most `|e_T(s)|`, hence across by at most `m |e_T(s)|`. So matched points are
+//!    apart by no more than `max |e_P| + m max |e_T|` across, and along by `max(|e_T(0)|, |e_T(1)|)`: where the other
+//!    part does not reach, its end is at most as far as the own end beside it.
+//!
+//!    The cone: the derivative of a rational Bezier curve with weights > 0 is a combination with coefficients >= 0 of
+//!    the `q_j - q_i`, `i < j`, and so of the steps `q_(i+1) - q_i` of its control polygon
+//!    (`b_i b_j' - b_i' b_j = (j - i) b_i b_j / (s (1 - s)) >= 0`).
+//!
+//! The pair with the largest bound is cut where that may help: one part at its middle, the other at the nearest point.
+//! For smooth curves and the second bound the loss falls with the cube of the parts' length. The end points of parts are
+//! values of T, so that they lose no more than T does.
+
+use super::compose::multiply;
+use super::image::{Image, Stretch, exact, part};
+use crate::numeric::{Ball, Real};
+use nalgebra::Vector3;
+
+/// A bound that is off by a few roundings.
+const UP: f64 = 1.0 + 64.0 * f64::EPSILON;
+/// A bound no more than so many times what is found at matched points is good enough.
+const GOOD: f64 = 1.125;
+/// Nor is it cut below so many times its slack.
+const NEAR_SLACK: f64 = 4.0;
+/// Cuts: as many as this much work allows, the product of two curves' coefficients for a unit; but no fewer and no more than
+/// these.
+const WORK: usize = 4096;
+const LEAST_CUTS: usize = 8;
+const MOST_CUTS: usize = 64;
+/// Steps in the search of a nearest point.
+const STEPS: usize = 8;
+/// Starts of that search where nothing better is known.
+const STARTS: usize = 9;
+
+/// A point of the stretch, and the derivative.
+fn jet<T: Real>(stretch: &Stretch<T>, at: T) -> ([T; 3], [T; 3]) {
+    let mut d = stretch.points.clone();
+    let n = d.len();
+    let rest = T::ONE - at;
+    for k in (2..n).rev() {
+        for i in 0..k {
+            for c in 0..4 {
+                d[i][c] = rest * d[i][c] + at * d[i + 1][c];
+            }
+        }
+    }
+    let (p, slope) = if n < 2 {
+        (d[0], [T::ZERO; 4])
+    } else {
+        let degree = T::from_f64((n - 1) as f64);
+        (
+            std::array::from_fn(|c| rest * d[0][c] + at * d[1][c]),
+            std::array::from_fn(|c| degree * (d[1][c] - d[0][c])),
+        )
+    };
+    let x: [T; 3] = std::array::from_fn(|c| p[c] / p[3]);
+    (
+        std::array::from_fn(|c| x[c] + T::from_f64(stretch.origin[c])),
+        std::array::from_fn(|c| (slope[c] - slope[3] * x[c]) / p[3]),
+    )
+}
+
+fn apart<T: Real>(a: &[T; 3], b: &[T; 3]) -> f64 {
+    Vector3::from_fn(|c, _| (a[c] - b[c]).approximate()).norm()
+}
+
+/// The parameter in `[lo, hi]` of the nearest point, about, and how far it is; nothing rests on it.
+fn foot<T: Real>(stretch: &Stretch<T>, p: &[T; 3], [lo, hi]: [T; 2], starts: usize) -> (T, f64) {
+    let width = hi - lo;
+    let mut best = (lo, f64::INFINITY);
+    let consider = |at: T, best: &mut (T, f64)| {
+        let (x, dx) = jet(stretch, at);
+        let off = apart(&x, p);
+        if off < best.1 {
+            *best = (at, off);
+        }
+        (x, dx)
+    };
+    for k in 0..starts {
+        let s = (k as f64 + 0.5) / starts as f64;
+        consider(lo + width * T::from_f64(s), &mut best);
+    }
+    let mut at = best.0;
+    for _ in 0..STEPS {
+        let (x, dx) = consider(at, &mut best);
+        let (mut top, mut bottom) = (0.0, 0.0);
+        for c in 0..3 {
+            let along = dx[c].approximate();
+            top += (x[c] - p[c]).approximate() * along;
+            bottom += along * along;
+        }
+        let step = top / bottom;
+        if !step.is_finite() {
+            break;
+        }
+        let next = at - T::from_f64(step);
+        let next = if next < lo {
+            lo
+        } else if next > hi {
+            hi
+        } else {
+            next
+        };
+        if next == at {
+            break;
+        }
+        at = next;
+    }
+    consider(at, &mut best);
+    best
+}
+
+/// A part of `A` and the part of `B` that it is matched with.
+struct Pair<T> {
+    stretches: [usize; 2],
+    from: [T; 2],
+    to: [T; 2],
+    bound: f64,
+    slack: f64,
+    /// Which is cut at its middle.
+    turn: usize,
+}
+
+/// Control points in f64 and a bound on each one's error: `(vector, radius)`.
+fn rounded<T: Real>(e: [Ball<T>; 3]) -> (Vector3<f64>, f64) {
+    let v = Vector3::from_fn(|c, _| e[c].mid.approximate());
+    // Rounding to f64, and the radii of the three.
+    let radius = (0..3).map(|c| e[c].rad + f64::EPSILON * v[c].abs());
+    (v, radius.sum::<f64>() * UP)
+}
+
+/// Bounds of the parts of a vector along the unit vector nearest to `axis` and across it.
+fn along_and_across(v: &Vector3<f64>, radius: f64, axis: &Vector3<f64>) -> ([f64; 2], f64) {
+    let length = axis.norm();
+    let height = v.dot(axis) / length;
+    // Products, sums, a norm and a quotient: far fewer than 16 roundings of numbers no larger than |v|.
+    let error = radius + 16.0 * f64::EPSILON * v.norm();
+    let across = (v - axis * (height / length)).norm() + error;
+    ([height - error, height + error], across * UP)
+}
+
+/// Whether a control polygon is monotone along an axis, and how far its steps lean from it at most.
+fn lean<T: Real>(points: &[[T; 4]], axis: &Vector3<f64>) -> Option<f64> {
+    let q = |p: &[T; 4]| -> [Ball<T>; 3] {
+        let known = |mid: T| Ball { mid, rad: 0.0 };
+        std::array::from_fn(|c| known(p[c]) / known(p[3]))
+    };
+    let mut most: f64 = 0.0;
+    let mut last = q(&points[0]);
+    for p in &points[1..] {
+        let next = q(p);
+        let (step, radius) = rounded(std::array::from_fn(|c| next[c] - last[c]));
+        let (along, across) = along_and_across(&step, radius, axis);
+        if !(along[0] > 0.0) {
+            return None;
+        }
+        most = most.max(across / along[0] * UP);
+        last = next;
+    }
+    Some(most)
+}
+
+/// A bound of the distance within a pair, and how much of it is slack.
+fn bound<T: Real>(stretches: [&Stretch<T>; 2], from: [T; 2], to: [T; 2]) -> Option<(f64, f64)> {
+    let [a, b] = stretches;
+    let (a_points, a_slack) = exact(&part(&a.net().points, from[0], to[0]))?;
+    let (b_points, b_slack) = exact(&part(&b.net().points, from[1], to[1]))?;
+    let curves = (a.slack + b.slack + a_slack + b_slack) * UP;
+    let known = |points: &[[T; 4]], c: usize| -> Vec<Ball<T>> {
+        points
+            .iter()
+            .map(|p| Ball {
+                mid: p[c],
+                rad: 0.0,
+            })
+            .collect()
+    };
+    let (v, w) = (known(&a_points, 3), known(&b_points, 3));
+    let both = multiply(&v, &w);
+    let difference: [Vec<Ball<T>>; 3] = std::array::from_fn(|c| {
+        let shift = Ball::difference(a.origin[c], b.origin[c]);
+        let x: Vec<_> = known(&a_points, c)
+            .iter()
+            .zip(&v)
+            .map(|(x, v)| *x + shift * *v)
+            .collect();
+        let (xw, yv) = (multiply(&x, &w), multiply(&known(&b_points, c), &v));
+        xw.iter().zip(&yv).map(|(p, q)| *p - *q).collect()
+    });
+    if !both.iter().all(|x| x.is_above(0.0)) {
+        return None;
+    }
+    let e: Vec<_> = (0..both.len())
+        .map(|k| rounded(std::array::from_fn(|c| difference[c][k] / both[k])))
+        .collect();
+    let slack = curves + e.iter().map(|(_, r)| *r).fold(0.0, f64::max);
+    let direct = e.iter().map(|(v, r)| v.norm() + r).fold(0.0, f64::max) * UP;
+    let chord = || {
+        let last = a_points.len() - 1;
+        Vector3::from_fn(|c, _| {
+            let q = |i: usize| a_points[i][c] / a_points[i][3];
+            (q(last) - q(0)).approximate()
+        })
+    };
+    let sliced = || {
+        let axis = chord();
+        let length = axis.norm();
+        if !(length > 0.0) {
+            return None;
+        }
+        let axis = axis / length;
+        lean(&a_points, &axis)?;
+        let m = lean(&b_points, &axis)?;
+        let (mut along, mut across, mut ends): (f64, f64, f64) = (0.0, 0.0, 0.0);
+        for (k, (v, r)) in e.iter().enumerate() {
+            let (height, off) = along_and_across(v, *r, &axis);
+            let height = height[0].abs().max(height[1].abs());
+            along = along.max(height);
+            across = across.max(off);
+            if k == 0 || k + 1 == e.len() {
+                ends = ends.max(height);
+            }
+        }
+        let across = (across + m * along) * UP;
+        Some((across * across + ends * ends).sqrt() * UP)
+    };
+    let mut best = direct;
+    if direct > NEAR_SLACK * slack
+        && let Some(sliced) = sliced()
+    {
+        best = best.min(sliced);
+    }
+    let total = (best + curves) * UP;
+    total.is_finite().then_some((total, slack))
+}
+
+struct Matching<'a, T> {
+    images: [&'a Image<T>; 2],
+    pairs: Vec<Pair<T>>,
+    /// The farthest of the matched points from its nearest point: an estimate from below.
+    farthest: f64,
+}
+
+impl<T: Real> Matching<'_, T> {
+    fn stretch(&self, which: usize, index: usize) -> &Stretch<T> {
+        &self.images[which].stretches[index]
+    }
+
+    fn add(&mut self, stretches: [usize; 2], from: [T; 2], to: [T; 2], turn: usize) -> Option<()> {
+        let both = [0, 1].map(|k| self.stretch(k, stretches[k]));
+        let (bound, slack) = bound(both, from, to)?;
+        self.pairs.push(Pair {
+            stretches,
+            from,
+            to,
+            bound,
+            slack,
+            turn,
+        });
+        Some(())
+    }
+
+    /// Matches the images stretch by stretch: that whose end is nearer to the other's stretch ends first, and is matched
+    /// with it up to the nearest point.
+    fn start(&mut self) -> Option<()> {
+        let last = [0, 1].map(|k| self.images[k].stretches.len() - 1);
+        let mut at = [0; 2];
+        let mut from = [T::ZERO; 2];
+        while at != last {
+            let ends = [0, 1].map(|k| jet(self.stretch(k, at[k]), T::ONE).0);
+            // The nearest point of the other to the end of each.
+            let feet = [0, 1].map(|k| {
+                let other = self.stretch(1 - k, at[1 - k]);
+                foot(other, &ends[k], [from[1 - k], T::ONE], STARTS)
+            });
+            let together = apart(&ends[0], &ends[1]);
+            let least = feet[0].1.min(feet[1].1);
+            let mut to = [T::ONE; 2];
+            let next = if at[0] < last[0] && at[1] < last[1] && together <= GOOD * least {
+                [true, true]
+            } else if at[1] == last[1] || (at[0] < last[0] && feet[0].1 <= feet[1].1) {
+                to[1] = feet[0].0;
+                [true, false]
+            } else {
+                to[0] = feet[1].0;
+                [false, true]
+            };
+            self.add(at, from, to, 0)?;
+            for k in 0..2 {
+                if next[k] {
+                    at[k] += 1;
+                    from[k] = T::ZERO;
+                } else {
+                    from[k] = to[k];
+                }
+            }
+        }
+        self.add(at, from, [T::ONE; 2], 0)
+    }
+
+    /// Cuts a pair in two.
+    fn halve(&mut self, p: &Pair<T>) -> Option<()> {
+        let k = p.turn;
+        let middle = (p.from[k] + p.to[k]).half();
+        let (point, _) = jet(self.stretch(k, p.stretches[k]), middle);
+        let other = self.stretch(1 - k, p.stretches[1 - k]);
+        let (near, off) = foot(other, &point, [p.from[1 - k], p.to[1 - k]], 3);
+        self.farthest = self.farthest.max(off);
+        let mut at = [near; 2];
+        at[k] = middle;
+        self.add(p.stretches, p.from, at, 1 - k)?;
+        self.add(p.stretches, at, p.to, 1 - k)
+    }
+}
+
+/// A bound of the Frechet distance of two images, each in its direction; `None` where there is none.
+pub(super) fn frechet<T: Real>(a: &Image<T>, b: &Image<T>) -> Option<f64> {
+    let mut matching = Matching {
+        images: [a, b],
+        pairs: Vec::new(),
+        farthest: 0.0,
+    };
+    matching.start()?;
+    // What a pair costs goes with the product of the degrees.
+    let order = |image: &Image<T>| image.stretches.iter().map(|s| s.points.len()).max();
+    let cost = order(a)? * order(b)?;
+    let mut left = (WORK / cost).clamp(LEAST_CUTS, MOST_CUTS);
+    loop {
+        let pairs = &matching.pairs;
+        let by_bound = |x: &usize, y: &usize| pairs[*x].bound.total_cmp(&pairs[*y].bound);
+        let worst = (0..pairs.len()).max_by(by_bound)?;
+        let p = &pairs[worst];
+        let good = (GOOD * matching.farthest).max(NEAR_SLACK * p.slack);
+        if left == 0 || p.bound <= good + a.extra + b.extra {
+            return Some((p.bound + a.extra + b.extra) * UP);
+        }
+        left -= 1;
+        let p = matching.pairs.swap_remove(worst);
+        matching.halve(&p)?;
+    }
+}
