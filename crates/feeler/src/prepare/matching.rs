@@ -351,3 +351,75 @@ pub(super) fn frechet<T: Real>(a: &Image<T>, b: &Image<T>) -> Option<f64> {
         matching.halve(&p)?;
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// An image of one stretch with these control points `(X, w)`.
+    fn image(points: &[[f64; 4]]) -> Image<f64> {
+        let mut stretch = Stretch {
+            points: points.to_vec(),
+            origin: [0.0; 3],
+            slack: 0.0,
+            bounds: Default::default(),
+        };
+        stretch.bounds = stretch.net().bounding_box().unwrap();
+        Image {
+            stretches: vec![stretch],
+            extra: 0.0,
+        }
+    }
+
+    /// A quarter of a circle, its parameter run through faster at one end for `c != 1`.
+    fn quarter(radius: f64, height: f64, c: f64) -> Image<f64> {
+        let h = c * std::f64::consts::FRAC_1_SQRT_2;
+        let q = c * c;
+        image(&[
+            [radius, 0.0, height, 1.0],
+            [h * radius, h * radius, h * height, h],
+            [0.0, q * radius, q * height, q],
+        ])
+    }
+
+    /// A hundred roundings of lengths about 1.
+    const ROUNDING: f64 = 128.0 * f64::EPSILON;
+
+    #[test]
+    fn copies_are_apart_by_rounding_only() {
+        let a = quarter(1.0, 0.0, 1.0);
+        assert!(frechet(&a, &a).unwrap() <= ROUNDING);
+        let back = a.clone().reversed();
+        assert!(frechet(&back, &back).unwrap() <= ROUNDING);
+    }
+
+    #[test]
+    fn parallel_quarters_are_as_far_apart_as_known() {
+        // Beside each other, and concentric: each point has one exactly so far away, the nearest.
+        let a = quarter(1.0, 0.0, 1.0);
+        for (b, is) in [
+            (quarter(1.0, 0.25, 1.0), 0.25),
+            (quarter(1.125, 0.0, 1.0), 0.125),
+        ] {
+            let found = frechet(&a, &b).unwrap();
+            assert!(is <= found && found <= GOOD * is + ROUNDING, "{found:e}");
+        }
+    }
+
+    #[test]
+    fn against_each_other_the_ends_count() {
+        // The ends of a quarter are the square root of 2 apart.
+        let a = quarter(1.0, 0.0, 1.0);
+        let found = frechet(&a, &a.clone().reversed()).unwrap();
+        assert!(found >= std::f64::consts::SQRT_2, "{found:e}");
+    }
+
+    #[test]
+    fn another_parametrisation_costs_little() {
+        // The same points at other parameters, up to 0.2 away at equal ones.
+        let a = quarter(1.0, 0.0, 1.0);
+        let shifted = frechet(&a, &quarter(1.0, 1.0 / 64.0, 1.5)).unwrap();
+        assert!((1.0 / 64.0..=2.0 / 64.0).contains(&shifted), "{shifted:e}");
+        assert!(frechet(&a, &quarter(1.0, 0.0, 1.5)).unwrap() <= 1.0 / 4096.0);
+    }
+}

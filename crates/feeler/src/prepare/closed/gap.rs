@@ -65,3 +65,85 @@ fn arcs(a: &ArcShape, b: &ArcShape, axes: &[V3; 2]) -> f64 {
     let speed = b.radius.magnitude() * (a.turn - b.turn).magnitude();
     (largest.sqrt() * UP + radius + shift + speed) * UP
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::prepare::closed::form::exact;
+
+    fn segment(a: [f64; 3], b: [f64; 3]) -> CurveShape {
+        CurveShape::segment(exact(&a), exact(&b))
+    }
+
+    fn arc(center: [f64; 3], x: [f64; 3], y: [f64; 3], radius: f64, turn: f64) -> CurveShape {
+        let made = CurveShape::arc(
+            exact(&center),
+            exact(&x),
+            exact(&y),
+            Ball::exact(radius),
+            Ball::exact(turn),
+        );
+        made.unwrap()
+    }
+
+    const O: [f64; 3] = [0.0; 3];
+    const X: [f64; 3] = [1.0, 0.0, 0.0];
+    const Y: [f64; 3] = [0.0, 1.0, 0.0];
+    const BACK: [f64; 3] = [0.0, -1.0, 0.0];
+
+    /// Above the true distance, by no more than so many times it and the rounding of f64.
+    fn check(a: &CurveShape, b: &CurveShape, is: f64, factor: f64) {
+        for (a, b) in [(a, b), (b, a)] {
+            let found = frechet(a, b).unwrap();
+            // UP is taken twice at most.
+            let most = factor * is * UP * UP * UP + 16.0 * f64::EPSILON;
+            assert!(is <= found && found <= most, "{found:e}, is {is:e}");
+        }
+    }
+
+    #[test]
+    fn copies_are_as_good_as_nothing_apart() {
+        check(&segment(O, X), &segment(O, X), 0.0, 1.0);
+        check(&arc(O, X, Y, 2.0, 3.0), &arc(O, X, Y, 2.0, 3.0), 0.0, 1.0);
+    }
+
+    #[test]
+    fn direction_does_not_matter() {
+        check(&segment(O, X), &segment(X, O), 0.0, 1.0);
+        // From -Y over X to Y, and back.
+        let half = std::f64::consts::PI;
+        check(
+            &arc(O, BACK, X, 1.0, half),
+            &arc(O, Y, X, 1.0, half),
+            0.0,
+            1.0,
+        );
+        // A whole turn.
+        let whole = std::f64::consts::TAU;
+        check(
+            &arc(O, X, Y, 1.0, whole),
+            &arc(O, X, BACK, 1.0, whole),
+            0.0,
+            1.0,
+        );
+    }
+
+    #[test]
+    fn known_distances() {
+        // One end is off by 1/8, the other by 1/4.
+        let b = segment([0.0, 0.125, 0.0], [1.0, 0.0, 0.25]);
+        check(&segment(O, X), &b, 0.25, 1.0);
+        // Concentric; side by side.
+        let a = arc(O, X, Y, 1.0, 3.0);
+        check(&a, &arc(O, X, Y, 1.125, 3.0), 0.125, 1.0);
+        check(&a, &arc([0.0, 0.0, 0.5], X, Y, 1.0, 3.0), 0.5, 1.0);
+        // One is longer by 1/16: the ends are a chord of that angle apart.
+        let chord = 2.0 * (1.0f64 / 32.0).sin();
+        check(&a, &arc(O, X, Y, 1.0, 3.0625), chord, 1.001);
+    }
+
+    #[test]
+    fn a_segment_and_an_arc_are_left_to_others() {
+        assert!(frechet(&segment(O, X), &arc(O, X, Y, 1.0, 1.0)).is_none());
+    }
+}
