@@ -1,6 +1,7 @@
 //! `cargo xtask scenes`: the corpus's queries, from fixed seeds, and the models that are made here.
 
 mod analytic;
+mod cases;
 mod loops;
 mod models;
 mod shapes;
@@ -68,6 +69,7 @@ pub(crate) fn run(corpus: &Path, args: &Args) -> Result<(), String> {
         analytic::suite(corpus)?,
         trims::suite()?,
         stress::suite()?,
+        cases::suite()?,
     ]);
     let mut total = 0;
     for suite in &suites {

@@ -50,7 +50,7 @@ pub(crate) fn line(a: P, b: P) -> Curve2 {
 }
 
 /// A trim for each side.
-fn polygon(points: &[P]) -> Vec<Curve2> {
+pub(crate) fn polygon(points: &[P]) -> Vec<Curve2> {
     let next = |i: usize| points[(i + 1) % points.len()];
     points
         .iter()
@@ -74,7 +74,12 @@ pub(crate) fn rectangle(a: P, b: P) -> Vec<Curve2> {
 }
 
 /// Homogeneous points from points and weights.
-fn nurbs(points: &[P], weights: &[f64], degree: usize, knots: Vec<f64>) -> Option<Curve2> {
+pub(crate) fn nurbs(
+    points: &[P],
+    weights: &[f64],
+    degree: usize,
+    knots: Vec<f64>,
+) -> Option<Curve2> {
     let all = points
         .iter()
         .zip(weights)
@@ -90,7 +95,7 @@ pub(crate) fn bezier(points: &[P], weights: &[f64]) -> Option<Curve2> {
     nurbs(points, weights, p, knots.collect())
 }
 
-fn cubic(points: [P; 4]) -> Option<Curve2> {
+pub(crate) fn cubic(points: [P; 4]) -> Option<Curve2> {
     bezier(&points, &[1.0; 4])
 }
 
@@ -149,7 +154,7 @@ fn comb(n: usize) -> Vec<P> {
 }
 
 /// A native circle, as `n` arcs.
-fn circle(center: P, radius: f64, n: usize, clockwise: bool) -> Vec<Curve2> {
+pub(crate) fn circle(center: P, radius: f64, n: usize, clockwise: bool) -> Vec<Curve2> {
     let arcs = (0..n).filter_map(|i| {
         let at = |k: usize| TURN * (k as f64) / n as f64;
         let sign = if clockwise { -1.0 } else { 1.0 };

@@ -20,7 +20,7 @@ fn height(random: &mut Random, scale: f64) -> f64 {
 }
 
 /// A patch of heights over a square with these weights.
-fn weighted(name: &str, degrees: [usize; 2], weights: &[f64]) -> Result<Brep, String> {
+pub(crate) fn weighted(name: &str, degrees: [usize; 2], weights: &[f64]) -> Result<Brep, String> {
     let mut random = Random::new(name);
     let mut table = Vec::new();
     for _ in 0..=degrees[0] {
@@ -44,12 +44,17 @@ fn weighted(name: &str, degrees: [usize; 2], weights: &[f64]) -> Result<Brep, St
     })?)
 }
 
-fn whole(surface: Surface) -> Result<Brep, String> {
+pub(crate) fn whole(surface: Surface) -> Result<Brep, String> {
     Brep::from_surface(surface).map_err(|e| e.to_string())
 }
 
 /// A bicubic spline of heights; knots along u as given, along v one span.
-fn spline(name: &str, inner: &[f64], offset: [f64; 3], scale: [f64; 3]) -> Result<Brep, String> {
+pub(crate) fn spline(
+    name: &str,
+    inner: &[f64],
+    offset: [f64; 3],
+    scale: [f64; 3],
+) -> Result<Brep, String> {
     let mut random = Random::new(name);
     let count = 4 + inner.len();
     let mut ku = vec![0.0; 4];
@@ -118,7 +123,12 @@ fn pyramid(n: usize) -> Result<Brep, String> {
 }
 
 /// A box from corner to corner; inward: the same as a cavity.
-fn block(b: &mut BrepBuilder, from: [f64; 3], to: [f64; 3], inward: bool) -> Result<(), String> {
+pub(crate) fn block(
+    b: &mut BrepBuilder,
+    from: [f64; 3],
+    to: [f64; 3],
+    inward: bool,
+) -> Result<(), String> {
     let v: Vec<usize> = (0..8)
         .map(|i| {
             let c = |k: usize| if i >> k & 1 == 0 { from[k] } else { to[k] };

@@ -126,7 +126,7 @@ fn any_curve<'a>(loops: &'a Loops, random: &mut Random) -> &'a Curve2 {
 }
 
 /// 0 to 4 ulp from a loop, or 1e-6 to 1e-15.
-fn near(loops: &Loops, size: [f64; 2], random: &mut Random) -> [f64; 2] {
+pub(crate) fn near(loops: &Loops, size: [f64; 2], random: &mut Random) -> [f64; 2] {
     let curve = any_curve(loops, random);
     let Interval { start, end } = curve.domain();
     // One in six at a break: where pieces meet.
@@ -154,7 +154,7 @@ fn near(loops: &Loops, size: [f64; 2], random: &mut Random) -> [f64; 2] {
 }
 
 /// At the exact u or v of a joint, elsewhere in the other; or at the joint itself.
-fn at_joint(loops: &Loops, size: [f64; 2], random: &mut Random) -> [f64; 2] {
+pub(crate) fn at_joint(loops: &Loops, size: [f64; 2], random: &mut Random) -> [f64; 2] {
     let curve = any_curve(loops, random);
     let breaks = curve.breaks();
     let p = curve.point(breaks[random.below(breaks.len())]);
