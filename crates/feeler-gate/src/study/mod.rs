@@ -5,6 +5,7 @@
 //! | `contender` | engines at their settings |
 //! | `measure` | what each gives on samples of the suites: errors, verdicts, times, interleaved |
 //! | `balls` | Table 1 of the thesis |
+//! | `extremes` | the field's cases of stress, with their conditioning |
 //! | `left_out` | what it saves to leave work out |
 //! | `numbers` | quantiles |
 //! | `about` | machine, compiler, commit |
@@ -15,6 +16,7 @@
 mod about;
 mod balls;
 mod contender;
+mod extremes;
 mod left_out;
 mod measure;
 mod numbers;
@@ -26,6 +28,7 @@ mod table;
 pub use about::About;
 pub use balls::{BALLS, BallCell, BallRow};
 pub use contender::Contender;
+pub use extremes::Extreme;
 pub use left_out::LeftOut;
 pub use measure::{Plan, Point, TOLERANCE};
 pub use numbers::Spread;
@@ -70,6 +73,8 @@ pub struct Study {
     pub balls: Vec<BallRow>,
     /// What it saves to leave work out.
     pub left_out: Vec<LeftOut>,
+    /// The field's cases of stress.
+    pub extremes: Vec<Extreme>,
     /// What is not in it, and why.
     pub omissions: Vec<String>,
 }
@@ -133,9 +138,16 @@ pub fn study(
             floor,
         });
     }
-    let (mut rows, mut saved) = (Vec::new(), Vec::new());
+    let (mut rows, mut saved, mut hard) = (Vec::new(), Vec::new(), Vec::new());
     if suite.is_none() {
         rows = ball_rows(corpus, balls, &plan, progress)?;
+        hard = extremes::extremes(corpus, &mut models, &mut |done, total| {
+            progress(&StudyProgress {
+                what: "cases of stress".to_owned(),
+                done,
+                total,
+            });
+        })?;
         let mut done = 0;
         saved = left_out::compare(corpus, &mut models, &plan, &mut || {
             done += 1;
@@ -152,6 +164,7 @@ pub fn study(
         suites: studies,
         balls: rows,
         left_out: saved,
+        extremes: hard,
         omissions,
     })
 }

@@ -1,7 +1,7 @@
 //! The page: one HTML file that needs nothing else.
 
 use super::plot::{Curve, Mark, Plot, colour};
-use super::table::{Table, balls, errors, left_out, verdicts};
+use super::table::{Table, balls, errors, extremes, left_out, verdicts};
 use super::{Point, Study, SuiteStudy};
 use feeler_corpus::Fault;
 use maud::{DOCTYPE, Markup, PreEscaped, html};
@@ -23,6 +23,7 @@ table { border-collapse: collapse; font-size: .8rem; font-variant-numeric: tabul
 th, td { padding: .2rem .5rem; text-align: right; border-bottom: 1px solid #eee; white-space: nowrap; }
 th { text-align: right; background: #f6f6f6; white-space: normal; vertical-align: bottom; }
 th:first-child, td:first-child { text-align: left; }
+td:last-child { white-space: normal; min-width: 4rem; }
 tr.ours td { background: #eef6fb; }
 .key { list-style: none; padding: 0; display: flex; flex-wrap: wrap; gap: .2rem 1.2rem; }
 .key i { display: inline-block; width: .8rem; height: .8rem; border-radius: 50%; margin-right: .35rem; }
@@ -47,7 +48,7 @@ impl Study {
                     h1 { "Error against run time" }
                     ul { @for line in self.about_lines() { li { (line) } } }
                     nav { a href="#balls" { "Table 1 of the thesis" } " · " a href="#verdicts" { "verdicts" } " · "
-                        a href="#left-out" { "what is left out" } " · " a href="#witnesses" { "witnesses" } " · "
+                        a href="#cases" { "cases of stress" } " · " a href="#left-out" { "what is left out" } " · " a href="#witnesses" { "witnesses" } " · "
                         a href="#omissions" { "omissions" } }
                     h2 { "How to read the plots" }
                     p { "Each dot is an engine at one setting: to the left is faster, down is more exact. The dot is the largest error, the ring "
@@ -61,6 +62,8 @@ impl Study {
                     (table(&balls(self)))
                     h2 #verdicts { "Verdicts" }
                     (table(&verdicts(self)))
+                    h2 #cases { "Cases of stress" }
+                    (table(&extremes(self)))
                     h2 #left-out { "What is left out" }
                     (table(&left_out(self)))
                     h2 #witnesses { "Witnesses" }

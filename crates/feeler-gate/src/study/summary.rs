@@ -1,7 +1,7 @@
 //! The summary in Markdown.
 
 use super::Study;
-use super::table::{Table, balls, errors, left_out, verdicts};
+use super::table::{Table, balls, errors, extremes, left_out, verdicts};
 use std::fmt::Write as _;
 
 fn table(text: &mut String, table: &Table) {
@@ -42,6 +42,8 @@ impl Study {
         table(&mut text, &balls(self));
         text.push_str("## Verdicts\n\n");
         table(&mut text, &verdicts(self));
+        text.push_str("## Cases of stress\n\n");
+        table(&mut text, &extremes(self));
         text.push_str("## What is left out\n\n");
         table(&mut text, &left_out(self));
         text.push_str("## Errors and times by suite\n\n");

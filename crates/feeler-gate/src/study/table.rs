@@ -199,6 +199,52 @@ pub(crate) fn left_out(study: &Study) -> Table {
     }
 }
 
+/// The field's cases of stress.
+pub(crate) fn extremes(study: &Study) -> Table {
+    let rows = study.extremes.iter().map(|e| {
+        let moves = match e.conditioning {
+            Some(c) if c.is_infinite() => "changes".to_owned(),
+            c => number(c),
+        };
+        let count = |n: usize| match e.queries {
+            0 => "-".to_owned(),
+            _ => n.to_string(),
+        };
+        let note = e.elsewhere.clone().unwrap_or_else(|| e.reasons.join("; "));
+        vec![
+            e.id.clone(),
+            e.about.clone(),
+            count(e.right),
+            count(e.undecided),
+            count(e.wrong),
+            number(e.ulps),
+            moves,
+            number(e.microseconds),
+            number(e.easy_microseconds),
+            note,
+        ]
+    });
+    Table {
+        note: "Each case beside an easy version of the same question, by the kernel at full accuracy: how many answers were right, undecided, \
+               wrong; the worst error in ulp; the conditioning: by how many ulp the answer moves when one number of the query moves by one \
+               (“changes”: a count or a side changes); median microseconds, hard and easy."
+            .to_owned(),
+        head: strings([
+            "case",
+            "about",
+            "right",
+            "undecided",
+            "wrong",
+            "ulp max",
+            "conditioning",
+            "us",
+            "easy us",
+            "notes",
+        ]),
+        rows: rows.collect(),
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
