@@ -9,9 +9,7 @@ use crate::cases::{Case, Models, cases};
 use crate::engine::{Engine, FeelerEngine};
 use crate::run::asked;
 use feeler::query::Options;
-use feeler_corpus::{
-    Body, CorpusError, Query, QueryLine, Verdict, judge, read_text, suites, ulp,
-};
+use feeler_corpus::{Body, CorpusError, Query, QueryLine, Verdict, judge, read_text, suites, ulp};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -192,9 +190,7 @@ fn number(line: &mut QueryLine, k: usize) -> Option<&mut f64> {
             ..
         } => h.normal.iter_mut().chain([&mut h.offset]).collect(),
         QueryLine { line: Some(l), .. } => l.origin.iter_mut().chain(&mut l.direction).collect(),
-        QueryLine {
-            side: Some(at), ..
-        }
+        QueryLine { side: Some(at), .. }
         | QueryLine {
             evaluate: Some(at), ..
         } => at.uv.iter_mut().collect(),
