@@ -52,7 +52,7 @@ impl Study {
                         a href="#omissions" { "omissions" } }
                     h2 { "How to read the plots" }
                     p { "Each dot is an engine at one setting: to the left is faster, down is more exact. The dot is the largest error, the ring "
-                        "the 99th percentile; the bar reaches from the fastest to the slowest of the rounds' medians. Behind a setting, "
+                        "the 99th percentile; the bar reaches from the fastest to the slowest of the rounds' medians, of which the first includes what is prepared on first use. Behind a setting, "
                         "“n wrong” counts answers that are wrong in more than their value: contacts missed or made up, sides, counts of hits. "
                         "An error of 0 is drawn at the lower edge." }
                     ul.key { @for (k, name) in names.iter().enumerate() {
