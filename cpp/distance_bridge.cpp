@@ -6,6 +6,7 @@
 #include "distance.hpp"
 #include "feeler-oracle/src/bridge.rs.h"
 #include "guard.hpp"
+#include "on_plane.hpp"
 
 namespace feeler_oracle {
 namespace {
@@ -40,7 +41,14 @@ DistanceBudget budget_of(std::int64_t nodes) {
 RawDistance distance_to(const Core& core, double x, double y, double z, std::int64_t nodes) {
     return guarded([&] {
         check_query({x, y, z});
-        return to_raw(distance(core.pieces(), {x, y, z}, budget_of(nodes)));
+        DistanceAnswer answer = distance(core.pieces(), {x, y, z}, budget_of(nodes));
+        // Where 0 is possible, it may be exact.
+        const int face = answer.lo.sign() == 0 ? planar_face_at(core, {x, y, z}) : -1;
+        if (face >= 0) {
+            answer.hi = Real(0.0);
+            answer.face = face;
+        }
+        return to_raw(answer);
     });
 }
 

@@ -239,6 +239,26 @@ fn rectangle() {
     );
 }
 
+/// A search over squares leaves a width at 0; a point exactly on a planar face has none.
+#[test]
+fn on_a_plane_the_distance_is_zero_exactly() {
+    // A plane 0.001 up, which no power of two is.
+    let Surface::Plane(plane) = xy_plane(1.0) else {
+        unreachable!()
+    };
+    let origin = Point3::new(0.0, 0.0, 0.001);
+    let b = brep(Surface::Plane(Plane { origin, ..plane }), None);
+    let o = Oracle::new(&[&b]).unwrap();
+    for uv in [[0.25, -0.75], [1.0, 0.1], [-1.0, 1.0]] {
+        let e = distance(&o, [uv[0], uv[1], 0.001]).enclosure;
+        assert!(e.lo.signum() == 0 && e.hi.signum() == 0, "{e:?}");
+    }
+    let beside = distance(&o, [1.0f64.next_up(), 0.0, 0.001]).enclosure;
+    assert!(beside.hi.signum() > 0);
+    let above = distance(&o, [0.0, 0.0, 0.001f64.next_up()]).enclosure;
+    assert!(above.lo.signum() > 0);
+}
+
 #[test]
 fn triangle_in_a_plane() {
     let triangle = polygon(&[[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]]);

@@ -313,3 +313,38 @@ fn all_contacts_have_enclosures_of_their_own() {
         assert!(bounds.width() < 1e-12, "{truth}: {bounds:?}");
     }
 }
+
+/// A ball without extent in the apex of a cone: the surface has no normal there, but the contact must not be lost.
+#[test]
+fn a_point_in_the_apex_of_a_cone_is_a_contact() {
+    // A slant of 3 : 4, as a native revolution, and over a parabola.
+    let slant = Curve3::Line(Line {
+        from: Point3::new(3.0, 0.0, 0.0),
+        to: Point3::new(0.0, 0.0, 4.0),
+        domain: interval(0.0, 1.0),
+    });
+    let mut net = Vec::new();
+    for [x, y] in [[3.0, 0.0], [0.0, 3.0], [-3.0, 0.0]] {
+        net.push(Vector4::new(x, y, 0.0, 1.0));
+        net.push(Vector4::new(0.0, 0.0, 4.0, 1.0));
+    }
+    let knots = [vec![0., 0., 0., 1., 1., 1.], vec![0., 0., 1., 1.]];
+    let over_parabola = NurbsSurface::new([2, 1], [3, 2], net, knots).unwrap();
+    for (surface, whole) in [
+        (turned(slant), true),
+        (Surface::Nurbs(over_parabola), false),
+    ] {
+        let brep = sheet(surface);
+        let probe = Probe::Sphere(Sphere::new(Point3::new(0.0, 0.0, 4.0), 0.0).unwrap());
+        let options = Options::default();
+        let answer = contact(&brep, &probe, &options, &mut Workspace::default());
+        let bounds = answer.separation.bounds;
+        assert!(bounds.lo <= 0.0 && 0.0 <= bounds.hi);
+        let c = &answer.contacts[0];
+        assert!((c.on_brep - Point3::new(0.0, 0.0, 4.0)).norm() <= 1e-15);
+        assert!((c.normal.norm() - 1.0).abs() <= 1e-15);
+        // By symmetry, nothing of the sum of the normals around is along x; and for the whole cone nothing along y.
+        assert!(c.normal.x.abs() <= 1e-9, "{}", c.normal);
+        assert!(!whole || c.normal.y.abs() <= 1e-9, "{}", c.normal);
+    }
+}

@@ -58,14 +58,10 @@ impl Study {
                     ul.key { @for (k, name) in names.iter().enumerate() {
                         li { i style=(format!("background: rgb{:?}", rgb(k))) {} (name) } } }
                     @for suite in &self.suites { (section(suite, &names)) }
-                    h2 #balls { "Table 1 of the thesis" }
-                    (table(&balls(self)))
-                    h2 #verdicts { "Verdicts" }
-                    (table(&verdicts(self)))
-                    h2 #cases { "Cases of stress" }
-                    (table(&extremes(self)))
-                    h2 #left-out { "What is left out" }
-                    (table(&left_out(self)))
+                    (titled("balls", "Table 1 of the thesis", &balls(self)))
+                    (titled("verdicts", "Verdicts", &verdicts(self)))
+                    (titled("cases", "Cases of stress", &extremes(self)))
+                    (titled("left-out", "What is left out", &left_out(self)))
                     h2 #witnesses { "Witnesses" }
                     p { "The gravest failures of each engine on each suite, with a command that asks feeler the same." }
                     @for suite in &self.suites { @for point in &suite.points { (witnesses(suite, point)) } }
@@ -148,6 +144,16 @@ fn curves(suite: &SuiteStudy, of: impl Fn(&Point) -> Option<(f64, f64)>) -> Vec<
         }
     }
     curves
+}
+
+/// A headline and its table; nothing where there are no rows.
+fn titled(id: &str, title: &str, rows: &Table) -> Markup {
+    html! {
+        @if !rows.rows.is_empty() {
+            h2 id=(id) { (title) }
+            (table(rows))
+        }
+    }
 }
 
 fn table(table: &Table) -> Markup {

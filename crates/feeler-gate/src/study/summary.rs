@@ -16,6 +16,14 @@ fn table(text: &mut String, table: &Table) {
     text.push('\n');
 }
 
+/// A headline and its table; nothing where there are no rows.
+fn section(text: &mut String, title: &str, rows: &Table) {
+    if !rows.rows.is_empty() {
+        let _ = writeln!(text, "\n## {title}\n");
+        table(text, rows);
+    }
+}
+
 impl Study {
     /// What was measured, in words and numbers of text.
     pub fn about_lines(&self) -> Vec<String> {
@@ -38,14 +46,10 @@ impl Study {
         for line in self.about_lines() {
             let _ = writeln!(text, "- {line}");
         }
-        text.push_str("\n## Table 1 of the thesis\n\n");
-        table(&mut text, &balls(self));
-        text.push_str("## Verdicts\n\n");
-        table(&mut text, &verdicts(self));
-        text.push_str("## Cases of stress\n\n");
-        table(&mut text, &extremes(self));
-        text.push_str("## What is left out\n\n");
-        table(&mut text, &left_out(self));
+        section(&mut text, "Table 1 of the thesis", &balls(self));
+        section(&mut text, "Verdicts", &verdicts(self));
+        section(&mut text, "Cases of stress", &extremes(self));
+        section(&mut text, "What is left out", &left_out(self));
         text.push_str("## Errors and times by suite\n\n");
         for suite in &self.suites {
             let _ = writeln!(text, "### {}\n\n{}\n", suite.suite, suite.description);

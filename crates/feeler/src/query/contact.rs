@@ -225,9 +225,8 @@ fn contacts(
     if options.contacts == Contacts::None || separation.bounds.lo > options.prediction {
         return out;
     }
-    if let Some(foot) = &found.foot
-        && separation.value <= options.prediction
-    {
+    // Where the enclosure holds the prediction, a contact too many is better than one lost.
+    if let Some(foot) = &found.foot {
         let place = Place {
             face: foot.face,
             trim: foot.trim,
@@ -406,9 +405,11 @@ fn make_contact(
     let on_brep = Point3::new(point[0].mid.hi, point[1].mid.hi, point[2].mid.hi);
     let (normal, on_probe) = match probe {
         Probe::Sphere(s) => {
-            let to_center: Vector3<f64> =
-                Vector3::from_fn(|c, _| (Ball::exact(s.center[c]) - point[c]).mid.hi);
-            let towards = if to_center.norm() > 0.0 {
+            let off: V3 = std::array::from_fn(|c| Ball::exact(s.center[c]) - point[c]);
+            let to_center = Vector3::from_fn(|c, _| off[c].mid.hi);
+            // Within its own error it points nowhere.
+            let error = Vector3::from_fn(|c, _| off[c].rad).norm();
+            let towards = if to_center.norm() > error {
                 if material { -to_center } else { to_center }
             } else {
                 if matches!(place.spot, Locus::Closed { .. })
@@ -421,7 +422,11 @@ fn make_contact(
                 }
                 face_normal
             };
-            let normal = unit(towards)?;
+            let normal = unit(towards).or_else(|| {
+                let around = normal_around(brep, place)?;
+                let reversed = brep.brep().faces()[place.face].reversed;
+                unit(if reversed { -around } else { around })
+            })?;
             (normal, s.center - normal * s.radius)
         }
         Probe::HalfSpace(h) => (-h.normal, on_brep - h.normal * separation.value),
@@ -438,6 +443,49 @@ fn make_contact(
         normal_bound: None,
     })
 }
+
+/// Where a face has no normal (the apex of a cone, a collapsed side): the sum of the unit normals at points around, a
+/// little inside the surface's domain. Where these cancel, the first of them: the direction is a choice there, but the
+/// contact is not.
+fn normal_around(brep: &PreparedBrep, place: &Place) -> Option<Vector3<f64>> {
+    /// Points along each side of the domain.
+    const AROUND: u8 = 16;
+    /// How far inside, as a part of the domain.
+    const INSIDE: f64 = 1.0 / (1u64 << 20) as f64;
+    /// A sum shorter than this has cancelled but for roundings.
+    const CANCELLED: f64 = 1.0 / (1u64 << 40) as f64;
+    let surface = brep.brep().surface(place.face);
+    let domain = surface.domain();
+    let at = [place.uv.x, place.uv.y];
+    let inward = |k: usize| {
+        let middle = 0.5 * (domain[k].start + domain[k].end);
+        at[k] + INSIDE * (middle - at[k])
+    };
+    let (mut sum, mut first) = (Vector3::zeros(), None);
+    for collapsed in 0..2 {
+        // The whole of a side is this point where the derivative along it vanishes.
+        let mut uv = at;
+        uv[1 - collapsed] = inward(1 - collapsed);
+        for i in 0..AROUND {
+            uv[collapsed] = domain[collapsed].lerp((f64::from(i) + 0.5) / f64::from(AROUND));
+            let p = surface.first_derivatives_with_bound(uv[0], uv[1]);
+            let near = (p.point - surface.point(at[0], at[1])).norm() <= NEAR_POLE * brep.size();
+            if let (true, Some(n)) = (near, unit(p.du.cross(&p.dv))) {
+                sum += n;
+                first = first.or(Some(n));
+            }
+        }
+    }
+    if sum.norm() > CANCELLED {
+        Some(sum)
+    } else {
+        first
+    }
+}
+
+/// Points taken as neighbours of a pole are nearer to it than this part of the model's size: above what
+/// [`normal_around`] goes inside, below what is another place.
+const NEAR_POLE: f64 = 1.0 / (1u64 << 12) as f64;
 
 /// The unit vector, scaled first so that tiny ones survive.
 fn unit(v: Vector3<f64>) -> Option<Vector3<f64>> {

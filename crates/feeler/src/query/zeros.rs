@@ -34,6 +34,9 @@ pub(super) const NOISE_FACTOR: f64 = 8.0;
 const LEAST_WIDTH: f64 = 1.0 / (1u64 << 40) as f64;
 /// Steps of Newton's method; each double-double step gains about 50 bits.
 const NEWTON_STEPS: usize = 12;
+/// So many boxes of a face are tried again in double-double at most: at a tangency some tens are left open.
+const MOST_OPEN: usize = 4096;
+
 /// A hit before it is dressed up.
 #[derive(Clone, Debug)]
 pub(super) struct RawHit {
@@ -90,7 +93,11 @@ pub(super) fn face_hits(
         let roots = vec![stab.forms(&patch.net)];
         patch_hits(brep, stab, face, index, roots, budget, &mut out);
     }
-    // What f64 cannot settle (a line nearly tangent to the face) is tried again in double-double.
+    // What f64 cannot settle (a line nearly tangent to the face) is tried again in double-double; not where so
+    // much is open that a whole curve of the face must be on the line (a pole's row, a ruling).
+    if out.open.len() > MOST_OPEN {
+        return Some(out);
+    }
     let open = std::mem::take(&mut out.open);
     for (index, _) in geometry.patches.iter().enumerate() {
         let boxes: Vec<_> = open.iter().filter(|o| o.0 == index).collect();
