@@ -114,7 +114,9 @@ fn the_page_needs_nothing_else_and_escapes_what_it_shows() {
     let page = made_up().page();
     // Names of markup languages are no links.
     let page = page.replace("http://www.w3.org/2000/svg", "");
-    for outside in ["http:", "https:", "src=", "<script", "<link", "@import", "url("] {
+    for outside in [
+        "http:", "https:", "src=", "<script", "<link", "@import", "url(",
+    ] {
         assert!(!page.contains(outside), "{outside}");
     }
     assert!(page.contains("fast &lt;&amp; loose&gt;"));
@@ -122,5 +124,8 @@ fn the_page_needs_nothing_else_and_escapes_what_it_shows() {
     // One plot in model units, one in ulp, a dot and a ring for each of the two engines.
     assert_eq!(page.matches("<svg").count(), 2);
     assert_eq!(page.matches("<circle").count(), 8);
-    assert!(page.contains("(1 wrong)"), "a missed contact beside its dot");
+    assert!(
+        page.contains("(1 wrong)"),
+        "a missed contact beside its dot"
+    );
 }

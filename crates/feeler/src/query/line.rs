@@ -8,6 +8,9 @@ use crate::numeric::{Ball, Dd, Enclosure};
 use crate::prepare::PreparedBrep;
 use nalgebra::{Point2, Vector3};
 
+/// A node of the search for hits costs about as much as this many of the search for contacts.
+const NODE_COST: usize = 4;
+
 /// Two hits of one face nearer than this in the line's own length units, relative to the model's
 /// size, on patches that share a border, are one.
 const SAME_HIT: f64 = 1.0 / (1u64 << 36) as f64;
@@ -24,7 +27,7 @@ pub fn line(
     _workspace: &mut super::Workspace,
 ) -> LineAnswer {
     let stab = Stabber::new(probe);
-    let mut budget = options.node_budget;
+    let mut budget = options.node_budget / NODE_COST;
     let (raw, mut undecided) = all_hits(brep, &stab, &mut budget);
     // A closed range of t: a hit whose enclosure holds an end of it is not settled.
     let at_end = |h: &RawHit| {
