@@ -9,8 +9,7 @@ mod stress;
 mod trims;
 
 use feeler::brep::Brep;
-use feeler_corpus::{Ceilings, MODELS, Model, QueryLine, SuiteFile, read_text, write_text};
-use std::collections::BTreeSet;
+use feeler_corpus::{Ceilings, MODELS, Model, QueryLine, SuiteFile, write_text};
 use std::path::Path;
 
 /// A model and what is asked of it.
@@ -41,25 +40,7 @@ pub(crate) struct Args {
     suite: Option<String>,
 }
 
-/// Queries that the kernel is known to answer wrongly: kept apart with their truth, as work to be done, and not asked
-/// by the gate until they are taken out of this list.
-const KNOWN_WRONG: &str = "known-wrong.jsonl";
-
-/// The texts of the queries in the list.
-fn known_wrong(corpus: &Path) -> Result<BTreeSet<String>, String> {
-    #[derive(serde::Deserialize)]
-    struct Entry {
-        query: QueryLine,
-    }
-    let path = corpus.join(KNOWN_WRONG);
-    let text = read_text(&path).unwrap_or_default();
-    let entries = text.lines().map(serde_json::from_str::<Entry>);
-    let all: Result<_, _> = entries.map(|e| e.map(|e| e.query.to_text())).collect();
-    all.map_err(|e| format!("{}: {e}", path.display()))
-}
-
 pub(crate) fn run(corpus: &Path, args: &Args) -> Result<(), String> {
-    let apart = known_wrong(corpus)?;
     let mut suites = models::kinds(corpus)?;
     suites.extend([
         models::ball_joint(),
@@ -74,7 +55,7 @@ pub(crate) fn run(corpus: &Path, args: &Args) -> Result<(), String> {
     let mut total = 0;
     for suite in &suites {
         if args.suite.as_ref().is_none_or(|s| s == suite.name) {
-            let count = write(corpus, suite, &apart)?;
+            let count = write(corpus, suite)?;
             println!(
                 "{}: {count} queries of {} models",
                 suite.name,
@@ -88,7 +69,7 @@ pub(crate) fn run(corpus: &Path, args: &Args) -> Result<(), String> {
 }
 
 /// Writes models and queries; `suite.json` only where there is none, for its ceilings are set by hand.
-fn write(corpus: &Path, suite: &Suite, apart: &BTreeSet<String>) -> Result<usize, String> {
+fn write(corpus: &Path, suite: &Suite) -> Result<usize, String> {
     let folder = corpus.join(suite.name);
     let fail = |e: std::io::Error| format!("{}: {e}", folder.display());
     std::fs::create_dir_all(&folder).map_err(fail)?;
@@ -109,9 +90,8 @@ fn write(corpus: &Path, suite: &Suite, apart: &BTreeSet<String>) -> Result<usize
                 ..query.clone()
             };
             // What no engine takes is no query: overflow, or a normal that is none.
-            let one = line.to_text();
-            if line.query().is_ok() && !apart.contains(&one) {
-                text += &(one + "\n");
+            if line.query().is_ok() {
+                text += &(line.to_text() + "\n");
                 count += 1;
             }
         }

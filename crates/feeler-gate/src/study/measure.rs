@@ -54,7 +54,7 @@ pub struct Point {
     pub indeterminate: usize,
     /// Wrong answers by what failed.
     pub faults: BTreeMap<Fault, usize>,
-    /// Errors of the values, in model units.
+    /// Errors of the values, in model units; undecided answers apart, here and below.
     pub error: Option<Spread>,
     /// The same in ulp of the true value.
     pub ulps: Option<Spread>,
@@ -222,8 +222,13 @@ fn point(contender: &Contender, corpus: &Path, cases: &[Case], book: Book) -> Po
             *faults.entry(fault).or_default() += 1;
         }
     }
+    // What is undecided claims no value: it is counted, and no error.
+    let decided = || {
+        let all = records.iter();
+        all.filter(|r| r.judgement.verdict != Verdict::Undecided)
+    };
     let over = |get: &dyn Fn(&Record) -> Option<f64>| {
-        Spread::of(records.iter().filter_map(get).filter(|x| !x.is_nan()))
+        Spread::of(decided().filter_map(get).filter(|x| !x.is_nan()))
     };
     let medians = records.iter().filter_map(|r| {
         let mut times = r.times.clone();

@@ -53,7 +53,7 @@ impl Study {
                     h2 { "How to read the plots" }
                     p { "Each dot is an engine at one setting: to the left is faster, down is more exact. The dot is the largest error, the ring "
                         "the 99th percentile; the bar reaches from the fastest to the slowest of the rounds' medians, of which the first includes what is prepared on first use. Behind a setting, "
-                        "“n wrong” counts answers that are wrong in more than their value: contacts missed or made up, sides, counts of hits. "
+                        "“n wrong” counts answers that are wrong in more than their value: contacts missed or made up, sides, counts of hits; “n undecided” those that give a bound only, whose errors are not shown. "
                         "An error of 0 is drawn at the lower edge." }
                     ul.key { @for (k, name) in names.iter().enumerate() {
                         li { i style=(format!("background: rgb{:?}", rgb(k))) {} (name) } } }
@@ -124,9 +124,10 @@ fn curves(suite: &SuiteStudy, of: impl Fn(&Point) -> Option<(f64, f64)>) -> Vec<
         .iter()
         .filter_map(|f| p.faults.get(f))
         .sum();
-        let label = match grave {
-            0 => p.setting.clone(),
-            n => format!("{} ({n} wrong)", p.setting),
+        let label = match (grave, p.undecided) {
+            (0, 0) => p.setting.clone(),
+            (0, n) => format!("{} ({n} undecided)", p.setting),
+            (n, _) => format!("{} ({n} wrong)", p.setting),
         };
         let mark = Mark {
             x: p.between,

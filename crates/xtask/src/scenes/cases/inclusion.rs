@@ -141,7 +141,7 @@ pub(super) fn add(m: &mut Maker) -> Result<(), String> {
     // The rims of a cylinder close only around it; its trims run along the seam besides.
     for k in 0..8 {
         let height = [0.0, 1e-9, 1.0, 2.5][k % 4];
-        let angle = [0.0, f64::EPSILON, 1.0, 6.283_185_307_179_586][k / 2];
+        let angle = [0.0, f64::EPSILON, 1.0, std::f64::consts::TAU][k / 2];
         m.ask(
             "analytic/cylinder.json.gz",
             "I14 near a rim",
