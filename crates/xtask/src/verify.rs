@@ -36,6 +36,9 @@ pub(crate) struct Args {
     pub(crate) slow: Option<f64>,
 }
 
+/// Faces whose trims have more pieces than this are not given to the second method.
+const MOST_PIECES: usize = 10_000;
+
 /// What holding one truth against the second method gave.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum Outcome {
@@ -296,10 +299,15 @@ impl<'a> Checker<'a> {
         }
     }
 
-    /// The exact side in uv.
+    /// The exact side in uv; nothing of loops so large that exact arithmetic without an index takes minutes.
     fn side(&mut self, face: usize, uv: [f64; 2]) -> Result<SideTruth, String> {
         let region = self.regions.entry(face).or_insert_with(|| {
             let (brep, own) = self.model.face(face).ok_or("no such face")?;
+            let curves = &self.model.breps[brep].parts().curves2;
+            let pieces: usize = curves.iter().map(|c| c.breaks().len()).sum();
+            if pieces > MOST_PIECES {
+                return Err(format!("{pieces} pieces of trims"));
+            }
             TrimmedRegion::new(&self.model.breps[brep], own).map_err(|e| e.to_string())
         });
         match region {
