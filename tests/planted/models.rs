@@ -5,7 +5,7 @@ use feeler::brep::{Brep, BrepParts};
 use feeler::nurbs::{NurbsSurface, Surface};
 use feeler::query::Options;
 use feeler_corpus::{Answer, Model, Query};
-use feeler_gate::{Engine, FeelerEngine};
+use feeler_gate::{Engine, FeelerEngine, Row};
 
 /// The kernel on models with a mistake in them. The gate itself reads the models as they are.
 struct OnChanged {
@@ -44,14 +44,16 @@ fn must_fail_on_changed(suite: &str, what: &str, change: fn(&mut BrepParts) -> u
     let report = gate(&mut engine, suite);
     assert!(engine.changes > 0, "{suite}: no model for {what}");
     assert!(!report.passed(), "{suite}: the gate let pass {what}");
-    let (before, after) = (row(&unplanted).wrong, row(&report));
+    // Faces that do not meet any more leave wide cracks, within which nothing has a side: then the gate fails by the ceiling on
+    // what is undecided.
+    let fallen = |r: &Row| r.wrong + r.undecided;
+    let (before, after) = (fallen(row(&unplanted)), row(&report));
     assert!(
-        after.wrong > before,
-        "{suite}: {what}: {before} wrong before and {} after",
-        after.wrong
+        fallen(after) > before,
+        "{suite}: {what}: {before} wrong or undecided before and {} after",
+        fallen(after)
     );
     let first = &after.failures[0];
-    assert_eq!(first.verdict, "wrong");
     assert!(first.place.contains(suite), "{}", first.place);
     println!(
         "{suite}: {what}: {} wrong, first {}: {}",
