@@ -22,7 +22,8 @@
 //! and from none of those that fall there a way leads to values lower by more than `join`. (At a seam one end
 //! of a face may stand, and the other fall on, or by rounding only.)
 //!
-//! **Guarantee.** [`SecondContacts::All`] is all of them. Wherever something is not proven (degenerate minima,
+//! **Guarantee.** [`SecondContacts::All`] is all of them, but for two steps taken on trust: the first eighth of a way down
+//! (`falls_far`) is not looked at for whether it belongs to the region, and a pole may be put aside by samples alone. Wherever something is not proven (degenerate minima,
 //! continua, borders that are neither on a side nor clear of it, faces apart by more than `join` and less than what
 //! counts as the same place) the answer is [`SecondContacts::Open`].
 

@@ -105,7 +105,7 @@ pub struct Options {
     pub prediction: f64,
     /// Which contacts to report.
     pub contacts: Contacts,
-    /// How many search nodes may be spent before the query gives up with the bound it has.
+    /// How many search nodes may be spent before the query gives up with the bound it has; a line's node counts for four.
     pub node_budget: usize,
 }
 
