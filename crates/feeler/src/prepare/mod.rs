@@ -13,12 +13,14 @@ mod matching;
 mod net;
 mod param;
 mod patch;
+mod shortcuts;
 mod spline;
 
 pub use boundary::Piece;
 pub use net::Net;
 pub use param::ParamMap;
 pub use patch::Patch;
+pub use shortcuts::Shortcuts;
 
 pub(crate) use boundary::restrict;
 pub(crate) use image::{Image, Stretch};
@@ -109,6 +111,7 @@ struct PreparedFace {
 #[derive(Debug)]
 pub struct PreparedBrep {
     brep: Brep,
+    shortcuts: Shortcuts,
     faces: Vec<PreparedFace>,
     size: f64,
     /// Of each trim: its image.
@@ -127,6 +130,11 @@ pub struct PreparedBrep {
 impl PreparedBrep {
     /// Prepares a BREP. Cheap: the work is done when a query first comes near a face.
     pub fn new(brep: Brep) -> Self {
+        Self::with_shortcuts(brep, Shortcuts::ALL)
+    }
+
+    /// The same without some of the shortcuts, to measure what each saves.
+    pub fn with_shortcuts(brep: Brep, shortcuts: Shortcuts) -> Self {
         let faces: Vec<_> = (0..brep.faces().len())
             .map(|face| PreparedFace {
                 bounding_box: patch::surface_box(brep.surface(face)),
@@ -153,9 +161,14 @@ impl PreparedBrep {
             vertex_regions: OnceLock::new(),
             fine_vertex_regions: OnceLock::new(),
             brep,
+            shortcuts,
             faces,
             size,
         }
+    }
+
+    pub(crate) fn shortcuts(&self) -> Shortcuts {
+        self.shortcuts
     }
 
     /// The BREP as it was given.
@@ -244,11 +257,14 @@ impl PreparedBrep {
     /// The trimmed region of a face.
     pub(crate) fn region(&self, face: usize) -> &TrimRegion {
         let slot = &self.faces[face].region;
-        slot.get_or_init(|| TrimRegion::new(&self.brep, face))
+        slot.get_or_init(|| TrimRegion::with_cells(&self.brep, face, self.shortcuts.trim_cells))
     }
 
-    /// The closed form of a face, if it has one.
+    /// The closed form of a face, if it has one and it is wanted.
     pub(crate) fn closed(&self, face: usize) -> Option<&ClosedFace> {
+        if !self.shortcuts.closed_forms {
+            return None;
+        }
         let slot = &self.faces[face].closed;
         let make = || ClosedFace::new(&self.brep, face, self.region(face), self.size);
         slot.get_or_init(make).as_ref()

@@ -264,14 +264,11 @@ pub(crate) fn minimize(brep: &PreparedBrep, objective: &Objective, goal: Goal) -
         noisy: Vec::new(),
         order: 0,
     };
-    let mut heap = BinaryHeap::new();
-    for face in 0..brep.brep().faces().len() {
-        let lo = brep
-            .face_box(face)
-            .map_or(search.nothing(), |b| search.box_bound(b));
-        search.push(&mut heap, lo, Kind::<f64>::Face(face));
+    if brep.shortcuts().double_first {
+        search.run_all::<f64>();
+    } else {
+        search.run_all::<Dd>();
     }
-    search.run(&mut heap);
     let noisy = std::mem::take(&mut search.noisy);
     if !noisy.is_empty() && !search.out.budget_spent {
         search.refine(noisy);
@@ -299,6 +296,9 @@ impl Search<'_> {
 
     /// A lower bound of `f` on a box in space. Each side is a few roundings off.
     fn box_bound(&self, b: &[[f64; 2]; 3]) -> Dd {
+        if !self.brep.shortcuts().boxes {
+            return self.nothing();
+        }
         match self.objective {
             Objective::SquaredDistance(q) => {
                 let sum: f64 = (0..3)
@@ -380,6 +380,17 @@ impl Search<'_> {
     /// Whether a node with this bound can be dropped without a trace.
     pub(super) fn hopeless(&self, lo: Dd) -> bool {
         lo >= self.out.hi && self.goal.all_below.is_none_or(|all| lo > Dd::from(all))
+    }
+
+    /// Runs over all faces.
+    fn run_all<T: Real + Arithmetic>(&mut self) {
+        let mut heap = BinaryHeap::new();
+        for face in 0..self.brep.brep().faces().len() {
+            let b = self.brep.face_box(face);
+            let lo = b.map_or(self.nothing(), |b| self.box_bound(b));
+            self.push(&mut heap, lo, Kind::<T>::Face(face));
+        }
+        self.run(&mut heap);
     }
 
     fn run<T: Real + Arithmetic>(&mut self, heap: &mut BinaryHeap<Task<T>>) {
@@ -555,8 +566,9 @@ impl Search<'_> {
         };
         let (tau, _) = T::from_dd(tau);
         let shape = node.shape(tau);
+        let shortcuts = self.brep.shortcuts();
         for (k, sign) in shape.monotone.into_iter().enumerate() {
-            if sign == 0 || crosses {
+            if sign == 0 || crosses || !shortcuts.monotone_borders {
                 continue;
             }
             let range = if k == 0 { node.u } else { node.v };
@@ -574,7 +586,10 @@ impl Search<'_> {
         if crosses {
             let middle = [node.u, node.v].map(|r| Dd::from(0.5 * (r[0] + r[1])));
             self.try_point(source, middle, false);
-        } else if shape.convexity > 0.0 && self.leaf(heap, source, inside, &node) {
+        } else if shape.convexity > 0.0
+            && shortcuts.convex_leaves
+            && self.leaf(heap, source, inside, &node)
+        {
             return;
         }
         // Where all of G is rounding noise, halves would be no better.

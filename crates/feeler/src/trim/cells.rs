@@ -89,8 +89,8 @@ pub(super) enum Local {
 }
 
 impl Cells {
-    /// Cells for these parts. Expected cost: about 100 ns an item.
-    pub(super) fn new(pieces: &[Piece], parts: &[Part]) -> Self {
+    /// Cells for these parts: a grid, or one for all. Expected cost: about 100 ns an item.
+    pub(super) fn new(pieces: &[Piece], parts: &[Part], grid: bool) -> Self {
         let mut range = [[f64::INFINITY, f64::NEG_INFINITY]; 2];
         let mut length = [0.0f64; 2];
         for part in parts {
@@ -105,7 +105,10 @@ impl Cells {
             let r = length[i] / (range[i][1] - range[i][0]);
             if r.is_finite() { r.max(1e-3) } else { 1.0 }
         });
-        let mut cells = (n * CELLS_PER_PART).clamp(LEAST_CELLS, MOST_CELLS) as f64;
+        let mut cells = match grid {
+            true => (n * CELLS_PER_PART).clamp(LEAST_CELLS, MOST_CELLS) as f64,
+            false => 1.0,
+        };
         let axes = loop {
             // Items are about a cu + b cv + n, for cu by cv cells and parts of total relative length a and b:
             // least where a cu = b cv.

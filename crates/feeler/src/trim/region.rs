@@ -84,6 +84,8 @@ pub struct TrimRegion {
     parts: Vec<Part>,
     /// Whether no two ends had to be joined.
     gapless: bool,
+    /// Whether these are a grid.
+    grid: bool,
     cells: OnceLock<Cells>,
 }
 
@@ -137,6 +139,11 @@ impl TrimRegion {
     ///
     /// Cost: about 10 us a Bezier piece.
     pub fn new(brep: &Brep, face: usize) -> Self {
+        Self::with_cells(brep, face, true)
+    }
+
+    /// The same, with a grid of cells or one cell for all, to measure what the grid saves.
+    pub(crate) fn with_cells(brep: &Brep, face: usize, grid: bool) -> Self {
         let parts = brep.parts();
         let Some(f) = parts.faces.get(face) else {
             let unit = Interval {
@@ -145,7 +152,10 @@ impl TrimRegion {
             };
             return Self::empty([unit, unit]);
         };
-        let mut region = Self::empty(parts.surfaces[f.surface].domain());
+        let mut region = Self {
+            grid,
+            ..Self::empty(parts.surfaces[f.surface].domain())
+        };
         let Some(loops) = &f.loops else {
             region.untrimmed = true;
             region.add_domain_border();
@@ -189,6 +199,7 @@ impl TrimRegion {
             boundary: Vec::new(),
             parts: Vec::new(),
             gapless: true,
+            grid: true,
             cells: OnceLock::new(),
         }
     }
@@ -274,7 +285,7 @@ impl TrimRegion {
 
     fn cells(&self) -> &Cells {
         self.cells
-            .get_or_init(|| Cells::new(&self.pieces, &self.parts))
+            .get_or_init(|| Cells::new(&self.pieces, &self.parts, self.grid))
     }
 
     fn parity(&self, q: [f64; 2]) -> Crossing {

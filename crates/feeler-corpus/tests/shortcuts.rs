@@ -1,0 +1,136 @@
+//! Each shortcut of a prepared BREP off in turn: both ways prove what they say, so their enclosures must meet.
+
+use feeler::prepare::{PreparedBrep, Shortcuts};
+use feeler::query::*;
+use feeler::trim::Side;
+use feeler_corpus::Model;
+use nalgebra::{Point2, Point3, Vector3};
+use std::path::Path;
+
+struct Random(u64);
+
+impl Random {
+    fn unit(&mut self) -> f64 {
+        self.0 ^= self.0 << 13;
+        self.0 ^= self.0 >> 7;
+        self.0 ^= self.0 << 17;
+        (self.0 >> 11) as f64 / (1u64 << 53) as f64
+    }
+}
+
+const MODELS: [&str; 3] = [
+    "thesis/ball_joint_cavity.3dm",
+    "thesis/ball_joint_cavity_nurbs.3dm",
+    "thesis/cube_corner_sphere_cut_nurbs.3dm",
+];
+
+fn load(model: &str, shortcuts: Shortcuts) -> PreparedBrep {
+    let models = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../corpora/models");
+    let model = Model::load(&models.join(model), None).expect("a model of the corpus");
+    let brep = model.breps.into_iter().next().expect("a BREP");
+    PreparedBrep::with_shortcuts(brep, shortcuts)
+}
+
+fn each_off() -> [Shortcuts; 6] {
+    let all = Shortcuts::ALL;
+    [
+        Shortcuts {
+            closed_forms: false,
+            ..all
+        },
+        Shortcuts {
+            boxes: false,
+            ..all
+        },
+        Shortcuts {
+            convex_leaves: false,
+            ..all
+        },
+        Shortcuts {
+            monotone_borders: false,
+            ..all
+        },
+        Shortcuts {
+            double_first: false,
+            ..all
+        },
+        Shortcuts {
+            trim_cells: false,
+            ..all
+        },
+    ]
+}
+
+/// Points in and about a model, half of them next to its surfaces.
+fn points(brep: &PreparedBrep, random: &mut Random) -> Vec<Point3<f64>> {
+    let mut out = Vec::new();
+    for face in 0..brep.brep().faces().len() {
+        let surface = brep.brep().surface(face);
+        let [u, v] = surface.domain();
+        let foot = surface.point(u.lerp(random.unit()), v.lerp(random.unit()));
+        let off = brep.size() * 10f64.powf(-9.0 * random.unit());
+        out.push(foot + Vector3::from_fn(|_, _| off * (2.0 * random.unit() - 1.0)));
+    }
+    out
+}
+
+#[test]
+fn distances_agree_without_each_shortcut() {
+    let options = |brep: &PreparedBrep| Options {
+        accuracy: Accuracy::Length(1e-9 * brep.size()),
+        contacts: Contacts::None,
+        ..Options::default()
+    };
+    for model in MODELS {
+        let all = load(model, Shortcuts::ALL);
+        let centers = points(&all, &mut Random(5));
+        for shortcuts in each_off() {
+            let without = load(model, shortcuts);
+            for c in &centers {
+                let probe = Probe::Sphere(Sphere::new(*c, 0.0).expect("a ball"));
+                let ask = |brep: &PreparedBrep| {
+                    contact(brep, &probe, &options(brep), &mut Workspace::default())
+                };
+                let (a, b) = (ask(&all), ask(&without));
+                let [x, y] = [a.separation.bounds, b.separation.bounds];
+                assert!(
+                    x.lo <= y.hi && y.lo <= x.hi,
+                    "{model} at {c}: {x:?}, and {y:?} with {shortcuts:?}"
+                );
+                assert!(
+                    b.undecided.is_none(),
+                    "{model} at {c}: {b:?} with {shortcuts:?}"
+                );
+            }
+        }
+    }
+}
+
+#[test]
+fn lines_and_sides_agree_without_closed_forms_and_cells() {
+    for model in MODELS {
+        let all = load(model, Shortcuts::ALL);
+        let mut random = Random(7);
+        let centers = points(&all, &mut random);
+        for shortcuts in [each_off()[0], each_off()[5]] {
+            let without = load(model, shortcuts);
+            for (i, c) in centers.iter().enumerate() {
+                let along = Vector3::from_fn(|_, _| 2.0 * random.unit() - 1.0);
+                let probe = LineProbe::new(*c, along, LineKind::Line).expect("a line");
+                let ask = |brep: &PreparedBrep| {
+                    let options = Options::default();
+                    line(brep, &probe, &options, &mut Workspace::default())
+                };
+                let (a, b) = (ask(&all), ask(&without));
+                if a.undecided.is_none() && b.undecided.is_none() {
+                    assert_eq!(a.hits.len(), b.hits.len(), "{model} at {c} along {along}");
+                }
+                let [u, v] = all.brep().surface(i).domain();
+                let uv = Point2::new(u.lerp(random.unit()), v.lerp(random.unit()));
+                let of = |brep: &PreparedBrep| side(brep, i, uv).and_then(|s| s.side);
+                assert_eq!(of(&all), of(&without), "{model} face {i} at {uv}");
+                assert!(of(&all) != Some(Side::Boundary));
+            }
+        }
+    }
+}
