@@ -22,7 +22,8 @@ pub(crate) struct Args {
     /// The corpus.
     #[arg(long, default_value = "corpora")]
     corpora: PathBuf,
-    /// `feeler`, `parry:DEGREES`, `thesis`, `thesis:STARTS`, or a command line that speaks the query protocol.
+    /// `feeler`, `feeler:WAY` (`nurbs`, `no-closed-forms`, ...), `parry:DEGREES`, `thesis`, `thesis:STARTS`, or a command line that speaks the
+    /// query protocol.
     #[arg(long, value_name = "ENGINE", default_value = "feeler", value_parser = EngineChoice::by_name)]
     engine: EngineChoice,
     /// How far a value without bounds may be off, as a part of the model's size; it takes the place of

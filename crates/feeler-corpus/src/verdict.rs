@@ -395,7 +395,7 @@ fn separation_verdict(asked: &Asked, claim: &Claim, truth: &TruthEnclosure) -> J
         let width = hi - lo;
         let widest = asked.widest(lo, hi);
         if width > widest {
-            let reason = format!("enclosure {width:e} wide, asked were {widest:e}");
+            let reason = format!("enclosure {width:.1e} wide, asked were {widest:.1e}");
             judgement = judgement.and(Judgement::new(Verdict::Undecided, reason));
         }
     }

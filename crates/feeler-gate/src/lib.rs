@@ -16,8 +16,8 @@ pub mod tessellate;
 pub use baseline::{Comparison, ERROR_FACTOR};
 pub use cases::model_size;
 pub use engine::{
-    Engine, EngineChoice, FeelerEngine, MeshEngine, ModelForm, ProcessEngine, ProcessOptions,
-    ThesisEngine,
+    AsNurbs, Engine, EngineChoice, FeelerEngine, FeelerWay, MeshEngine, ModelForm, ProcessEngine,
+    ProcessOptions, ThesisEngine, as_nurbs,
 };
 pub use report::{Failure, Report, Row};
 pub use run::{Gate, Progress, asked, run};

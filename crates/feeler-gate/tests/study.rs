@@ -85,6 +85,7 @@ fn made_up() -> Study {
             less: 10.0,
             full: 20.0,
             ratio: 2.0,
+            undecided: [0, 3],
         }],
         extremes: vec![Extreme {
             id: "C2".to_owned(),

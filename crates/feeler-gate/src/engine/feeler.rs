@@ -1,6 +1,7 @@
 //! The kernel of this project as an engine.
 
-use super::Engine;
+use super::as_nurbs::as_nurbs;
+use super::{Engine, FeelerWay, value_alone};
 use feeler::numeric::Enclosure;
 use feeler::prepare::PreparedBrep;
 use feeler::query::{
@@ -8,7 +9,7 @@ use feeler::query::{
     Separation, SideAnswer, Undecided, Workspace,
 };
 use feeler::trim::Side;
-use feeler_corpus::{Answer, Ask, Body, Hits, Model, Query};
+use feeler_corpus::{Answer, Ask, Body, Claim, Hits, Model, Query};
 use nalgebra::{Point2, Point3};
 
 /// One BREP, and where the numbers of its features start.
@@ -21,10 +22,17 @@ struct Part {
 }
 
 /// The kernel of this project.
+///
+/// With surfaces turned into NURBS its bounds are about the NURBS, which differ from what was asked about by rounding: they are
+/// left out of its answers, and only the separation of a ball or a half-space and its deepest contact are treated. Counts,
+/// sides and parameters may rightly be others there.
 #[derive(Debug, Default)]
 pub struct FeelerEngine {
     parts: Vec<Part>,
     workspace: Workspace,
+    way: FeelerWay,
+    /// Of surfaces turned into NURBS: how far they are off, in model units, and how many faces stayed native.
+    converted: (f64, usize),
     /// What holds where a query says nothing.
     pub defaults: Options,
 }
@@ -34,6 +42,14 @@ impl FeelerEngine {
     pub fn new(defaults: Options) -> Self {
         Self {
             defaults,
+            ..Self::default()
+        }
+    }
+
+    /// The same without some shortcuts, or with everything turned into NURBS.
+    pub fn with(way: FeelerWay) -> Self {
+        Self {
+            way,
             ..Self::default()
         }
     }
@@ -184,15 +200,29 @@ fn union(answers: Vec<ContactAnswer>, options: &Options, size: f64) -> ContactAn
 
 impl Engine for FeelerEngine {
     fn name(&self) -> String {
-        format!("feeler {}", env!("CARGO_PKG_VERSION"))
+        let version = env!("CARGO_PKG_VERSION");
+        match self.way.to_string().as_str() {
+            "" => format!("feeler {version}"),
+            way => format!("feeler {version} ({way})"),
+        }
     }
 
     fn open(&mut self, model: &Model) -> Result<(), String> {
         self.parts.clear();
         let (mut faces, mut edges, mut vertices) = (0, 0, 0);
+        self.converted = (0.0, 0);
         for brep in &model.breps {
+            let own = match self.way.nurbs {
+                true => {
+                    let found = as_nurbs(brep).map_err(|e| format!("as NURBS: {e}"))?;
+                    let (bound, kept) = self.converted;
+                    self.converted = (bound.max(found.bound), kept + found.kept);
+                    found.brep
+                }
+                false => brep.clone(),
+            };
             self.parts.push(Part {
-                brep: PreparedBrep::new(brep.clone()),
+                brep: PreparedBrep::with_shortcuts(own, self.way.shortcuts),
                 faces,
                 edges,
                 vertices,
@@ -202,6 +232,11 @@ impl Engine for FeelerEngine {
             vertices += brep.parts().vertices.len();
         }
         Ok(())
+    }
+
+    fn treats(&self, query: &Query) -> bool {
+        let contact = matches!(query.ask, Ask::Contact(_)) && !query.overlap;
+        !self.way.nurbs || contact && query.contacts != Some(Contacts::All)
     }
 
     fn answer(&mut self, query: &Query) -> Answer {
@@ -218,6 +253,9 @@ impl Engine for FeelerEngine {
                     ..options
                 };
                 overlap(&self.contact(&probe, &options))
+            }
+            Ask::Contact(probe) if self.way.nurbs => {
+                without_bounds(Body::from(&self.contact(&probe, &options)), self.size())
             }
             Ask::Contact(probe) => Body::from(&self.contact(&probe, &options)),
             Ask::Line(line) => {
@@ -261,6 +299,34 @@ impl Engine for FeelerEngine {
             body,
         }
     }
+}
+
+/// The values alone. What is undecided has no value, but a bound: far more than surfaces move is added to it.
+fn without_bounds(mut body: Body, size: f64) -> Body {
+    /// Turned into NURBS, models move by some 2^-50 of their size.
+    const ROOM: f64 = 1.0 / (1u64 << 40) as f64;
+    if let Body::Contact {
+        separation,
+        contacts,
+        undecided,
+        ..
+    } = &mut body
+    {
+        let alone = |claim: &Claim| match undecided {
+            None => value_alone(claim.value),
+            Some(_) => Claim {
+                value: claim.value,
+                lo: claim.lo.map(|lo| lo - ROOM * size),
+                hi: claim.hi.map(|hi| hi + ROOM * size),
+            },
+        };
+        *separation = alone(separation);
+        for c in contacts {
+            c.separation = alone(&c.separation);
+            (c.position_bound, c.normal_bound) = (None, None);
+        }
+    }
+    body
 }
 
 fn overlap(answer: &ContactAnswer) -> Body {

@@ -335,6 +335,11 @@ impl Engine for MeshEngine {
         }
     }
 
+    fn triangles(&self) -> Option<usize> {
+        // The inherent one.
+        Some(Self::triangles(self))
+    }
+
     fn memory(&self) -> Option<usize> {
         let bytes = |p: &Part| p.mesh.total_memory_size() + p.faces.capacity() * size_of::<u32>();
         Some(self.parts.iter().map(bytes).sum())

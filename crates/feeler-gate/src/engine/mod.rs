@@ -1,12 +1,14 @@
 //! Engines: what answers queries.
 
+mod as_nurbs;
 mod choice;
 mod feeler;
 mod mesh;
 mod process;
 mod thesis;
 
-pub use choice::EngineChoice;
+pub use as_nurbs::{AsNurbs, as_nurbs};
+pub use choice::{EngineChoice, FeelerWay};
 pub use feeler::FeelerEngine;
 pub use mesh::MeshEngine;
 pub use process::{ModelForm, ProcessEngine, ProcessOptions};

@@ -1,9 +1,11 @@
 //! The engines of a study, each at a setting.
 
 use super::measure::accuracy;
-use crate::engine::{Engine, EngineChoice, FeelerEngine};
-use feeler::query::Options;
-use feeler_corpus::Query;
+use crate::engine::{Engine, EngineChoice, FeelerEngine, FeelerWay};
+use feeler_corpus::{Ask, Query};
+
+/// Kernels that lack one of their shortcuts: their settings are no steps of one dial, and are not joined by a line.
+pub(crate) const LESS: &str = "feeler without";
 
 /// An engine at one setting.
 pub struct Contender {
@@ -29,9 +31,32 @@ impl Contender {
         Self {
             name: "feeler".to_owned(),
             setting: part.map_or("full".to_owned(), |p| format!("{p:e}")),
-            engine: Box::new(FeelerEngine::new(Options::default())),
+            engine: Box::new(FeelerEngine::default()),
             accuracy: part,
         }
+    }
+
+    /// The kernel with all surfaces turned into NURBS, at an accuracy.
+    pub fn nurbs(part: Option<f64>) -> Self {
+        let way = FeelerWay {
+            nurbs: true,
+            ..FeelerWay::default()
+        };
+        Self {
+            name: "feeler as NURBS".to_owned(),
+            engine: Box::new(FeelerEngine::with(way)),
+            ..Self::feeler(part)
+        }
+    }
+
+    /// The kernel at full accuracy without each of its shortcuts in turn.
+    pub fn less() -> impl Iterator<Item = Self> {
+        FeelerWay::each_off().map(|(name, way)| Self {
+            name: LESS.to_owned(),
+            setting: name.trim_start_matches("no-").replace('-', " "),
+            engine: Box::new(FeelerEngine::with(way)),
+            accuracy: None,
+        })
     }
 
     /// An engine other than the kernel, by its choice.
@@ -52,6 +77,12 @@ impl Contender {
             engine,
             accuracy: None,
         })
+    }
+
+    /// Whether it is asked this: the accuracy matters to contacts alone, and the same answer twice shows nothing.
+    pub(crate) fn treats(&self, query: &Query) -> bool {
+        let dial = self.accuracy.is_none() || matches!(query.ask, Ask::Contact(_));
+        dial && self.engine.treats(query)
     }
 
     /// The query as this contender is asked it.

@@ -21,7 +21,7 @@ const SUITE: &str = "cases";
 const ABOUT: &str = "cases.json";
 /// How the easy version is named.
 const EASY: &str = "easy";
-/// How often a query is timed.
+/// How often a query is timed, at most.
 const ROUNDS: usize = 3;
 
 #[derive(Deserialize)]
@@ -75,13 +75,15 @@ struct Tally {
     reasons: Vec<String>,
 }
 
-/// All cases through the kernel at full accuracy; empty where the corpus has no such suite.
+/// All cases through the kernel at full accuracy; empty where the corpus has no such suite. A query that takes longer than
+/// this part of `seconds` is answered once: its time includes what is prepared on first use, and its conditioning is not known.
 ///
 /// # Errors
 /// The corpus cannot be read.
 pub(crate) fn extremes(
     corpus: &Path,
     models: &mut Models,
+    seconds: f64,
     tick: &mut dyn FnMut(usize, usize),
 ) -> Result<Vec<Extreme>, CorpusError> {
     let path = corpus.join(SUITE).join(ABOUT);
@@ -108,27 +110,41 @@ pub(crate) fn extremes(
                 let _ = engine.open(&loaded.model);
                 open = Some(&case.query.model);
             }
-            one(case, loaded.size, &mut engine, &mut tallies);
+            one(case, loaded.size, seconds, &mut engine, &mut tallies);
         }
     }
     Ok(about.into_iter().map(|a| row(a, &tallies)).collect())
 }
 
-fn one(case: &Case, size: f64, engine: &mut FeelerEngine, tallies: &mut BTreeMap<String, Tally>) {
+/// See [`extremes`].
+const SLOW: f64 = 0.1;
+
+fn one(
+    case: &Case,
+    size: f64,
+    seconds: f64,
+    engine: &mut FeelerEngine,
+    tallies: &mut BTreeMap<String, Tally>,
+) {
     let id = case.query.query.id.as_ref().and_then(|v| v.as_str());
     let Some((name, how)) = id.and_then(|i| i.split_once(' ')) else {
         return;
     };
     let tally = tallies.entry(name.to_owned()).or_default();
     let query = &case.query.query;
+    let start = Instant::now();
     let body = engine.answer(query).body;
-    let mut times: Vec<f64> = (0..ROUNDS)
-        .map(|_| {
-            let start = Instant::now();
-            std::hint::black_box(engine.answer(query));
-            start.elapsed().as_secs_f64() * 1e6
-        })
-        .collect();
+    let first = start.elapsed().as_secs_f64();
+    let slow = first > SLOW * seconds;
+    let mut times = Vec::new();
+    if slow {
+        times.push(first * 1e6);
+    }
+    for _ in times.len()..if slow { 1 } else { ROUNDS } {
+        let start = Instant::now();
+        std::hint::black_box(engine.answer(query));
+        times.push(start.elapsed().as_secs_f64() * 1e6);
+    }
     times.sort_by(f64::total_cmp);
     let time = quantile(&times, 0.5).unwrap_or(0.0);
     if how == EASY {
@@ -150,13 +166,27 @@ fn one(case: &Case, size: f64, engine: &mut FeelerEngine, tallies: &mut BTreeMap
         (Some(a), Some(b)) => Some(a.max(b)),
         _ => a.or(b),
     };
-    tally.ulps = larger(tally.ulps, judgement.ulps);
-    let moved = conditioning(&case.query.line, &body, engine);
-    tally.conditioning = larger(tally.conditioning, moved);
+    if judgement.verdict != Verdict::Undecided {
+        tally.ulps = larger(tally.ulps, judgement.ulps);
+    }
+    // What is undecided claims no value that could move.
+    if judgement.verdict == Verdict::Right && !slow {
+        let moved = conditioning(&case.query.line, &body, FLOOR * size, engine);
+        tally.conditioning = larger(tally.conditioning, moved);
+    }
 }
 
-/// How far the answer moves, in ulp of it, when one number of the query moves by one ulp.
-fn conditioning(line: &QueryLine, body: &Body, engine: &mut FeelerEngine) -> Option<f64> {
+/// The floor of full accuracy, as a part of the size: nothing is counted in less.
+const FLOOR: f64 = 1.0 / (1u128 << 96) as f64;
+
+/// How far the answer moves, in ulp of it (or in floors, where that is more), when one number of the query moves by one
+/// ulp.
+fn conditioning(
+    line: &QueryLine,
+    body: &Body,
+    floor: f64,
+    engine: &mut FeelerEngine,
+) -> Option<f64> {
     let mut worst = None;
     for k in 0.. {
         let mut moved = line.clone();
@@ -166,7 +196,7 @@ fn conditioning(line: &QueryLine, body: &Body, engine: &mut FeelerEngine) -> Opt
         *x = x.next_up();
         // A normal may be no unit vector any more.
         let Ok(query) = moved.query() else { continue };
-        let by = change(body, &engine.answer(&full(query)).body);
+        let by = change(body, &engine.answer(&full(query)).body, floor);
         worst = match (worst, by) {
             (Some(a), Some(b)) => Some(f64::max(a, b)),
             (a, b) => a.or(b),
@@ -203,8 +233,8 @@ fn number(line: &mut QueryLine, k: usize) -> Option<&mut f64> {
 }
 
 /// How far two answers are apart, in ulp of the first.
-fn change(a: &Body, b: &Body) -> Option<f64> {
-    let apart = |x: f64, y: f64| (x - y).abs() / ulp(x);
+fn change(a: &Body, b: &Body, floor: f64) -> Option<f64> {
+    let apart = |x: f64, y: f64| (x - y).abs() / ulp(x).max(floor);
     match (a, b) {
         (Body::Contact { separation: x, .. }, Body::Contact { separation: y, .. }) => {
             Some(apart(x.value, y.value))

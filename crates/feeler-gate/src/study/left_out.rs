@@ -1,16 +1,19 @@
 //! What it saves to leave out what a scene does not need.
 
-use super::contender::Contender;
-use super::measure::Plan;
+use super::measure::{Plan, sample};
 use super::numbers::quantile;
-use crate::cases::{Models, cases, load};
+use crate::cases::{Loaded, Models, cases, load};
+use crate::engine::{Engine, FeelerEngine, FeelerWay};
+use feeler::nurbs::Surface;
+use feeler::prepare::Shortcuts;
 use feeler::query::{Accuracy, Contacts};
-use feeler_corpus::{CorpusError, Hits, Query, suites};
+use feeler_corpus::{CorpusError, Hits, MODELS, Query, suites};
 use serde::Serialize;
+use std::collections::BTreeMap;
 use std::path::Path;
 use std::time::Instant;
 
-/// The same queries asked in two ways.
+/// The same queries answered in two ways.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct LeftOut {
     /// What is compared.
@@ -25,10 +28,14 @@ pub struct LeftOut {
     pub full: f64,
     /// Median of the queries' own ratios, full to less.
     pub ratio: f64,
+    /// How many were undecided in each way.
+    pub undecided: [usize; 2],
 }
 
 /// How often each query is asked each way.
 const ROUNDS: usize = 3;
+/// The part of a plan's seconds that a comparison may spend on one model: there are many of both.
+const SHARE: f64 = 0.25;
 
 /// One way to ask, of a model of this size.
 type Way = fn(&Query, f64) -> Query;
@@ -113,13 +120,113 @@ const COMPARISONS: [Comparison; 5] = [
     },
 ];
 
+/// A comparison of the kernel with itself without something, on a suite.
+struct Without {
+    what: &'static str,
+    suite: &'static str,
+    /// Only models with native surfaces.
+    native: bool,
+    way: FeelerWay,
+}
+
+const fn without(
+    what: &'static str,
+    suite: &'static str,
+    native: bool,
+    shortcuts: Shortcuts,
+) -> Without {
+    let way = FeelerWay {
+        nurbs: false,
+        shortcuts,
+    };
+    Without {
+        what,
+        suite,
+        native,
+        way,
+    }
+}
+
+const ALL: Shortcuts = Shortcuts::ALL;
+const CLOSED: Shortcuts = Shortcuts {
+    closed_forms: false,
+    ..ALL
+};
+const CELLS: Shortcuts = Shortcuts {
+    trim_cells: false,
+    ..ALL
+};
+const FORMULAS: &str = "formulas for native surfaces, against the search";
+const GRID: &str = "a grid of cells over trims, against one cell";
+
+const WITHOUTS: [Without; 10] = [
+    without(FORMULAS, "contact-sphere", true, CLOSED),
+    without(FORMULAS, "line", true, CLOSED),
+    Without {
+        what: "native surfaces, against these turned into NURBS by us",
+        suite: "contact-sphere",
+        native: true,
+        way: FeelerWay {
+            nurbs: true,
+            shortcuts: ALL,
+        },
+    },
+    without(
+        "boxes around faces and patches, against none",
+        "contact-sphere",
+        false,
+        Shortcuts {
+            boxes: false,
+            ..ALL
+        },
+    ),
+    without(
+        "boxes around faces and patches, against none",
+        "parts",
+        false,
+        Shortcuts {
+            boxes: false,
+            ..ALL
+        },
+    ),
+    without(
+        "settled where convex, against halving on",
+        "contact-sphere",
+        false,
+        Shortcuts {
+            convex_leaves: false,
+            ..ALL
+        },
+    ),
+    without(
+        "reduced to borders where monotone, against halving on",
+        "contact-sphere",
+        false,
+        Shortcuts {
+            monotone_borders: false,
+            ..ALL
+        },
+    ),
+    without(
+        "f64 first, against double-double at once",
+        "contact-sphere",
+        false,
+        Shortcuts {
+            double_first: false,
+            ..ALL
+        },
+    ),
+    without(GRID, "trim-loops", false, CELLS),
+    without(GRID, "contact-sphere", false, CELLS),
+];
+
 /// What native models are compared with, by the end of the file's name.
 const AS_NURBS: &str = "_nurbs.3dm";
 /// Suites of which the queries about NURBS parts are also asked of their native siblings.
 const PAIRED: [&str; 4] = ["contact-sphere", "contact-half-space", "line", "inside"];
 
 /// How many comparisons there are.
-pub(crate) const COUNT: usize = COMPARISONS.len() + PAIRED.len();
+pub(crate) const COUNT: usize = COMPARISONS.len() + WITHOUTS.len() + PAIRED.len();
 
 /// All comparisons. One that has used its seconds on one model goes on with the next: the count says of how many queries.
 ///
@@ -132,37 +239,71 @@ pub(crate) fn compare(
     tick: &mut dyn FnMut(),
 ) -> Result<Vec<LeftOut>, CorpusError> {
     let mut rows = Vec::new();
-    for c in &COMPARISONS {
-        let mut pairs = Vec::new();
-        for suite in suites(corpus, Some(c.suite))? {
-            let cases = cases(corpus, &suite, models)?;
-            for i in super::measure::sample(&cases, plan.sample) {
-                let model = cases[i].query.model.clone();
-                pairs.push((model.clone(), model, cases[i].query.query.clone()));
+    let mut known = BTreeMap::new();
+    let mut of_suite = |name: &'static str, models: &mut Models| -> Result<_, CorpusError> {
+        if !known.contains_key(name) {
+            let mut all = Vec::new();
+            for suite in suites(corpus, Some(name))? {
+                let found = cases(corpus, &suite, models)?;
+                all.extend(found.into_iter().map(|c| (c.query.model, c.query.query)));
             }
+            known.insert(name, all);
         }
-        rows.extend(row(c.what, c.suite, &pairs, models, [c.less, c.full], plan));
+        Ok(known.get(name).cloned().unwrap_or_default())
+    };
+    let choose = |all: Vec<(String, Query)>| -> Vec<(String, String, Query)> {
+        let chosen = sample(all.len(), plan.sample / 2).into_iter();
+        let both = |(model, query): &(String, Query)| (model.clone(), model.clone(), query.clone());
+        chosen.map(|i| both(&all[i])).collect()
+    };
+    let same: [Way; 2] = [as_asked; 2];
+    for c in &COMPARISONS {
+        let pairs = choose(of_suite(c.suite, models)?);
+        let mut engines = [FeelerEngine::default(), FeelerEngine::default()];
+        let ways = [c.less, c.full];
+        rows.extend(row(
+            c.what,
+            c.suite,
+            &pairs,
+            models,
+            &mut engines,
+            ways,
+            plan,
+        ));
+        tick();
+    }
+    for c in &WITHOUTS {
+        let mut all = of_suite(c.suite, models)?;
+        all.retain(|(model, _)| !c.native || models.get(model).is_some_and(is_native));
+        let pairs = choose(all);
+        let mut engines = [FeelerEngine::default(), FeelerEngine::with(c.way)];
+        rows.extend(row(
+            c.what,
+            c.suite,
+            &pairs,
+            models,
+            &mut engines,
+            same,
+            plan,
+        ));
         tick();
     }
     for name in PAIRED {
-        let mut pairs = Vec::new();
-        for suite in suites(corpus, Some(name))? {
-            let mut cases = cases(corpus, &suite, models)?;
-            cases.retain(|c| c.query.model.ends_with(AS_NURBS));
-            for i in super::measure::sample(&cases, plan.sample) {
-                let nurbs = cases[i].query.model.clone();
-                let native = nurbs.replace(AS_NURBS, ".3dm");
-                if !corpus.join(feeler_corpus::MODELS).join(&native).exists() {
-                    continue;
-                }
-                if !models.contains_key(&native) {
-                    models.insert(native.clone(), load(corpus, &native)?);
-                }
-                pairs.push((native, nurbs, cases[i].query.query.clone()));
+        let mut all = of_suite(name, models)?;
+        all.retain(|(model, _)| model.ends_with(AS_NURBS));
+        let mut pairs = choose(all);
+        for (native, _, _) in &mut pairs {
+            *native = native.replace(AS_NURBS, ".3dm");
+        }
+        pairs.retain(|(native, ..)| corpus.join(MODELS).join(native).exists());
+        for (native, ..) in &pairs {
+            if !models.contains_key(native) {
+                models.insert(native.clone(), load(corpus, native)?);
             }
         }
         let what = "native surfaces, against the same part as NURBS";
-        rows.extend(row(what, name, &pairs, models, [as_asked; 2], plan));
+        let mut engines = [FeelerEngine::default(), FeelerEngine::default()];
+        rows.extend(row(what, name, &pairs, models, &mut engines, same, plan));
         tick();
     }
     Ok(rows)
@@ -174,31 +315,40 @@ fn row(
     suite: &str,
     pairs: &[(String, String, Query)],
     models: &Models,
+    engines: &mut [FeelerEngine; 2],
     ways: [Way; 2],
     plan: &Plan,
 ) -> Option<LeftOut> {
-    let mut engines = [Contender::feeler(None), Contender::feeler(None)];
+    let mut undecided = [0; 2];
     let (mut times, mut ratios) = ([Vec::new(), Vec::new()], Vec::new());
     for group in pairs.chunk_by(|a, b| a.0 == b.0 && a.1 == b.1) {
         let names = [&group.first()?.0, &group.first()?.1];
         for (engine, name) in engines.iter_mut().zip(names) {
-            engine.engine.open(&models.get(name)?.model).ok()?;
+            engine.open(&models.get(name)?.model).ok()?;
         }
         let start = Instant::now();
         for (_, _, query) in group {
-            if start.elapsed().as_secs_f64() > plan.seconds {
+            if start.elapsed().as_secs_f64() > SHARE * plan.seconds {
                 break;
             }
             let mut both = [Vec::new(), Vec::new()];
             for round in 0..=ROUNDS {
+                let mut times = [0.0; 2];
                 for (k, way) in ways.into_iter().enumerate() {
                     let query = way(query, models.get(names[k])?.size);
                     let start = Instant::now();
-                    std::hint::black_box(engines[k].engine.answer(&query));
-                    // The first round prepares what the later ones use.
-                    if round > 0 {
-                        both[k].push(start.elapsed().as_secs_f64() * 1e6);
-                    }
+                    let body = std::hint::black_box(engines[k].answer(&query).body);
+                    times[k] = start.elapsed().as_secs_f64();
+                    undecided[k] += usize::from(round == 0 && body.undecided().is_some());
+                }
+                // The first round prepares what the later ones use; a slow query is asked once.
+                let slow = times[0].max(times[1]) > SHARE * plan.seconds;
+                if round > 0 || slow {
+                    both[0].push(times[0] * 1e6);
+                    both[1].push(times[1] * 1e6);
+                }
+                if slow {
+                    break;
                 }
             }
             let medians = both.map(|mut t| {
@@ -222,5 +372,12 @@ fn row(
         less: median(less)?,
         full: median(full)?,
         ratio: median(ratios)?,
+        undecided,
     })
+}
+
+fn is_native(loaded: &Loaded) -> bool {
+    let breps = &loaded.model.breps;
+    let mut surfaces = breps.iter().flat_map(|b| &b.parts().surfaces);
+    surfaces.any(|s| !matches!(s, Surface::Nurbs(_)))
 }

@@ -92,10 +92,10 @@ struct Book {
     bytes: Option<usize>,
 }
 
-/// `count` cases spread evenly.
-pub(crate) fn sample(cases: &[Case], count: usize) -> Vec<usize> {
-    let count = count.min(cases.len());
-    (0..count).map(|k| k * cases.len() / count).collect()
+/// `count` of `all` cases, spread evenly.
+pub(crate) fn sample(all: usize, count: usize) -> Vec<usize> {
+    let count = count.min(all);
+    (0..count).map(|k| k * all / count).collect()
 }
 
 /// Measures all contenders on some cases of a suite, which are sorted by model.
@@ -120,10 +120,15 @@ pub(crate) fn measure(
         };
         let mut open: Vec<Result<(), String>> = Vec::new();
         for (contender, book) in contenders.iter_mut().zip(&mut books) {
+            // A mesh for questions that it does not treat would take long for nothing.
+            let mut queries = group.iter().map(|i| &cases[*i].query.query);
+            if !queries.any(|q| contender.treats(q)) {
+                open.push(Ok(()));
+                continue;
+            }
             let start = Instant::now();
             open.push(contender.engine.open(&loaded.model));
             book.opens.push(start.elapsed().as_secs_f64() * 1e6);
-            book.bytes = book.bytes.max(contender.engine.memory());
         }
         let mut spent = vec![0.0; contenders.len()];
         let firsts: Vec<usize> = books.iter().map(|b| b.records.len()).collect();
@@ -134,7 +139,7 @@ pub(crate) fn measure(
                 let mut next = firsts[c];
                 for &i in group {
                     let query = contender.query(&cases[i].query.query, loaded.size);
-                    if !contender.engine.treats(&query) {
+                    if !contender.treats(&query) {
                         book.not_asked += usize::from(repetition == 0);
                         continue;
                     }
@@ -160,6 +165,12 @@ pub(crate) fn measure(
                     }
                     next += 1;
                 }
+            }
+        }
+        // What is prepared on first use counts too.
+        for (contender, book) in contenders.iter().zip(&mut books) {
+            if book.records.last().is_some_and(|r| group.contains(&r.case)) {
+                book.bytes = book.bytes.max(contender.engine.memory());
             }
         }
         done += group.len();

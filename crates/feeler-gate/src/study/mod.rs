@@ -108,7 +108,7 @@ pub fn study(
     let mut studies = Vec::new();
     for suite in suites(corpus, suite)? {
         let cases = cases(corpus, &suite, &mut models)?;
-        let chosen = sample(&cases, plan.sample);
+        let chosen = sample(cases.len(), plan.sample);
         let total = chosen.len();
         let mut tick = |done: usize| {
             progress(&StudyProgress {
@@ -141,7 +141,7 @@ pub fn study(
     let (mut rows, mut saved, mut hard) = (Vec::new(), Vec::new(), Vec::new());
     if suite.is_none() {
         rows = ball_rows(corpus, balls, &plan, progress)?;
-        hard = extremes::extremes(corpus, &mut models, &mut |done, total| {
+        hard = extremes::extremes(corpus, &mut models, plan.seconds, &mut |done, total| {
             progress(&StudyProgress {
                 what: "cases of stress".to_owned(),
                 done,

@@ -1,5 +1,6 @@
 //! The page: one HTML file that needs nothing else.
 
+use super::contender::LESS;
 use super::plot::{Curve, Mark, Plot, colour};
 use super::table::{Table, balls, errors, extremes, left_out, verdicts};
 use super::{Point, Study, SuiteStudy};
@@ -13,17 +14,17 @@ const LEAST_ULP: f64 = 1e-2;
 
 const STYLE: &str = "
 :root { color-scheme: light; }
-body { font: 16px/1.5 system-ui, sans-serif; color: #222; background: #fff; margin: 0 auto; padding: 1rem; max-width: 75rem; }
+body { font: 16px/1.5 system-ui, sans-serif; color: #222; background: #fff; margin: 0 auto; padding: 1rem; max-width: 80rem; }
 h1, h2, h3 { line-height: 1.2; } h2 { margin-top: 2.5rem; border-bottom: 1px solid #ccc; }
 .plots { display: grid; grid-template-columns: repeat(auto-fit, minmax(min(100%, 30rem), 1fr)); gap: 1rem; }
 svg { max-width: 100%; height: auto; }
-figure { margin: 0; } figcaption { font-size: .85rem; color: #555; }
+figure { margin: 0; overflow-x: auto; } figure svg { min-width: 30rem; } figcaption { font-size: .85rem; color: #555; }
 .wide { overflow-x: auto; }
 table { border-collapse: collapse; font-size: .8rem; font-variant-numeric: tabular-nums; }
 th, td { padding: .2rem .5rem; text-align: right; border-bottom: 1px solid #eee; white-space: nowrap; }
 th { text-align: right; background: #f6f6f6; white-space: normal; vertical-align: bottom; }
-th:first-child, td:first-child { text-align: left; }
-td:last-child { white-space: normal; min-width: 4rem; }
+th.over { text-align: center; border-left: 1px solid #ccc; }
+th.text, td.text { text-align: left; } td.long { white-space: normal; min-width: 16rem; } td.none { color: #bbb; }
 tr.ours td { background: #eef6fb; }
 .key { list-style: none; padding: 0; display: flex; flex-wrap: wrap; gap: .2rem 1.2rem; }
 .key i { display: inline-block; width: .8rem; height: .8rem; border-radius: 50%; margin-right: .35rem; }
@@ -140,6 +141,7 @@ fn curves(suite: &SuiteStudy, of: impl Fn(&Point) -> Option<(f64, f64)>) -> Vec<
             Some(curve) => curve.marks.push(mark),
             None => curves.push(Curve {
                 name: p.engine.clone(),
+                joined: p.engine != LESS,
                 marks: vec![mark],
             }),
         }
@@ -157,13 +159,29 @@ fn titled(id: &str, title: &str, rows: &Table) -> Markup {
     }
 }
 
+/// A cell of more letters than this is broken into lines.
+const LONG: usize = 40;
+
 fn table(table: &Table) -> Markup {
+    // Columns with a word in some cell are set left.
+    let is_word = |c: &String| c.starts_with(|l: char| l.is_alphabetic());
+    let column = |k: usize| table.rows.iter().filter_map(move |r| r.get(k));
+    let texts: Vec<bool> = (0..table.head.len())
+        .map(|k| column(k).any(is_word))
+        .collect();
     html! {
         p { (table.note) }
         div.wide { table {
-            thead { tr { @for cell in &table.head { th { (cell) } } } }
+            thead {
+                @if !table.groups.is_empty() { tr { @for (name, count) in &table.groups { th.over[!name.is_empty()] colspan=(count) { (name) } } } }
+                tr { @for (cell, text) in table.head.iter().zip(&texts) { th.text[*text] { (cell) } } }
+            }
             tbody { @for row in &table.rows {
-                tr.ours[row.iter().take(2).any(|c| c.starts_with("feeler"))] { @for cell in row { td { (cell) } } } } }
+                tr.ours[row.iter().take(2).any(|c| c.starts_with("feeler"))] {
+                    @for (cell, text) in row.iter().zip(&texts) {
+                        td.text[*text].long[cell.len() > LONG].none[cell == "0" || cell == "-"] { (cell) }
+                    }
+                } } }
         } }
     }
 }

@@ -23,6 +23,8 @@ pub(crate) struct Mark {
 pub(crate) struct Curve {
     pub(crate) name: String,
     pub(crate) marks: Vec<Mark>,
+    /// Whether its marks are steps of one dial, joined by a line.
+    pub(crate) joined: bool,
 }
 
 /// A plot with logarithmic axes.
@@ -55,6 +57,32 @@ pub(crate) fn colour(k: usize) -> RGBColor {
 }
 
 const SIZE: (u32, u32) = (760, 470);
+
+/// Height of the labels beside dots, and about how wide a letter of them is.
+const LABEL: i32 = 14;
+const LETTER: f64 = 0.52;
+/// Room that a dot takes about its centre.
+const DOT: i32 = 5;
+/// How far labels move away from their dots, at most, in heights.
+const FARTHEST: i32 = 4;
+
+/// A box in pixels: left, top, right, bottom.
+type Pixels = [i32; 4];
+
+/// Where a label of this width stands beside a dot, relative to it: where it covers no other label and no dot, and
+/// stays in the frame; `None` if there is no such place.
+fn place((x, y): (i32, i32), width: i32, frame: Pixels, taken: &[Pixels]) -> Option<(i32, i32)> {
+    let rows = (0..=FARTHEST).flat_map(|k| [-LABEL - 3 - k * LABEL, 3 + k * LABEL]);
+    let mut places = rows.flat_map(|dy| [(DOT + 1, dy), (-DOT - 1 - width, dy)]);
+    places.find(|(dx, dy)| {
+        let own = [x + dx, y + dy, x + dx + width, y + dy + LABEL];
+        let inside =
+            own[0] >= frame[0] && own[1] >= frame[1] && own[2] <= frame[2] && own[3] <= frame[3];
+        let apart =
+            |t: &Pixels| own[2] <= t[0] || t[2] <= own[0] || own[3] <= t[1] || t[3] <= own[1];
+        inside && taken.iter().all(apart)
+    })
+}
 
 impl Plot {
     /// Each curve in the colour of its name's place among `names`. Empty if there is nothing to draw.
@@ -126,8 +154,10 @@ impl Plot {
         for curve in &self.curves {
             let at = names.iter().position(|n| *n == curve.name).unwrap_or(0);
             let colour = colour(at);
-            let line = curve.marks.iter().map(|m| (m.at, m.y.max(least)));
-            chart.draw_series(LineSeries::new(line, colour.stroke_width(2)))?;
+            if curve.joined {
+                let line = curve.marks.iter().map(|m| (m.at, m.y.max(least)));
+                chart.draw_series(LineSeries::new(line, colour.stroke_width(2)))?;
+            }
             for m in &curve.marks {
                 let y = m.y.max(least);
                 chart.draw_series([PathElement::new(
@@ -139,9 +169,27 @@ impl Plot {
                     let hollow = Circle::new((m.at, second.max(least)), 4, colour.stroke_width(1));
                     chart.draw_series([hollow])?;
                 }
-                let style = ("sans-serif", 14).into_font().color(&colour);
-                let text =
-                    EmptyElement::at((m.at, y)) + Text::new(m.label.clone(), (6, -17), style);
+            }
+        }
+        // Labels last: they keep clear of all dots.
+        let dot = |(x, y): (i32, i32)| [x - DOT, y - DOT, x + DOT, y + DOT];
+        let dots = marks().map(|m| dot(chart.backend_coord(&(m.at, m.y.max(least)))));
+        let mut taken: Vec<Pixels> = dots.collect();
+        let frame = [0, 0, SIZE.0 as i32, SIZE.1 as i32];
+        for curve in &self.curves {
+            let at = names.iter().position(|n| *n == curve.name).unwrap_or(0);
+            for m in &curve.marks {
+                let spot = (m.at, m.y.max(least));
+                let dot = chart.backend_coord(&spot);
+                let width = (m.label.chars().count() as f64 * LETTER * f64::from(LABEL)) as i32;
+                // Where there is no room the table below has it.
+                let Some((dx, dy)) = place(dot, width, frame, &taken) else {
+                    continue;
+                };
+                let (x, y) = (dot.0 + dx, dot.1 + dy);
+                taken.push([x, y, x + width, y + LABEL]);
+                let style = ("sans-serif", LABEL).into_font().color(&colour(at));
+                let text = EmptyElement::at(spot) + Text::new(m.label.clone(), (dx, dy), style);
                 chart.draw_series([text])?;
             }
         }

@@ -8,7 +8,18 @@ fn table(text: &mut String, table: &Table) {
     // A bar inside a cell would end it.
     let line = |cells: &[String]| cells.join(" | ").replace('\n', " ");
     let _ = writeln!(text, "{}\n", table.note);
-    let _ = writeln!(text, "| {} |", line(&table.head));
+    // Markdown has one line of heads.
+    let groups = table.groups.iter();
+    let over: Vec<&str> = groups
+        .flat_map(|(name, count)| std::iter::repeat_n(name.as_str(), *count))
+        .collect();
+    let head: Vec<String> = (0..table.head.len())
+        .map(|k| match over.get(k) {
+            Some(group) if !group.is_empty() => format!("{group}: {}", table.head[k]),
+            _ => table.head[k].clone(),
+        })
+        .collect();
+    let _ = writeln!(text, "| {} |", line(&head));
     let _ = writeln!(text, "|{}", "---|".repeat(table.head.len()));
     for row in &table.rows {
         let _ = writeln!(text, "| {} |", line(row));
