@@ -4,7 +4,8 @@ use crate::{Bad, Outcome};
 use feeler_gate::EngineChoice;
 use feeler_gate::study::{Contender, Plan, StudyProgress, study};
 use indicatif::{ProgressBar, ProgressStyle};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
+use std::process::Command;
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct Args {
@@ -53,10 +54,62 @@ const WHOLE_OTHERS: [&str; 7] = [
     "parry:1",
 ];
 
+/// OCCT behind the query protocol.
+const OCCT: &str = include_str!("../../feeler-gate/engines/occt.py");
+/// Names the interpreter that has OCCT, where it is not `python3`.
+const OCCT_PYTHON: &str = "FEELER_OCCT_PYTHON";
+/// The program of `crates/feeler-peers`, and its libraries.
+const PEERS: (&str, [&str; 2]) = ("feeler-peers", ["truck", "curvo"]);
+
+/// Engines outside that are there: name, setting, command line. What is not there is said.
+fn outside(out: &Path, omissions: &mut Vec<String>) -> Vec<(String, String, String)> {
+    let mut found = Vec::new();
+    let python = std::env::var(OCCT_PYTHON).unwrap_or_else(|_| "python3".to_owned());
+    let version = Command::new(&python)
+        .args(["-c", "import OCP; print(OCP.__version__)"])
+        .output();
+    let script = out.join("occt.py");
+    match version {
+        Ok(version) if version.status.success() => {
+            let written = std::fs::create_dir_all(out).and_then(|()| std::fs::write(&script, OCCT));
+            match written {
+                Ok(()) => found.push((
+                    "OCCT".to_owned(),
+                    String::from_utf8_lossy(&version.stdout).trim().to_owned(),
+                    line(&[&python, &script.to_string_lossy()]),
+                )),
+                Err(e) => omissions.push(format!("OCCT: {}: {e}", script.display())),
+            }
+        }
+        _ => omissions.push(format!(
+            "OCCT is absent: `{python}` does not import OCP; `pip install cadquery-ocp`, or name an interpreter in {OCCT_PYTHON}"
+        )),
+    }
+    let (program, libraries) = PEERS;
+    let beside = std::env::current_exe().ok();
+    let beside = beside.and_then(|p| Some(p.parent()?.join(program)));
+    match beside.filter(|p| p.exists()) {
+        Some(path) => found.extend(libraries.map(|library| {
+            let command = line(&[&path.to_string_lossy(), library]);
+            (library.to_owned(), "surfaces".to_owned(), command)
+        })),
+        None => omissions.push(format!(
+            "{} are absent: build crates/{program} into the same target folder",
+            libraries.join(" and ")
+        )),
+    }
+    found
+}
+
+/// A command line of these words.
+fn line(words: &[&str]) -> String {
+    let quoted = |w: &&str| format!("'{}'", w.replace('\'', "'\\''"));
+    words.iter().map(quoted).collect::<Vec<_>>().join(" ")
+}
+
 /// What no run contains unless asked.
-const OMISSIONS: [&str; 3] = [
+const OMISSIONS: [&str; 2] = [
     "parry at 0.1 degrees: 13 million triangles and 2 GB for the ball joint; `--engine parry:0.1`",
-    "OCCT and other engines outside the program: `--engine 'COMMAND'`, see crates/feeler-gate/ENGINES.md",
     "stiff time stepping (stress case C20): it needs a physics engine around the queries",
 ];
 
@@ -104,6 +157,25 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Bad> {
                 balls.push(another);
             }
             (Err(why), _) | (_, Err(why)) => omissions.push(why),
+        }
+    }
+    if args.engine.is_empty() && args.quick {
+        omissions
+            .push("OCCT, truck and curvo: in the long report, where they are there".to_owned());
+    }
+    if args.engine.is_empty() && !args.quick {
+        for (name, setting, command) in outside(&args.out, &mut omissions) {
+            let choice = EngineChoice::Command(command);
+            for into in [&mut contenders, &mut balls] {
+                match Contender::other(&choice) {
+                    Ok(one) => into.push(Contender {
+                        name: name.clone(),
+                        setting: setting.clone(),
+                        ..one
+                    }),
+                    Err(why) => omissions.push(why),
+                }
+            }
         }
     }
     let plan = if args.quick { QUICK } else { WHOLE };

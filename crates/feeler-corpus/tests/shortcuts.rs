@@ -134,3 +134,28 @@ fn lines_and_sides_agree_without_closed_forms_and_cells() {
         }
     }
 }
+
+/// What is counted grows as queries come near faces, and not when they come again.
+#[test]
+fn memory_is_what_was_made() {
+    let brep = load(MODELS[1], Shortcuts::ALL);
+    let ask = || {
+        let ball = Sphere::new(Point3::new(0.01, 0.02, 0.03), 2.51).expect("a ball");
+        let options = Options::default();
+        contact(
+            &brep,
+            &Probe::Sphere(ball),
+            &options,
+            &mut Workspace::default(),
+        )
+    };
+    let before = brep.bytes();
+    ask();
+    let after = brep.bytes();
+    // The socket's 8 patches with 3 by 3 homogeneous points with bounds, twice as wide in double-double: at the least.
+    assert!(after > before + 8 * 9 * 4 * (16 + 24), "{before} {after}");
+    ask();
+    assert_eq!(brep.bytes(), after);
+    // 10 MB would be a leak: the file has 25 kB.
+    assert!(after < 10_000_000, "{after}");
+}

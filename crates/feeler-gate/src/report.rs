@@ -11,6 +11,9 @@ use std::path::Path;
 pub struct Failure {
     /// `wrong`, `indeterminate`, `undecided`; `right` for the largest error above a ceiling.
     pub verdict: String,
+    /// The kind of the query, by the protocol's word.
+    #[serde(default)]
+    pub kind: String,
     /// Why.
     pub reason: String,
     /// File and line of the query.
@@ -52,6 +55,9 @@ pub struct Row {
     pub p99_microseconds: f64,
     /// Time of all its queries in seconds.
     pub seconds: f64,
+    /// The kinds of queries that were asked, by the protocol's words: how many, and their time in seconds.
+    #[serde(default)]
+    pub kinds: BTreeMap<String, (usize, f64)>,
     /// The ceilings that it was held against.
     pub ceilings: Ceilings,
     /// Which ceilings were exceeded; empty if the suite passed.

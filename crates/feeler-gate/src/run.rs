@@ -110,8 +110,10 @@ fn run_suite(
         let time = start.elapsed();
         let asked = asked(&query.query, loaded.size, gate.tolerance);
         let judgement = judge(&asked, &answer, &case.truth);
-        row.add(judgement, time, || Failure {
+        let kind = query.query.ask.word();
+        row.add(judgement, kind, time, || Failure {
             verdict: String::new(),
+            kind: kind.to_owned(),
             reason: String::new(),
             place: case.place(),
             command: engine
@@ -135,6 +137,7 @@ struct Tally {
     error_length: Option<f64>,
     derivative_error: Option<f64>,
     times: Vec<Duration>,
+    kinds: BTreeMap<String, (usize, f64)>,
     failures: Vec<Failure>,
     worst: Option<(f64, Failure)>,
 }
@@ -147,8 +150,17 @@ fn larger(a: Option<f64>, b: Option<f64>) -> Option<f64> {
 }
 
 impl Tally {
-    fn add(&mut self, judgement: Judgement, time: Duration, failure: impl Fn() -> Failure) {
+    fn add(
+        &mut self,
+        judgement: Judgement,
+        kind: &str,
+        time: Duration,
+        failure: impl Fn() -> Failure,
+    ) {
         self.queries += 1;
+        let (count, seconds) = self.kinds.entry(kind.to_owned()).or_default();
+        *count += 1;
+        *seconds += time.as_secs_f64();
         self.times.push(time);
         self.unbounded += usize::from(judgement.unbounded);
         match judgement.verdict {
@@ -253,6 +265,7 @@ impl Tally {
             median_microseconds: quantile(&self.times, 0.5),
             p99_microseconds: quantile(&self.times, 0.99),
             seconds: self.times.iter().sum::<Duration>().as_secs_f64(),
+            kinds: self.kinds,
             ceilings,
             short,
             failures: self.failures,

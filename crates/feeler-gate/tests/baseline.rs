@@ -21,6 +21,7 @@ fn row(suite: &str) -> Row {
         median_microseconds: 10.0,
         p99_microseconds: 100.0,
         seconds: 1.0,
+        kinds: BTreeMap::new(),
         ceilings: Ceilings {
             undecided: 5,
             error_ulp: Some(10.0),

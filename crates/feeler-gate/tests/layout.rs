@@ -22,6 +22,10 @@ fn row(suite: &str) -> Row {
         median_microseconds: 12.34,
         p99_microseconds: 99.9,
         seconds: 1.5,
+        kinds: BTreeMap::from([
+            ("inside".to_owned(), (200, 0.5)),
+            ("side".to_owned(), (1000, 1.0)),
+        ]),
         ceilings: Ceilings::default(),
         short: Vec::new(),
         failures: Vec::new(),
@@ -36,6 +40,7 @@ fn report() -> Report {
     };
     let failure = |number: usize| Failure {
         verdict: "wrong".to_owned(),
+        kind: "side".to_owned(),
         reason: "the side is outside".to_owned(),
         place: format!("corpora/fallen/queries.jsonl:{number}"),
         command: "echo '{\"id\":1}' | feeler contact part.3dm".to_owned(),
@@ -102,6 +107,9 @@ fn junit_of_many_failures() {
     fallen.failures = vec![one; 1000];
     fallen.failures[0].reason = "a bell \u{7}, a < b & \"c\"".to_owned();
     let text = report.junit(None);
-    assert_eq!(text.matches("<failure").count(), 51);
+    // The ceilings, and the kind that all of them are of.
+    assert_eq!(text.matches("<failure").count(), 2);
+    assert_eq!(text.matches("queries.jsonl:").count(), 50);
+    assert!(text.contains("1000 of 1000 queries fell short"));
     assert!(text.contains("a &lt; b &amp; ") && !text.contains('\u{7}'));
 }

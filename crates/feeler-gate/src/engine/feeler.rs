@@ -234,6 +234,10 @@ impl Engine for FeelerEngine {
         Ok(())
     }
 
+    fn memory(&self) -> Option<usize> {
+        Some(self.parts.iter().map(|p| p.brep.bytes()).sum())
+    }
+
     fn treats(&self, query: &Query) -> bool {
         let contact = matches!(query.ask, Ask::Contact(_)) && !query.overlap;
         !self.way.nurbs || contact && query.contacts != Some(Contacts::All)

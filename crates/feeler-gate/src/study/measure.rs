@@ -273,6 +273,7 @@ fn point(contender: &Contender, corpus: &Path, cases: &[Case], book: Book) -> Po
     failed.sort_by(|a, b| rank(a).cmp(&rank(b)).then(error(b).total_cmp(&error(a))));
     let witnesses = failed.iter().take(WITNESSES).map(|r| Failure {
         verdict: crate::run::verdict_word(r.judgement.verdict).to_owned(),
+        kind: cases[r.case].query.query.ask.word().to_owned(),
         reason: r.judgement.reason.clone().unwrap_or_default(),
         place: cases[r.case].place(),
         command: cases[r.case].command(corpus),

@@ -4,6 +4,7 @@
 //! digits are asked for, once in double-double.
 
 mod boundary;
+mod bytes;
 mod circle;
 pub(crate) mod closed;
 mod compose;

@@ -134,6 +134,11 @@ impl Cells {
         out
     }
 
+    pub(super) fn bytes(&self) -> usize {
+        (self.starts.capacity() + self.items.capacity()) * size_of::<u32>()
+            + self.known.capacity() * size_of::<Known>()
+    }
+
     fn cell(&self, i: usize, j: usize) -> usize {
         j * self.axes[0].count + i
     }

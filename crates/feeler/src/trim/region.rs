@@ -283,6 +283,19 @@ impl TrimRegion {
         RegionSide { side, in_gap }
     }
 
+    /// Bytes that its lists hold, arithmetic beyond f64 aside.
+    pub(crate) fn bytes(&self) -> usize {
+        let bezier = |n: usize| n * size_of::<[f64; 3]>();
+        let pieces = self.pieces.iter().map(|p| bezier(2 * p.bezier.capacity()));
+        let boundary = self.boundary.iter();
+        let boundary = boundary.map(|b| bezier(b.control_points.capacity()));
+        self.pieces.capacity() * size_of::<Piece>()
+            + self.boundary.capacity() * size_of::<BoundaryPiece>()
+            + self.parts.capacity() * size_of::<Part>()
+            + pieces.chain(boundary).sum::<usize>()
+            + self.cells.get().map_or(0, Cells::bytes)
+    }
+
     fn cells(&self) -> &Cells {
         self.cells
             .get_or_init(|| Cells::new(&self.pieces, &self.parts, self.grid))

@@ -1,0 +1,65 @@
+//! How much memory a prepared BREP holds.
+
+use super::{FaceGeometry, Image, Net, PreparedBrep, PreparedFace, Products};
+use std::sync::OnceLock;
+
+/// Of the elements that a list has room for; not of what these hold elsewhere.
+fn list<T>(v: &Vec<T>) -> usize {
+    v.capacity() * size_of::<T>()
+}
+
+fn net<T>(net: &Net<T>) -> usize {
+    list(&net.points)
+}
+
+fn products<T>(slots: &Vec<OnceLock<Products<T>>>) -> usize {
+    let made = slots.iter().filter_map(OnceLock::get);
+    let one = |p: &Products<T>| {
+        let own = list(&p.a.values) + list(&p.c.values);
+        own + p.b.iter().map(|b| list(&b.values)).sum::<usize>()
+    };
+    list(slots) + made.map(one).sum::<usize>()
+}
+
+fn geometry<T>(g: &FaceGeometry<T>) -> usize {
+    let patches: usize = g.patches.iter().map(|p| net(&p.net)).sum();
+    let curves: usize = g.curves.iter().map(|c| list(&c.points)).sum();
+    let made = g.pieces.iter().filter_map(OnceLock::get);
+    let pieces: usize = made
+        .map(|p| list(&p.local) + p.space.as_ref().map_or(0, net))
+        .sum();
+    let lists = list(&g.patches) + list(&g.curves) + list(&g.cuts) + list(&g.pieces);
+    let products = products(&g.patch_products) + products(&g.piece_products);
+    lists + list(&g.patch_boxes) + patches + curves + pieces + products
+}
+
+fn images<T>(slots: &Vec<OnceLock<Option<Image<T>>>>) -> usize {
+    let made = slots.iter().filter_map(|s| s.get()?.as_ref());
+    let one = |i: &Image<T>| {
+        let points: usize = i.stretches.iter().map(|s| list(&s.points)).sum();
+        list(&i.stretches) + points
+    };
+    list(slots) + made.map(one).sum::<usize>()
+}
+
+fn face(f: &PreparedFace) -> usize {
+    let region = f.region.get().map_or(0, |r| r.bytes());
+    let closed = f.closed.get().and_then(Option::as_ref);
+    let closed = closed.map_or(0, |c| list(&c.curves) + size_of_val(&c.surface));
+    region + closed + f.double.get().map_or(0, geometry) + f.double_double.get().map_or(0, geometry)
+}
+
+impl PreparedBrep {
+    /// Bytes that it holds now besides the BREP itself: what queries had it make so far. Counted are the lists that grow
+    /// with the model, as large as they were reserved; what the allocator adds is not known.
+    pub fn bytes(&self) -> usize {
+        let faces: usize = self.faces.iter().map(face).sum();
+        let cracks = list(&self.cracks) + list(&self.fine_cracks);
+        size_of::<Self>()
+            + list(&self.faces)
+            + faces
+            + cracks
+            + images(&self.images)
+            + images(&self.fine_images)
+    }
+}
