@@ -87,6 +87,9 @@ fn the_kernel_as_an_engine_outside() {
         for times in ["median_microseconds", "p99_microseconds", "seconds"] {
             assert!(row.remove(times).is_some_and(|t| t.as_f64() > Some(0.0)));
         }
+        for kind in row["kinds"].as_object_mut().unwrap().values_mut() {
+            assert!(kind.as_array_mut().unwrap().pop().unwrap().as_f64() > Some(0.0));
+        }
         // Another engine, another command that repeats a query.
         for failure in row["failures"].as_array_mut().unwrap() {
             failure.as_object_mut().unwrap().remove("command");
