@@ -41,8 +41,7 @@ struct Box64 {
     DyadicBox at;
     Net64 net;
     double lo;
-    bool inside;      // the region is known to hold the whole box
-    int made_at = 0;  // the level at which the net was made, not halved
+    bool inside;  // the region is known to hold the whole box
 };
 
 struct BoxMp {
@@ -77,12 +76,32 @@ class Search {
 
     // ---- phase 1: doubles
 
-    void lower_best64(double value, const Piece& s) {
+    // `border`: the point is known to be on the border of the domain.
+    void lower_best64(double value, const Piece& s, bool border = false) {
         if (value < best64_) {
             best64_ = value;
             answer_.face = s.face;
-            best_kind_ = s.kind;
+            best_kind_ = border ? PieceKind::Joint : s.kind;
         }
+    }
+
+    // Whether a point of a box, x and y of which are at its ends (-1, 1) or between (0), is on the
+    // border of the domain.
+    bool on_border(const Piece& s, const DyadicBox& b, int x, int y) const {
+        if (s.kind != PieceKind::Patch) return false;
+        const auto& domain = model_.face(s.face).region->domain();
+        const auto at = [&](int k, int end, int level, std::uint64_t index) {
+            if (end == 0) return false;
+            // One more than the last index: 2^level, where that is small enough.
+            if (end < 0 ? index != 0 : level > kDeepest || index + 1 != std::uint64_t(1) << level)
+                return false;
+            const size_t side = 2 * k + (end > 0 ? 1 : 0);
+            return s.uv[side] == domain[side];
+        };
+        return at(0, x, b.lu, b.iu) || at(1, y, b.lv, b.iv);
+    }
+    static int end_of(const Real& z) {
+        return z.sign() <= 0 ? -1 : mpfr_cmp_ui(z.get(), 1) >= 0 ? 1 : 0;
     }
 
     void corners64(const Box64& b, Degrees d) {
@@ -90,8 +109,9 @@ class Search {
         if (!s.attained || !(b.inside || !s.regional)) return;
         for (int i : {0, d.p})
             for (int j : {0, d.q}) {
-                const size_t k = d.index(i, j);
-                lower_best64(value_above(b.net.a[k], b.net.ra, b.net.b[k], b.net.rb), s);
+                const double value = value_above(b.net, d.index(i, j));
+                if (value < best64_)
+                    lower_best64(value, s, on_border(s, b.at, i == 0 ? -1 : 1, j == 0 ? -1 : 1));
             }
     }
 
@@ -158,22 +178,6 @@ class Search {
         queue64_.clear();
     }
 
-    // Doubles that have become too coarse for the box, where weights are far apart: the same box
-    // from the exact net.
-    void renew64(Box64& b, Degrees d) {
-        const Piece& s = *b.piece;
-        constexpr double kCoarse = 0x1p-24;
-        constexpr int kEvery = 4;  // halvings
-        const int level = b.at.lu + b.at.lv;
-        const double least = *std::min_element(b.net.b.begin(), b.net.b.end());
-        if (level < b.made_at + kEvery || b.net.rb < kCoarse * least) return;
-        b.net = objective_net64(o_, s, b.at);
-        b.made_at = level;
-        b.lo = std::max(b.lo, lower_bound(b.net));
-        work64_ += kMpWork * net_work(o_, s);
-        corners64(b, d);
-    }
-
     void treat64(Item64 b) {
         const Piece& s = *b->piece;
         const Degrees d = objective_degrees(o_, s);
@@ -215,16 +219,11 @@ class Search {
             }
         }
         // No more to gain in doubles: the gap is of the size of the radii.
-        const double least_b =
-            std::max(0.0, *std::min_element(b->net.b.begin(), b->net.b.end()) - b->net.rb);
         constexpr double kNoise = 16;
-        const bool noise =
-            bounded &&
-            best64_ - b->lo <=
-                kNoise * (b->net.ra + std::max(std::fabs(b->lo), std::fabs(best64_)) * b->net.rb) /
-                    least_b;
-        if (noise || deepest(b->at, d) || (d.p == 0 && d.q == 0) || work64_ >= budget_.nodes64 ||
-            (bounded && curvature(b->net, d, t, ma, mb).convex(d))) {
+        const double largest = std::max(std::fabs(b->lo), std::fabs(best64_));
+        const bool noise = bounded && best64_ - b->lo <= kNoise * b->net.noise(largest);
+        if (noise || deepest(b->at, d, s.far) || (d.p == 0 && d.q == 0) ||
+            work64_ >= budget_.nodes64 || (bounded && curvature(b->net, d, t, ma, mb).convex(d))) {
             if (s.attained && b->inside) sharpen64(*b, d);
             finals64_.push_back(std::move(b));
             return;
@@ -232,18 +231,25 @@ class Search {
         std::vector<double> h(b->net.a);
         if (bounded)
             for (size_t i = 0; i < h.size(); ++i) h[i] -= best64_ * b->net.b[i];
-        const bool along_u = split_along_u(h, d, b->at);
+        bool along_u = split_along_u(h, d, b->at);
+        // What is next to 1 cannot be cut as finely: half of the levels are left to the second
+        // phase, whose balanced feet may do without them.
+        constexpr int kBits = 32;
+        if (s.far && !may_halve(b->at, along_u, true, kBits)) {
+            finals64_.push_back(std::move(b));
+            return;
+        }
+        along_u = allowed_along_u(along_u, d, b->at, s.far);
         Item64 halves[2];
         for (int k = 0; k < 2; ++k)
             halves[k] = std::make_unique<Box64>(
-                Box64{&s, s.face, b->at.half(along_u, k == 1), {}, 0, b->inside, b->made_at});
+                Box64{&s, s.face, b->at.half(along_u, k == 1), {}, 0, b->inside});
         split64(b->net, d, along_u, halves[0]->net, halves[1]->net);
         work64_ += 2 * box_work(d);
         for (Item64& half : halves) {
             half->lo = std::max(b->lo, lower_bound(half->net));
             ++answer_.nodes64;
             corners64(*half, d);
-            renew64(*half, d);
             push64(std::move(half));
         }
     }
@@ -255,16 +261,19 @@ class Search {
         const double t = best64_ < kInfinity ? best64_ : b.lo;
         for (size_t i = 0; i < h.size(); ++i) h[i] -= t * b.net.b[i];
         const Newton64 at = newton64(h, d, 0.5, 0.5);
-        lower_best64(value_above(b.net, d, at.x, at.y), *b.piece);
+        const double value = value_above(b.net, d, at.x, at.y);
+        if (value < best64_)
+            lower_best64(value, *b.piece,
+                         on_border(*b.piece, b.at, end_of(Real(at.x)), end_of(Real(at.y))));
     }
 
     // ---- phase 2: MPFR
 
-    void lower_best(const Real& value, const Piece& s) {
+    void lower_best(const Real& value, const Piece& s, bool border = false) {
         if (value < best_) {
             best_ = value;
             answer_.face = s.face;
-            best_kind_ = s.kind;
+            best_kind_ = border ? PieceKind::Joint : s.kind;
         }
     }
 
@@ -274,7 +283,9 @@ class Search {
         for (int i : {0, d.p})
             for (int j : {0, d.q}) {
                 const size_t k = d.index(i, j);
-                lower_best(divide_positive(b.net.a[k], b.net.b[k]).hi, s);
+                const Real value = divide_positive(b.net.a[k], b.net.b[k]).hi;
+                if (value < best_)
+                    lower_best(value, s, on_border(s, b.at, i == 0 ? -1 : 1, j == 0 ? -1 : 1));
             }
     }
 
@@ -285,27 +296,23 @@ class Search {
     // Final: nothing more can be learnt by splitting.
     Verdict close(BoxMp& b, Degrees d) {
         const Piece& s = *b.piece;
-        const auto f = foot(b.net, d, b.lo, best_);
+        const auto f = foot(b.net, d, b.lo, best_, s.far);
         if (!f) return Verdict::Open;
         work_ += box_work(d);
         b.lo = f->lo;
         if (best_ < b.lo) return Verdict::Gone;
         // Is x on the face?
         if (!s.regional || b.inside) {
-            if (s.attained) lower_best(f->t, s);
+            if (s.attained && f->t < best_)
+                lower_best(f->t, s, on_border(s, b.at, end_of(f->x), end_of(f->y)));
         } else if (f->convex) {
             bool held = false;
-            const auto around = [&f](const Real& z, bool free) {
-                if (!free) return Interval(z);
-                const Real below = sub_down(z, f->radius), above = add_up(z, f->radius);
-                const Real zero(0.0), one(1.0);
-                return Interval(below < zero ? zero : below, one < above ? one : above);
-            };
             work_ += kRegionWork;
-            const BoxSide where = exact_side(region(s), b.at, around(f->x, d.p > 0),
-                                             around(f->y, d.q > 0), f->x, f->y, held);
+            const BoxSide where =
+                exact_side(region(s), b.at, f->around[0], f->around[1], f->x, f->y, held);
             if (where == BoxSide::Outside) return Verdict::Gone;
-            if (held) lower_best(f->t, s);
+            if (held && f->t < best_)
+                lower_best(f->t, s, on_border(s, b.at, end_of(f->x), end_of(f->y)));
             // The region's boundary passes within the radius: not worth resolving further.
             constexpr double kUnresolved = 0x1p-160;
             if (where == BoxSide::Mixed && !held && f->radius < Real(kUnresolved))
@@ -344,7 +351,7 @@ class Search {
             if (monotone(b->net, d, true, range) || monotone(b->net, d, false, range)) continue;
             if (curvature(b->net, d, range).convex(d)) continue;
             work += std::max(1.0, box_work(d));
-            if (work > kWork || deepest(b->at, d)) return false;
+            if (work > kWork || deepest(b->at, d, b->piece->far)) return false;
             for (auto& half : halves(*b, d)) boxes.push_back(std::move(half));
         }
         return true;
@@ -353,7 +360,8 @@ class Search {
     std::array<ItemMp, 2> halves(const BoxMp& b, Degrees d) const {
         long exponent = 0;
         const Real& t = mpfr_number_p(best_.get()) ? best_ : b.lo;
-        const bool along_u = split_along_u(scaled_difference(b.net, t, exponent), d, b.at);
+        const bool along_u = allowed_along_u(
+            split_along_u(scaled_difference(b.net, t, exponent), d, b.at), d, b.at, b.piece->far);
         std::array<ItemMp, 2> r;
         for (int k = 0; k < 2; ++k)
             r[k] = std::make_unique<BoxMp>(
@@ -459,7 +467,7 @@ class Search {
         }
         const Verdict verdict = bounded ? close(*b, d) : Verdict::Open;
         if (verdict == Verdict::Gone) return;
-        if (verdict != Verdict::Open || deepest(b->at, d)) {
+        if (verdict != Verdict::Open || deepest(b->at, d, s.far)) {
             keep(b->lo);
             open_ |= verdict == Verdict::Open;
             if (verdict == Verdict::Level && !open_) {

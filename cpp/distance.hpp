@@ -54,7 +54,7 @@ struct DistanceAnswer {
 // In boxes of a bicubic patch: what has more coefficients counts for more, so that this bounds
 // the time.
 struct DistanceBudget {
-    double nodes64 = 50000;
+    double nodes64 = 200000;
     double nodes = 20000;
 };
 

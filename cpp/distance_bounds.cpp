@@ -10,17 +10,31 @@ constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 double clamp_down(double x) { return std::isnan(x) ? -kInfinity : x; }
 
-// Coefficients of a difference scheme of A - T B: T is the same number in all of them, so the
-// differences are formed first. `weight`: sum of magnitudes of the scheme's factors.
-Interval64 difference64(double da, double db, double ra, double rb, double weight, double ma,
-                        double mb, const Interval64& t) {
-    // Each difference is a sum of at most 4 terms: 3 roundings of at most weight max 2^-53
-    // each.
-    const double ea = next_up(weight * next_up(ra + ma * 0x1p-51));
-    const double eb = next_up(weight * next_up(rb + mb * 0x1p-51));
-    return Interval64(next_down(da - ea), next_up(da + ea)) -
-           t * Interval64(next_down(db - eb), next_up(db + eb));
-}
+// Coefficients of difference schemes of A - T B: T is the same number in all of them, so the
+// differences are formed first.
+class Differences64 {
+ public:
+    // ma, mb: the magnitudes of a and b.
+    Differences64(const Net64& n, double ma, double mb)
+        : a_(next_up(n.ra + ma * 0x1p-51)),
+          b_(next_up(n.rb + mb * 0x1p-51)),
+          ea_(next_up(n.ea + n.ratio * 0x1p-51)),
+          eb_(next_up(n.eb + 0x1p-51)) {}
+
+    // `weight`: the sum of the magnitudes of the scheme's factors; `sum`: of their products with
+    // the b_k. A difference has at most 4 terms: 3 roundings of at most 2^-53 of weight max |a|, or
+    // of ratio times `sum`.
+    Interval64 of(double da, double db, double weight, double sum, const Interval64& t) const {
+        const double s = next_up(sum * (1 + 0x1p-50));
+        const double ea = next_up(std::min(weight * a_, ea_ * s));
+        const double eb = next_up(std::min(weight * b_, eb_ * s));
+        return Interval64(next_down(da - ea), next_up(da + ea)) -
+               t * Interval64(next_down(db - eb), next_up(db + eb));
+    }
+
+ private:
+    double a_, b_, ea_, eb_;
+};
 
 // Differences to derivatives.
 Curvature finish(Curvature r, Degrees d) {
@@ -94,25 +108,38 @@ double Curvature::least_eigenvalue(Degrees d) const {
 double lower_bound(const Net64& n) {
     double lo = kInfinity;
     for (size_t i = 0; i < n.a.size(); ++i) {
-        const double a = next_down(n.a[i] - n.ra);
-        const double b = a >= 0 ? next_up(n.b[i] + n.rb) : next_down(n.b[i] - n.rb);
+        const double a = next_down(n.a[i] - n.error_a(i)), rb = n.error_b(i);
+        const double b = a >= 0 ? next_up(n.b[i] + rb) : next_down(n.b[i] - rb);
         if (b <= 0) return -kInfinity;
         lo = std::min(lo, next_down(a / b));
     }
     return clamp_down(lo);
 }
 
-double value_above(double a, double ra, double b, double rb) {
+namespace {
+
+// Above a / b for a, b within ra, rb of the values.
+double quotient_above(double a, double ra, double b, double rb) {
     const double high = next_up(a + ra);
     const double below = high >= 0 ? next_down(b - rb) : next_up(b + rb);
     return below > 0 ? next_up(high / below) : kInfinity;
 }
 
+}  // namespace
+
+double value_above(const Net64& n, size_t k) {
+    return quotient_above(n.a[k], n.error_a(k), n.b[k], n.error_b(k));
+}
+
 double value_above(const Net64& n, Degrees d, double x, double y) {
-    // de Casteljau: each of the p + q levels rounds three times; twice that is allowed for.
+    // de Casteljau: each of the p + q levels rounds three times, by parts of sums of magnitudes;
+    // twice that is allowed for, also in the value of b, below.
     const double errors = 8 * (d.p + d.q + 1) * 0x1p-53;
-    return value_above(value64(n.a, d, x, y), next_up(n.ra + errors * magnitude(n.a)),
-                       value64(n.b, d, x, y), next_up(n.rb + errors * magnitude(n.b)));
+    const double a = value64(n.a, d, x, y), b = value64(n.b, d, x, y), s = b * (1 + errors);
+    const double ra = next_up(n.ra + errors * magnitude(n.a));
+    const double rb = next_up(n.rb + errors * magnitude(n.b));
+    return quotient_above(a, std::min(ra, next_up(next_up(n.ea + errors * n.ratio) * s)), b,
+                          std::min(rb, next_up(next_up(n.eb + errors) * s)));
 }
 
 double magnitude(const std::vector<double>& c) {
@@ -124,12 +151,13 @@ double magnitude(const std::vector<double>& c) {
 bool monotone(const Net64& n, Degrees d, bool along_u, const Interval64& t, double ma, double mb) {
     if ((along_u ? d.p : d.q) == 0) return false;
     const size_t step = along_u ? d.q + 1 : 1;
+    const Differences64 difference(n, ma, mb);
     bool up = true, down = true;
     for (int i = 0; i <= d.p - (along_u ? 1 : 0); ++i)
         for (int j = 0; j <= d.q - (along_u ? 0 : 1); ++j) {
             const size_t k = d.index(i, j);
-            const Interval64 x = difference64(n.a[k + step] - n.a[k], n.b[k + step] - n.b[k], n.ra,
-                                              n.rb, 2, ma, mb, t);
+            const Interval64 x = difference.of(n.a[k + step] - n.a[k], n.b[k + step] - n.b[k], 2,
+                                               n.b[k + step] + n.b[k], t);
             up &= x.lo > 0;
             down &= x.hi < 0;
             if (!up && !down) return false;
@@ -139,10 +167,12 @@ bool monotone(const Net64& n, Degrees d, bool along_u, const Interval64& t, doub
 
 Curvature curvature(const Net64& n, Degrees d, const Interval64& t, double ma, double mb) {
     Curvature r{kInfinity, kInfinity, 0};
+    const Differences64 difference(n, ma, mb);
     const auto second = [&](size_t k, size_t step) {
-        return difference64(n.a[k + 2 * step] - 2 * n.a[k + step] + n.a[k],
-                            n.b[k + 2 * step] - 2 * n.b[k + step] + n.b[k], n.ra, n.rb, 4, ma, mb,
-                            t)
+        const double ends = n.b[k + 2 * step] + n.b[k], middle = 2 * n.b[k + step];
+        return difference
+            .of(n.a[k + 2 * step] - 2 * n.a[k + step] + n.a[k], n.b[k + 2 * step] - middle + n.b[k],
+                4, ends + middle, t)
             .lo;
     };
     const size_t w = d.q + 1;
@@ -153,9 +183,10 @@ Curvature curvature(const Net64& n, Degrees d, const Interval64& t, double ma, d
     for (int i = 0; i < d.p; ++i)
         for (int j = 0; j < d.q; ++j) {
             const size_t k = d.index(i, j);
-            const Interval64 x = difference64(n.a[k + w + 1] - n.a[k + w] - n.a[k + 1] + n.a[k],
-                                              n.b[k + w + 1] - n.b[k + w] - n.b[k + 1] + n.b[k],
-                                              n.ra, n.rb, 4, ma, mb, t);
+            const double sum = n.b[k + w + 1] + n.b[k + w] + n.b[k + 1] + n.b[k];
+            const Interval64 x =
+                difference.of(n.a[k + w + 1] - n.a[k + w] - n.a[k + 1] + n.a[k],
+                              n.b[k + w + 1] - n.b[k + w] - n.b[k + 1] + n.b[k], 4, sum, t);
             r.uv = std::max(r.uv, std::max(-x.lo, x.hi));
         }
     return finish(r, d);
@@ -242,7 +273,6 @@ bool split_along_u(const std::vector<double>& h, Degrees d, const DyadicBox& at)
     if (d.q == 0) return true;
     if (d.p == 0) return false;
     constexpr double kSlopeWeight = 1.0 / 16;
-    constexpr int kMostUneven = 40;
     double u = 0, v = 0;
     const size_t w = d.q + 1;
     for (int i = 0; i <= d.p; ++i)
@@ -255,13 +285,20 @@ bool split_along_u(const std::vector<double>& h, Degrees d, const DyadicBox& at)
             if (j + 2 <= d.q)
                 v = std::max(v, d.q * (d.q - 1) * std::fabs(h[k + 2] - 2 * h[k + 1] + h[k]));
         }
-    if (at.lu >= kDeepest || at.lu > at.lv + kMostUneven) return false;
-    if (at.lv >= kDeepest || at.lv > at.lu + kMostUneven) return true;
     return u > v || (u == v && at.lu <= at.lv);
 }
 
-bool deepest(const DyadicBox& at, Degrees d) {
-    return (d.p == 0 || at.lu >= kDeepest) && (d.q == 0 || at.lv >= kDeepest);
+bool allowed_along_u(bool wanted, Degrees d, const DyadicBox& at, bool far) {
+    if (d.q == 0) return true;
+    if (d.p == 0) return false;
+    const int most_uneven = far ? 120 : 40;
+    if (!may_halve(at, true, far) || at.lu > at.lv + most_uneven) return false;
+    if (!may_halve(at, false, far) || at.lv > at.lu + most_uneven) return true;
+    return wanted;
+}
+
+bool deepest(const DyadicBox& at, Degrees d, bool far) {
+    return (d.p == 0 || !may_halve(at, true, far)) && (d.q == 0 || !may_halve(at, false, far));
 }
 
 }  // namespace feeler_oracle

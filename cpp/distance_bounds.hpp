@@ -23,8 +23,8 @@ struct Curvature {
 // Below A / B on the box (item 1); -infinity if nothing is known.
 double lower_bound(const Net64& n);
 
-// Above a / b for a, b within ra, rb of the values.
-double value_above(double a, double ra, double b, double rb);
+// Above a_k / b_k.
+double value_above(const Net64& n, size_t k);
 // Above the value at a local point.
 double value_above(const Net64& n, Degrees d, double x, double y);
 
@@ -50,6 +50,8 @@ std::vector<double> scaled_difference(const NetMp& n, const Real& t, long& expon
 // The direction in which h bends most (with some weight on its slope, for boxes that shrink only
 // to get clear of the region's boundary).
 bool split_along_u(const std::vector<double>& h, Degrees d, const DyadicBox& at);
-bool deepest(const DyadicBox& at, Degrees d);
+// Whether to split along u after all: boxes are not made too uneven, nor too small.
+bool allowed_along_u(bool wanted, Degrees d, const DyadicBox& at, bool far);
+bool deepest(const DyadicBox& at, Degrees d, bool far);
 
 }  // namespace feeler_oracle

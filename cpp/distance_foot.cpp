@@ -52,9 +52,61 @@ Real least_over_lines(const NetMp& net, Degrees d, const Interval& t, bool along
     return least;
 }
 
-}  // namespace
+// Where weights are far apart over the box, the bounds of item 3 lose by the least of them. With
+// x / (1 - x) = 2^k s / (1 - s) the coefficients of s are those of x times 2^(k i), exactly (The
+// NURBS Book, 6.8). k is taken so that the two ends weigh about the same.
+class Balance {
+ public:
+    Balance(const NetMp& net, Degrees d) : k_{along(net, d, true), along(net, d, false)} {}
 
-std::optional<Foot> foot(const NetMp& net, Degrees d, const Real& lo, const Real& best) {
+    bool needed() const { return k_[0] != 0 || k_[1] != 0; }
+    NetMp balanced(NetMp net, Degrees d) const {
+        for (auto* c : {&net.a, &net.b})
+            for (int i = 0; i <= d.p; ++i)
+                for (int j = 0; j <= d.q; ++j)
+                    for (Real* x : {&(*c)[d.index(i, j)].lo, &(*c)[d.index(i, j)].hi})
+                        mpfr_mul_2si(x->get(), x->get(), k_[0] * i + k_[1] * j, MPFR_RNDN);
+        return net;
+    }
+    // From s to x, enclosed.
+    Interval back(int axis, const Interval& s) const {
+        const auto end = [&](const Real& z, mpfr_rnd_t down) {
+            // x = 2^k s / (2^k s + (1 - s)) increases with s.
+            Real a, b;
+            const mpfr_rnd_t up = down == MPFR_RNDD ? MPFR_RNDU : MPFR_RNDD;
+            mpfr_mul_2si(a.get(), z.get(), k_[axis], MPFR_RNDN);
+            if (a.sign() == 0) return a;
+            // x = 1 / (1 + (1 - s) / (2^k s)).
+            mpfr_ui_sub(b.get(), 1, z.get(), up);
+            mpfr_div(b.get(), b.get(), a.get(), up);
+            mpfr_add_ui(b.get(), b.get(), 1, up);
+            mpfr_ui_div(b.get(), 1, b.get(), down);
+            return b;
+        };
+        return {end(s.lo, MPFR_RNDD), end(s.hi, MPFR_RNDU)};
+    }
+
+ private:
+    static long along(const NetMp& net, Degrees d, bool along_u) {
+        const int n = along_u ? d.p : d.q, lines = along_u ? d.q : d.p;
+        if (n == 0) return 0;
+        long first = std::numeric_limits<long>::min(), last = first;
+        for (int m = 0; m <= lines; ++m) {
+            const auto exponent = [&](int i) {
+                const size_t k = along_u ? d.index(i, m) : d.index(m, i);
+                return long(mpfr_get_exp(net.b[k].hi.get()));
+            };
+            first = std::max(first, exponent(0));
+            last = std::max(last, exponent(n));
+        }
+        return (first - last) / n;
+    }
+
+    std::array<long, 2> k_;
+};
+
+// Of a net that is balanced already, in its own parameters.
+std::optional<Foot> balanced_foot(const NetMp& net, Degrees d, const Real& lo, const Real& best) {
     Real least_b = net.b[0].lo;
     for (const Interval& x : net.b)
         if (x.lo < least_b) least_b = x.lo;
@@ -167,6 +219,34 @@ std::optional<Foot> foot(const NetMp& net, Degrees d, const Real& lo, const Real
         if (d.q > 0) push = add_up(push, add_up(size(gv), mul_up(slack, size(w.v))));
         r.radius = m.sign() > 0 ? div_up(push, m) : Real(1.0);
     }
+    const auto around = [&r](const Real& z, bool free) {
+        if (!free) return Interval(z);
+        const Real below = sub_down(z, r.radius), above = add_up(z, r.radius);
+        const Real zero(0.0), one(1.0);
+        return Interval(below < zero ? zero : below, one < above ? one : above);
+    };
+    r.around = {around(r.x, d.p > 0), around(r.y, d.q > 0)};
+    return r;
+}
+
+}  // namespace
+
+std::optional<Foot> foot(const NetMp& net, Degrees d, const Real& lo, const Real& best, bool far) {
+    if (!far) return balanced_foot(net, d, lo, best);
+    const Balance balance(net, d);
+    if (!balance.needed()) return balanced_foot(net, d, lo, best);
+    auto r = balanced_foot(balance.balanced(net, d), d, lo, best);
+    if (!r) return r;
+    // The bounds hold as they are: it is the same function on the same box. The point is another
+    // one after rounding.
+    const auto back = [&](int axis, const Real& s) {
+        return balance.back(axis, Interval(s)).middle();
+    };
+    r->x = back(0, r->x);
+    r->y = back(1, r->y);
+    for (int k = 0; k < 2; ++k) r->around[k] = balance.back(k, r->around[k]);
+    const Jet a = evaluate_net(net.a, d, r->x, r->y), w = evaluate_net(net.b, d, r->x, r->y);
+    r->t = divide_positive(a.f, w.f).hi;
     return r;
 }
 

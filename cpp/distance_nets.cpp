@@ -3,6 +3,8 @@
 namespace feeler_oracle {
 namespace {
 
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
 template <class T>
 const T& choose(int n, int k);
 template <>
@@ -115,7 +117,7 @@ void restrict_along(std::vector<Interval>& c, int p, int q, bool along_u, int le
     const int n = along_u ? p : q, lines = along_u ? q : p;
     const int step = along_u ? q + 1 : 1, line_step = along_u ? 1 : q + 1;
     Real a, b, t;
-    mpfr_set_ui_2exp(a.get(), index, -level, MPFR_RNDN);  // exact: index < 2^kDeepest
+    mpfr_set_ui_2exp(a.get(), index, -level, MPFR_RNDN);  // exact
     mpfr_set_ui_2exp(b.get(), index + 1, -level, MPFR_RNDN);
     // Over [0, b], then from a / b, which is enclosed.
     const Interval ib(b), ratio = divide_positive(Interval(a), ib);
@@ -136,25 +138,30 @@ void restrict_along(std::vector<Interval>& c, int p, int q, bool along_u, int le
 
 }  // namespace
 
+double Net64::noise(double f) const {
+    const double least = std::max(0.0, *std::min_element(b.begin(), b.end()) - rb);
+    return std::min((ra + f * rb) / least, ea + f * eb);
+}
+
 Net64 objective_net64(const Objective& o, const Piece& s) {
     std::vector<Interval64> a, b;
     objective<Interval64>(o, s.net64, s.p, s.q, a, b);
     Net64 r;
     centre(a, r.a, r.ra);
     centre(b, r.b, r.rb);
-    return r;
-}
-
-Net64 objective_net64(const Objective& o, const Piece& s, const DyadicBox& box) {
-    const NetMp net = objective_net(o, s, box);
-    const auto outer = [](const std::vector<Interval>& c) {
-        std::vector<Interval64> x;
-        for (const Interval& i : c) x.push_back(i.outer());
-        return x;
-    };
-    Net64 r;
-    centre(outer(net.a), r.a, r.ra);
-    centre(outer(net.b), r.b, r.rb);
+    if (!s.far) {
+        // The bounds for all alike are as good.
+        r.ea = r.eb = kInfinity;
+        return r;
+    }
+    for (size_t k = 0; k < b.size(); ++k) {
+        const auto part = [&](const Interval64& x, double middle) {
+            return next_up(std::max(next_up(x.hi - middle), next_up(middle - x.lo)) / r.b[k]);
+        };
+        r.ea = std::max(r.ea, part(a[k], r.a[k]));
+        r.eb = std::max(r.eb, b[k].lo > 0 ? part(b[k], r.b[k]) : kInfinity);
+        r.ratio = std::max(r.ratio, next_up(std::fabs(r.a[k]) / r.b[k]));
+    }
     return r;
 }
 
@@ -162,16 +169,26 @@ void split64(const Net64& n, Degrees d, bool along_u, Net64& left, Net64& right)
     split_coefficients(n.a, d, along_u, left.a, right.a);
     split_coefficients(n.b, d, along_u, left.b, right.b);
     const int degree = along_u ? d.p : d.q;
+    constexpr double kTiny = std::numeric_limits<double>::denorm_min();
     // One averaging errs by at most 2^-53 of the larger operand (halving is exact, or loses a
     // denormal); twice that also covers the growth of the maximum and the sums below.
     const auto grown = [degree](const std::vector<double>& c, double radius) {
         double m = 0;
         for (double x : c) m = std::max(m, std::fabs(x));
-        return next_up(radius +
-                       degree * (m * 0x1p-52 + 2 * std::numeric_limits<double>::denorm_min()));
+        return next_up(radius + degree * (m * 0x1p-52 + 2 * kTiny));
     };
     left.ra = right.ra = grown(n.a, n.ra);
     left.rb = right.rb = grown(n.b, n.rb);
+    // Let a, a', b, b' be averaged, s = (b + b') / 2 and u = 2^-53. The result is off by at most
+    // ea s + u ratio s + kTiny, or eb s + u s + kTiny; and s <= (1 + 2 u) of what is computed for
+    // it, as all b are positive and far from denormals. So each of `degree` averagings adds u ratio
+    // (or u) and the denormal's part and multiplies by 1 + 2 u; and ratio grows by (1 + u) (1 + 2
+    // u) at most. Twice all that covers the roundings here.
+    const double least = *std::min_element(n.b.begin(), n.b.end());
+    const double tiny = kTiny / least, growth = 1 + degree * 0x1p-50;
+    left.ea = right.ea = (n.ea + degree * (n.ratio * 0x1p-52 + 2 * tiny)) * growth;
+    left.eb = right.eb = (n.eb + degree * (0x1p-52 + 2 * tiny)) * growth;
+    left.ratio = right.ratio = n.ratio * growth;
 }
 
 NetMp objective_net(const Objective& o, const Piece& s, const DyadicBox& box) {

@@ -82,6 +82,8 @@ struct Piece {
     Q t0 = Q(0), t1 = Q(0);
     // The true image is within this of the net's points.
     double slack = 0;
+    // Whether weights are more than 2^10 apart.
+    bool far = false;
 };
 
 // An arc of a face's loops (or a part of one), X, Y, W enclosed.

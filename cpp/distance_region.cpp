@@ -14,7 +14,7 @@ namespace {
 Interval64 in_square64(int level, std::uint64_t index, const Interval64& local) {
     const Interval64 s = Interval64(std::ldexp(1.0, -level)) * (Interval64(double(index)) + local);
     const bool first = index == 0 && local.lo == 0;
-    const bool last = index + 1 == (std::uint64_t(1) << level) && local.hi == 1;
+    const bool last = level <= kDeepest && index + 1 == std::uint64_t(1) << level && local.hi == 1;
     return {first ? 0.0 : std::max(0.0, s.lo), last ? 1.0 : std::min(1.0, s.hi)};
 }
 

@@ -25,6 +25,13 @@ Piece make_piece(PieceKind kind, int face, int p, int q, HomogeneousNet net) {
         r.box[2 * k] = lo;
         r.box[2 * k + 1] = hi;
     }
+    constexpr double kFar = 0x1p10;
+    double light = kInfinity, heavy = 0;
+    for (const Interval64& w : r.net64[3]) {
+        light = std::min(light, w.lo);
+        heavy = std::max(heavy, w.hi);
+    }
+    r.far = heavy > kFar * light;
     return r;
 }
 
