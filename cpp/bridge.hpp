@@ -11,6 +11,7 @@
 namespace feeler_oracle {
 
 struct RawContacts;
+struct RawCriticalPoints;
 struct RawDerivativeRoots;
 struct RawDistance;
 struct RawCrack;
@@ -82,6 +83,11 @@ RawLine line_truth(const Core& core, rust::Slice<const double> origin,
                    rust::Slice<const double> direction, std::uint8_t kind);
 // Of edge `edge` of all; fewer than two images: not `shared`.
 RawCrack crack_of(const Core& core, std::size_t edge);
+// Of the polynomial with these Bernstein coefficients (root_candidates.hpp).
+rust::Vec<double> eigen_candidates(rust::Slice<const double> bernstein);
+// Of the distance from a point to one polynomial patch (critical_points.hpp).
+RawCriticalPoints critical_points_of(std::size_t p, std::size_t q, rust::Slice<const double> net,
+                                     const std::array<double, 3>& point);
 // By so many rays, which must agree.
 RawInside inside_of(const Core& core, double x, double y, double z, std::int32_t rays);
 

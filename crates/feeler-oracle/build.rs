@@ -49,12 +49,14 @@ fn main() {
 
     /// Ends the build with what to install unless every header is found.
     fn probe(cpp: &Path) {
-        const NEEDED: [(&str, &str); 5] = [
+        const NEEDED: [(&str, &str); 6] = [
             ("CGAL/version.h", "libcgal-dev"),
             ("gmp.h", "libgmp-dev"),
             ("mpfr.h", "libmpfr-dev"),
             ("mpfi.h", "libmpfi-dev"),
             ("boost/version.hpp", "libboost-dev"),
+            // Debian keeps it one folder down; elsewhere it may be in the path itself.
+            ("eigen3/Eigen/Eigenvalues", "libeigen3-dev"),
         ];
         let missing: Vec<&str> = NEEDED
             .iter()
@@ -82,7 +84,11 @@ fn main() {
         let out = PathBuf::from(std::env::var("OUT_DIR").unwrap_or_default());
         let file = out.join("probe.cpp");
         // gmp.h and friends need size_t and FILE first.
-        let text = format!("#include <cstddef>\n#include <cstdio>\n#include <{header}>\n");
+        let bare = header.strip_prefix("eigen3/").unwrap_or(header);
+        let text = format!(
+            "#include <cstddef>\n#include <cstdio>\n#if __has_include(<{bare}>)\n\
+             #include <{bare}>\n#else\n#include <{header}>\n#endif\n"
+        );
         if let Err(e) = std::fs::write(&file, text) {
             fail(&format!("cannot write {}: {e}", file.display()));
         }

@@ -124,6 +124,19 @@ pub(crate) mod ffi {
         nodes: u64,
     }
 
+    /// `kind`: 0 a local minimiser, 1 none, 2 not known; `at` as in `RawEntry`.
+    struct RawCriticalPoint {
+        distance: RawEnclosure,
+        at: [f64; 6],
+        kind: u8,
+        inner: bool,
+    }
+
+    struct RawCriticalPoints {
+        all: bool,
+        points: Vec<RawCriticalPoint>,
+    }
+
     unsafe extern "C++" {
         include!("bridge.hpp");
 
@@ -218,6 +231,13 @@ pub(crate) mod ffi {
         ) -> Result<RawContacts>;
         fn join_width(core: &Core) -> Result<f64>;
         fn inside_of(core: &Core, x: f64, y: f64, z: f64, rays: i32) -> Result<RawInside>;
+        fn critical_points_of(
+            p: usize,
+            q: usize,
+            net: &[f64],
+            point: &[f64; 3],
+        ) -> Result<RawCriticalPoints>;
+        fn eigen_candidates(bernstein: &[f64]) -> Result<Vec<f64>>;
         fn set_rounding_upward(upward: bool);
     }
 }

@@ -28,6 +28,16 @@ fn axis(raw: &ffi::RawAxisRoots) -> Result<AxisRootsTruth, OracleError> {
     })
 }
 
+/// Real numbers in [0, 1] near which the polynomial with these Bernstein coefficients may have roots, ascending:
+/// eigenvalues of its colleague matrix, by Eigen (`cpp/root_candidates.hpp`). Nothing is proven of them; see
+/// [`second::root_brackets`](crate::second::root_brackets).
+///
+/// # Errors
+/// [`OracleError::NotBuilt`] without the feature `cgal`.
+pub fn eigen_candidates(bernstein: &[f64]) -> Result<Vec<f64>, OracleError> {
+    Ok(ffi::eigen_candidates(bernstein)?)
+}
+
 impl Oracle {
     /// All roots of u' and v' of trim `trim` of loop `trim_loop` of a face (both counted from 0), in
     /// the parameter of the trim's curve, over the trim's span: with multiplicities, each in an interval

@@ -19,6 +19,8 @@ mod contacts;
 #[cfg(feature = "cgal")]
 mod convert;
 #[cfg(feature = "cgal")]
+mod critical_points;
+#[cfg(feature = "cgal")]
 mod derivative_roots;
 #[cfg(feature = "cgal")]
 mod distance;
@@ -34,11 +36,15 @@ mod stub;
 mod truth;
 
 #[cfg(feature = "cgal")]
+pub use critical_points::critical_points;
+#[cfg(feature = "cgal")]
+pub use derivative_roots::eigen_candidates;
+#[cfg(feature = "cgal")]
 pub use oracle::{Oracle, set_rounding_upward};
 #[cfg(not(feature = "cgal"))]
-pub use stub::Oracle;
+pub use stub::{Oracle, critical_points, eigen_candidates};
 pub use truth::{
-    AxisRootsTruth, ContactTruth, ContactsTruth, DerivativeRootTruth, DerivativeRootsTruth,
-    DistanceStatus, DistanceTruth, Evaluation, InsideTruth, LineHitTruth, LineOpen, LineTruth,
-    OracleError, SideTruth, TruthEnclosure,
+    AxisRootsTruth, ContactTruth, ContactsTruth, CriticalPoint, CriticalPoints,
+    DerivativeRootTruth, DerivativeRootsTruth, DistanceStatus, DistanceTruth, Evaluation,
+    InsideTruth, LineHitTruth, LineOpen, LineTruth, OracleError, SideTruth, TruthEnclosure,
 };

@@ -1,11 +1,11 @@
 //! The oracle of a build without the feature `cgal`: it cannot be made.
 
 use crate::truth::{
-    ContactsTruth, DerivativeRootsTruth, DistanceTruth, Evaluation, InsideTruth, LineTruth,
-    OracleError, SideTruth, TruthEnclosure,
+    ContactsTruth, CriticalPoints, DerivativeRootsTruth, DistanceTruth, Evaluation, InsideTruth,
+    LineTruth, OracleError, SideTruth, TruthEnclosure,
 };
 use feeler::brep::Brep;
-use feeler::nurbs::Limit;
+use feeler::nurbs::{Limit, NurbsSurface};
 use feeler::query::{LineKind, Probe};
 use std::convert::Infallible;
 
@@ -13,6 +13,21 @@ use std::convert::Infallible;
 #[derive(Debug)]
 pub struct Oracle {
     never: Infallible,
+}
+
+/// # Errors
+/// Always [`OracleError::NotBuilt`].
+pub fn critical_points(
+    _surface: &NurbsSurface,
+    _point: [f64; 3],
+) -> Result<Option<CriticalPoints>, OracleError> {
+    Err(OracleError::NotBuilt)
+}
+
+/// # Errors
+/// Always [`OracleError::NotBuilt`].
+pub fn eigen_candidates(_bernstein: &[f64]) -> Result<Vec<f64>, OracleError> {
+    Err(OracleError::NotBuilt)
 }
 
 impl Oracle {

@@ -115,6 +115,28 @@ pub struct DistanceTruth {
     pub nodes: [u64; 2],
 }
 
+/// A critical point of the distance from a point to one patch over its closed square.
+#[derive(Clone, Debug, PartialEq)]
+pub struct CriticalPoint {
+    /// The distance there.
+    pub distance: TruthEnclosure,
+    /// A box that holds it: `[lo, hi]` of x, y and z.
+    pub at: [[f64; 2]; 3],
+    /// Whether it is a local minimiser; `None` where the signs that tell are 0 or not known.
+    pub minimum: Option<bool>,
+    /// Whether it is inside the square; else on its border.
+    pub inner: bool,
+}
+
+/// Critical points inside a patch, along its sides, and its corners.
+#[derive(Clone, Debug, PartialEq)]
+pub struct CriticalPoints {
+    /// Whether these are all; not where there are curves of them.
+    pub all: bool,
+    /// In no order.
+    pub points: Vec<CriticalPoint>,
+}
+
 /// Where a line meets a face.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LineHitTruth {
@@ -214,7 +236,7 @@ pub enum OracleError {
     /// The crate was built without the feature `cgal`.
     #[error(
         "the oracle is not built in: build with `--features cgal` \
-         (needs libcgal-dev libmpfi-dev libmpfr-dev libgmp-dev libboost-dev)"
+         (needs libcgal-dev libmpfi-dev libmpfr-dev libgmp-dev libboost-dev libeigen3-dev)"
     )]
     NotBuilt,
     /// There is no such face.

@@ -6,12 +6,11 @@ mod scene;
 use dashu_int::IBig;
 use dashu_ratio::RBig;
 use feeler::brep::Brep;
-use feeler::numeric::Dyadic;
 use feeler::nurbs::{Curve2, KnotVector, NurbsCurve, NurbsSurface, PolyCurve, Polyline, Surface};
 use feeler::trim::Side;
 use feeler_oracle::{Oracle, OracleError, TruthEnclosure, set_rounding_upward};
 use nalgebra::{Point2, Vector4};
-use scene::{Random, bezier, brep, changed, circle, line, patch, plane, polygon};
+use scene::{Random, bezier, brep, changed, circle, exact, line, patch, plane, polygon, rational};
 
 fn oracle(b: &Brep) -> Oracle {
     Oracle::new(&[b]).unwrap()
@@ -22,19 +21,6 @@ fn side(o: &Oracle, u: f64, v: f64) -> Side {
 }
 
 // ---- evaluation
-
-fn rational(d: &Dyadic) -> RBig {
-    let power = IBig::ONE << usize::try_from(d.exponent().unsigned_abs()).unwrap();
-    if d.exponent() >= 0 {
-        RBig::from(d.mantissa() * power)
-    } else {
-        RBig::from_parts(d.mantissa().clone(), power.try_into().unwrap())
-    }
-}
-
-fn exact(x: f64) -> RBig {
-    rational(&Dyadic::from_f64(x).unwrap())
-}
 
 /// De Boor's algorithm in exact rationals: the homogeneous point of a spline.
 fn de_boor(knots: &KnotVector, points: &[Vec<RBig>], t: &RBig) -> Vec<RBig> {

@@ -1,20 +1,19 @@
 //! The oracle's distances against analysis and against samples.
 #![cfg(feature = "cgal")]
 
+mod scene;
+
 use feeler::brep::{
     Brep, BrepParts, Edge, Face, Iso, LoopKind, TrimCurve, TrimKind, TrimLoop, Vertex,
 };
-use feeler::numeric::{Dyadic, Interval};
-use feeler::nurbs::{Curve2, Line, NurbsCurve, NurbsSurface, Plane, Surface};
+use feeler::numeric::Dyadic;
+use feeler::nurbs::{Curve2, NurbsCurve, NurbsSurface, Plane, Surface};
 use feeler::trim::Side;
 use feeler_oracle::{DistanceStatus, DistanceTruth, Oracle, TruthEnclosure};
-use nalgebra::{Point2, Point3, Vector3, Vector4};
+use nalgebra::{Point3, Vector3, Vector4};
+use scene::{Random, dyadic as d, interval, polygon};
 
 // ---- building
-
-fn interval(start: f64, end: f64) -> Interval {
-    Interval { start, end }
-}
 
 /// Adds a face to `parts`; each loop is a list of curves, used over their whole domains.
 fn add_face(parts: &mut BrepParts, surface: Surface, loops: Option<Vec<Vec<Curve2>>>) {
@@ -75,22 +74,6 @@ fn brep(surface: Surface, loops: Option<Vec<Vec<Curve2>>>) -> Brep {
     let mut parts = BrepParts::default();
     add_face(&mut parts, surface, loops);
     Brep::new(parts).unwrap()
-}
-
-fn polygon(points: &[[f64; 2]]) -> Vec<Curve2> {
-    (0..points.len())
-        .map(|i| {
-            let (a, b) = (points[i], points[(i + 1) % points.len()]);
-            Curve2::Line(
-                Line::new(
-                    Point2::new(a[0], a[1]),
-                    Point2::new(b[0], b[1]),
-                    interval(0.0, 1.0),
-                )
-                .unwrap(),
-            )
-        })
-        .collect()
 }
 
 /// A full circle of four rational quadratic arcs.
@@ -170,10 +153,6 @@ fn octant(center: [f64; 3], radius: f64, sign: [f64; 3]) -> Surface {
 
 // ---- numbers
 
-fn d(x: f64) -> Dyadic {
-    Dyadic::from_f64(x).unwrap()
-}
-
 fn power_of_two(e: i64) -> Dyadic {
     Dyadic::new(1.into(), e)
 }
@@ -196,21 +175,6 @@ fn assert_root(e: &TruthEnclosure, square: &Dyadic) {
         "{e:?} is below the root of {square:?}"
     );
     assert!(e.width() < power_of_two(-100), "{e:?} is wide");
-}
-
-/// A small deterministic generator (SplitMix64), in [0, 1).
-struct Random(u64);
-impl Random {
-    fn next(&mut self) -> f64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        ((z ^ (z >> 31)) >> 11) as f64 / (1u64 << 53) as f64
-    }
-    fn range(&mut self, lo: f64, hi: f64) -> f64 {
-        lo + (hi - lo) * self.next()
-    }
 }
 
 // ---- analysis

@@ -2,28 +2,16 @@
 //! face, and in times that are printed (`--nocapture`).
 #![cfg(feature = "cgal")]
 
+mod scene;
+
 use feeler::brep::Brep;
 use feeler::numeric::Dyadic;
 use feeler::trim::Side;
 use feeler_io::{ObjectKind, read_file};
 use feeler_oracle::{DistanceStatus, Oracle};
+use scene::Random;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
-
-/// A small deterministic generator (SplitMix64), in [0, 1).
-struct Random(u64);
-impl Random {
-    fn next(&mut self) -> f64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        ((z ^ (z >> 31)) >> 11) as f64 / (1u64 << 53) as f64
-    }
-    fn range(&mut self, lo: f64, hi: f64) -> f64 {
-        lo + (hi - lo) * self.next()
-    }
-}
 
 fn models() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared/models")

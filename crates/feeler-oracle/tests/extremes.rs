@@ -490,6 +490,15 @@ fn trims_of_high_degree_in_a_long_domain() {
     m.done("trims of degree 25");
 }
 
+fn print_times(what: &str, mut times: Vec<f64>) {
+    times.sort_by(f64::total_cmp);
+    let longest = times[times.len() - 1];
+    println!(
+        "{what}: median {:.1}, longest {longest:.1}",
+        times[times.len() / 2]
+    );
+}
+
 #[test]
 fn lines_meet_far_weights() {
     let mut g = Random(7);
@@ -513,12 +522,7 @@ fn lines_meet_far_weights() {
             assert!(e.width().approximate() <= WIDTH, "{p}x{q}: {e:?}");
         }
     }
-    times.sort_by(f64::total_cmp);
-    println!(
-        "lines: median {:.1} ms, longest {:.1} ms",
-        times[times.len() / 2],
-        times[times.len() - 1]
-    );
+    print_times("lines, in ms", times);
 }
 
 #[test]
@@ -562,12 +566,7 @@ fn sides_of_loops_far_off_small_and_long() {
             }
         }
     }
-    times.sort_by(f64::total_cmp);
-    println!(
-        "sides: median {:.0} us, longest {:.0} us",
-        times[times.len() / 2],
-        times[times.len() - 1]
-    );
+    print_times("sides, in us", times);
 }
 
 #[test]

@@ -6,13 +6,12 @@ mod scene;
 use dashu_int::IBig;
 use dashu_ratio::RBig;
 use feeler::brep::Brep;
-use feeler::numeric::Dyadic;
 use feeler::nurbs::{
     Arc, Curve3, Limit, Line, NurbsCurve, PolyCurve, Polyline, Revolution, Sum, Surface,
 };
 use feeler_oracle::{Evaluation, Oracle, TruthEnclosure};
 use nalgebra::{Point3, Vector3, Vector4};
-use scene::{Random, brep, interval};
+use scene::{Random, brep, exact, interval, rational};
 
 /// Models of the thesis in their native form that have a sibling of NURBS.
 const NATIVE: [&str; 6] = [
@@ -23,19 +22,6 @@ const NATIVE: [&str; 6] = [
     "geneva4_driver",
     "shift_gate_straight",
 ];
-
-fn rational(d: &Dyadic) -> RBig {
-    let power = IBig::ONE << usize::try_from(d.exponent().unsigned_abs()).unwrap();
-    if d.exponent() >= 0 {
-        RBig::from(d.mantissa() * power)
-    } else {
-        RBig::from_parts(d.mantissa().clone(), power.try_into().unwrap())
-    }
-}
-
-fn exact(x: f64) -> RBig {
-    rational(&Dyadic::from_f64(x).unwrap())
-}
 
 fn power_of_two(bits: usize) -> RBig {
     RBig::from_parts(IBig::ONE, (IBig::ONE << bits).try_into().unwrap())

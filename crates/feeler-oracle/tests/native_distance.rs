@@ -7,19 +7,12 @@ mod scene;
 use dashu_int::IBig;
 use feeler::brep::Brep;
 use feeler::numeric::Dyadic;
-use feeler::nurbs::{Arc, Curve2, Curve3, Line, NurbsCurve, PolyCurve, Revolution, Sum, Surface};
+use feeler::nurbs::{Arc, Curve3, NurbsCurve, PolyCurve, Revolution, Sum, Surface};
 use feeler_oracle::{DistanceStatus, DistanceTruth, Oracle, TruthEnclosure};
-use nalgebra::{Point2, Point3, Vector2, Vector3, Vector4};
-use scene::{Random, brep, interval, model, plane, polygon};
+use nalgebra::{Point3, Vector3, Vector4};
+use scene::native::{arc_xz, circle2, line3, revolved};
+use scene::{Random, brep, dyadic as d, interval, model, plane, polygon, sq};
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
-
-fn d(x: f64) -> Dyadic {
-    Dyadic::from_f64(x).unwrap()
-}
-
-fn sq(x: &Dyadic) -> Dyadic {
-    x * x
-}
 
 fn oracle(b: &Brep) -> Oracle {
     Oracle::new(&[b]).unwrap()
@@ -64,60 +57,11 @@ fn assert_linear_in_root(e: &TruthEnclosure, [k, n]: [f64; 2], s: &Dyadic, m: &D
     assert_root_between(&a, &d(k), s, &b, what);
 }
 
-fn line3(a: [f64; 3], b: [f64; 3]) -> Curve3 {
-    Curve3::Line(Line::new(Point3::from(a), Point3::from(b), interval(0.0, 1.0)).unwrap())
-}
-
-/// In the plane y = 0, by angles from x towards z.
-fn arc_xz(center: [f64; 3], radius: f64, from: f64, to: f64) -> Curve3 {
-    Curve3::Arc(
-        Arc::new(Arc {
-            center: Point3::from(center),
-            x: Vector3::x(),
-            y: Vector3::z(),
-            z: -Vector3::y(),
-            radius,
-            angle: interval(from, to),
-            domain: interval(from, to),
-        })
-        .unwrap(),
-    )
-}
-
-fn revolved(profile: Curve3, turn: [f64; 2], transposed: bool) -> Surface {
-    Surface::Revolution(
-        Revolution::new(Revolution {
-            origin: Point3::origin(),
-            axis: Vector3::new(0.0, 0.0, 3.0),
-            angle: interval(turn[0], turn[1]),
-            angle_domain: interval(turn[0], turn[1]),
-            profile,
-            transposed,
-        })
-        .unwrap(),
-    )
-}
-
 fn sphere(radius: f64) -> Surface {
     revolved(
-        arc_xz([0.0; 3], radius, -FRAC_PI_2, FRAC_PI_2),
+        arc_xz([0.0; 3], radius, [-FRAC_PI_2, FRAC_PI_2]),
         [0.0, TAU],
         false,
-    )
-}
-
-fn circle2(center: [f64; 2], radius: f64, turn: [f64; 2]) -> Curve2 {
-    Curve2::Arc(
-        Arc::new(Arc {
-            center: Point2::from(center),
-            x: Vector2::x(),
-            y: Vector2::y(),
-            z: Vector2::zeros(),
-            radius,
-            angle: interval(turn[0], turn[1]),
-            domain: interval(turn[0], turn[1]),
-        })
-        .unwrap(),
     )
 }
 
@@ -137,7 +81,7 @@ fn spheres() {
         sphere(r),
         // More than a turn.
         revolved(
-            arc_xz([0.0; 3], r, -FRAC_PI_2, FRAC_PI_2),
+            arc_xz([0.0; 3], r, [-FRAC_PI_2, FRAC_PI_2]),
             [-0.5, 7.0],
             true,
         ),
@@ -342,7 +286,7 @@ fn tori() {
         PolyCurve::new((0..4).map(quarter).collect(), vec![0.0, 0.1, 1.0, 7.0, 9.0]).unwrap(),
     );
     let mut random = Random(5);
-    for profile in [arc_xz([big, 0.0, 0.0], r, 0.0, TAU), rational] {
+    for profile in [arc_xz([big, 0.0, 0.0], r, [0.0, TAU]), rational] {
         let o = oracle(&brep(revolved(profile, [0.0, TAU], false), None));
         for i in 0..24 {
             let mut p = point(&mut random, 5.0);

@@ -6,70 +6,17 @@ mod scene;
 
 use feeler::brep::Brep;
 use feeler::numeric::Dyadic;
-use feeler::nurbs::{Arc, Curve2, Curve3, Line, Plane, Revolution, Sum, Surface};
+use feeler::nurbs::{Curve3, Line, Plane, Sum, Surface};
 use feeler::query::LineKind;
 use feeler_oracle::second::{Second, SecondSide};
 use feeler_oracle::{InsideTruth, LineTruth, Oracle, TruthEnclosure};
-use nalgebra::{Point2, Point3, Vector2, Vector3};
-use scene::{Random, brep, dyadic as d, interval, model, plane, polygon};
+use nalgebra::{Point3, Vector3};
+use scene::native::{arc_xz, arc3, circle2, line3, revolved};
+use scene::{Random, brep, dyadic as d, interval, model, plane, polygon, sq};
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
 fn oracle(b: &Brep) -> Oracle {
     Oracle::new(&[b]).unwrap()
-}
-
-fn line3(a: [f64; 3], b: [f64; 3]) -> Curve3 {
-    Curve3::Line(Line::new(Point3::from(a), Point3::from(b), interval(0.0, 1.0)).unwrap())
-}
-
-fn arc3(center: [f64; 3], z: [f64; 3], radius: f64, turn: [f64; 2]) -> Curve3 {
-    let z = Vector3::from(z);
-    Curve3::Arc(
-        Arc::new(Arc {
-            center: Point3::from(center),
-            x: Vector3::x(),
-            y: z.cross(&Vector3::x()),
-            z,
-            radius,
-            angle: interval(turn[0], turn[1]),
-            domain: interval(turn[0], turn[1]),
-        })
-        .unwrap(),
-    )
-}
-
-/// In the plane y = 0, by angles from x towards z.
-fn meridian(center: f64, radius: f64, turn: [f64; 2]) -> Curve3 {
-    arc3([center, 0.0, 0.0], [0.0, -1.0, 0.0], radius, turn)
-}
-
-fn revolved(profile: Curve3, turn: [f64; 2], transposed: bool) -> Surface {
-    Surface::Revolution(
-        Revolution::new(Revolution {
-            origin: Point3::origin(),
-            axis: Vector3::new(0.0, 0.0, 3.0),
-            angle: interval(turn[0], turn[1]),
-            angle_domain: interval(turn[0], turn[1]),
-            profile,
-            transposed,
-        })
-        .unwrap(),
-    )
-}
-
-fn circle2(center: [f64; 2], radius: f64, turn: [f64; 2]) -> Curve2 {
-    Curve2::Arc(
-        Arc::new(Arc {
-            center: Point2::from(center),
-            x: Vector2::x(),
-            y: Vector2::y(),
-            z: Vector2::zeros(),
-            radius,
-            angle: interval(turn[0], turn[1]),
-            domain: interval(turn[0], turn[1]),
-        })
-        .unwrap(),
-    )
 }
 
 fn vector(random: &mut Random, size: f64) -> [f64; 3] {
@@ -79,10 +26,6 @@ fn vector(random: &mut Random, size: f64) -> [f64; 3] {
 /// The point at t, exactly.
 fn at(o: [f64; 3], v: [f64; 3], t: &Dyadic) -> [Dyadic; 3] {
     std::array::from_fn(|k| &d(o[k]) + &(t * &d(v[k])))
-}
-
-fn sq(x: &Dyadic) -> Dyadic {
-    x * x
 }
 
 /// The sign of a form that is 0 on the surface changes within each hit, and the hits are as many as its
@@ -151,7 +94,7 @@ fn hits_of_quadrics_and_tori() {
     let above = |p: &[f64; 3]| p[2] > 0.0 && p[2] < 8.0;
     let cases: [(Surface, Form, Part); 6] = [
         (
-            revolved(meridian(0.0, r, half), [0.0, TAU], false),
+            revolved(arc_xz([0.0, 0.0, 0.0], r, half), [0.0, TAU], false),
             &sphere,
             &everywhere,
         ),
@@ -167,13 +110,13 @@ fn hits_of_quadrics_and_tori() {
             &above,
         ),
         (
-            revolved(meridian(big, 1.25, [0.0, TAU]), [0.0, TAU], false),
+            revolved(arc_xz([big, 0.0, 0.0], 1.25, [0.0, TAU]), [0.0, TAU], false),
             &torus,
             &everywhere,
         ),
         (
             revolved(
-                meridian(big, 1.25, [0.5, 0.5 + TAU]),
+                arc_xz([big, 0.0, 0.0], 1.25, [0.5, 0.5 + TAU]),
                 [1.0, 1.0 + TAU],
                 true,
             ),
@@ -195,7 +138,7 @@ fn hits_of_quadrics_and_tori() {
 #[test]
 fn cuts_seams_and_poles_count_once() {
     let sphere = revolved(
-        meridian(0.0, 2.5, [-FRAC_PI_2, FRAC_PI_2]),
+        arc_xz([0.0, 0.0, 0.0], 2.5, [-FRAC_PI_2, FRAC_PI_2]),
         [0.0, TAU],
         false,
     );
@@ -234,7 +177,7 @@ fn cuts_seams_and_poles_count_once() {
     );
     // Many lines through the cuts of turns, wherever these are: in any direction from the centre two hits.
     let sphere = revolved(
-        meridian(0.0, 2.0, [-FRAC_PI_2, FRAC_PI_2]),
+        arc_xz([0.0, 0.0, 0.0], 2.0, [-FRAC_PI_2, FRAC_PI_2]),
         [0.0, TAU],
         false,
     );
@@ -288,7 +231,7 @@ fn window_in_a_cylinder() {
 #[test]
 fn tangents_of_quadrics() {
     let half = [-FRAC_PI_2, FRAC_PI_2];
-    let sphere = revolved(meridian(0.0, 2.5, half), [0.0, TAU], false);
+    let sphere = revolved(arc_xz([0.0, 0.0, 0.0], 2.5, half), [0.0, TAU], false);
     let cylinder = revolved(line3([2.0, 0.0, -8.0], [2.0, 0.0, 8.0]), [-PI, PI], true);
     // Half-angle with tangent 3/4; its tangent plane at (3, 0, 4) has the normal (4, 0, -3).
     let cone = revolved(line3([0.0; 3], [6.0, 0.0, 8.0]), [-1.0, TAU - 1.0], false);

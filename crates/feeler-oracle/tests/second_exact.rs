@@ -7,7 +7,9 @@ use feeler::brep::{Brep, TrimCurve};
 use feeler::numeric::Enclosure;
 use feeler::nurbs::{Arc, Curve2, NurbsCurve, PolyCurve};
 use feeler::trim::trim_split;
-use feeler_oracle::{DerivativeRootsTruth, Oracle, TruthEnclosure, second};
+use feeler_oracle::{
+    AxisRootsTruth, DerivativeRootsTruth, Oracle, TruthEnclosure, eigen_candidates, second,
+};
 use nalgebra::{Point2, Vector2, Vector3};
 use scene::stress::{chebyshev, curve, graph, reweighted, root};
 use scene::{Random, bezier, brep, changed, circle, interval, line, plane};
@@ -34,12 +36,29 @@ fn agree(a: &DerivativeRootsTruth, b: &DerivativeRootsTruth) -> bool {
     })
 }
 
+/// How many roots have a bracket of their own; each bracket must have a root of odd multiplicity of its own.
+fn bracketed(truth: &AxisRootsTruth, brackets: &[TruthEnclosure]) -> usize {
+    let mut roots = truth
+        .roots
+        .iter()
+        .filter(|r| r.multiplicity.iter().any(|m| m % 2 == 1));
+    for b in brackets {
+        assert!(
+            roots.any(|r| overlap(&r.t, b)),
+            "no root in {b:?}: {truth:?}"
+        );
+    }
+    brackets.len()
+}
+
 /// Times of the two methods in microseconds, and roots found.
 #[derive(Default)]
 struct Times {
     first: Vec<f64>,
     second: Vec<f64>,
     roots: usize,
+    /// Those found from Eigen's eigenvalues.
+    bracketed: usize,
 }
 
 impl Times {
@@ -49,9 +68,10 @@ impl Times {
         }
         let at = |t: &[f64], part: f64| t[((t.len() - 1) as f64 * part) as usize];
         println!(
-            "{what}: {} queries, {} roots; first {:.0} us (p99 {:.0}), second {:.0} us (p99 {:.0})",
+            "{what}: {} queries, {} roots ({} from eigenvalues); first {:.0} us (p99 {:.0}), second {:.0} us (p99 {:.0})",
             self.first.len(),
             self.roots,
+            self.bracketed,
             at(&self.first, 0.5),
             at(&self.first, 0.99),
             at(&self.second, 0.5),
@@ -106,6 +126,10 @@ fn check_roots(breps: &[&Brep], times: &mut Times) {
                     let other = second::derivative_roots(breps, face, l, t).unwrap();
                     times.second.push(start.elapsed().as_secs_f64() * 1e6);
                     times.roots += first.axes.iter().map(|a| a.roots.len()).sum::<usize>();
+                    let brackets = second::root_brackets(breps, [face, l, t], &eigen_candidates);
+                    for (truth, found) in first.axes.iter().zip(&brackets.unwrap()) {
+                        times.bracketed += bracketed(truth, found);
+                    }
                     let curve =
                         &b.parts().curves2[b.parts().trims[b.parts().loops[*index].trims[t]].curve];
                     let trim = &b.parts().trims[b.parts().loops[*index].trims[t]];
@@ -312,6 +336,30 @@ fn derivative_roots_of_hostile_curves() {
         }
     }
     times.print("special");
+}
+
+/// Eigen's candidates against roots that are known, and against a truth from which a root is left out.
+#[test]
+fn candidates_of_eigen_find_what_was_missed() {
+    let factors: Vec<_> = (1..=6).map(|k| root(k, 7)).collect();
+    let b = brep(plane(1e9), Some(vec![vec![graph(&factors)]]));
+    let brackets = second::root_brackets(&[&b], [0; 3], &eigen_candidates).unwrap();
+    assert!(brackets[0].is_empty());
+    assert_eq!(brackets[1].len(), 6);
+    for (k, e) in brackets[1].iter().enumerate() {
+        let x = (k + 1) as f64 / 7.0;
+        assert!(e.lo <= scene::dyadic(x.next_up()) && scene::dyadic(x.next_down()) <= e.hi);
+        assert!(e.width().approximate() < 1e-10, "{e:?}");
+    }
+    let o = Oracle::new(&[&b]).unwrap();
+    let mut truth = o.derivative_roots(0, 0, 0).unwrap().axes[1].clone();
+    assert_eq!(bracketed(&truth, &brackets[1]), 6);
+    truth.roots.remove(3);
+    let missed = std::panic::catch_unwind(|| bracketed(&truth, &brackets[1]));
+    assert!(missed.is_err());
+    // What is no candidate gives no bracket.
+    let wrong = second::root_brackets(&[&b], [0; 3], &|_| Ok(vec![0.2, 0.21])).unwrap();
+    assert!(wrong.iter().all(Vec::is_empty), "{wrong:?}");
 }
 
 #[test]

@@ -11,6 +11,7 @@ mod tidy;
 mod truth;
 mod verify;
 mod verify_contacts;
+mod verify_critical;
 mod verify_split;
 
 use clap::{Parser, Subcommand};

@@ -69,6 +69,11 @@ struct Done {
 }
 
 pub(crate) fn run(args: &Args, corpora: &Path, suite: Option<&str>) -> Result<(), String> {
+    #[cfg(not(feature = "cgal"))]
+    println!(
+        "Without Eigen's eigenvalues and CGAL's critical points: for these too, `cargo run --release \
+         -p xtask --features cgal -- truth --verify`."
+    );
     let text = |e: feeler_corpus::CorpusError| e.to_string();
     let found = suites(corpora, suite).map_err(text)?;
     let mut jobs = Vec::new();
@@ -316,8 +321,30 @@ impl<'a> Checker<'a> {
         }
     }
 
-    /// One truth against the second method.
+    /// One truth against the second method, and, where they are few, against all critical points.
     pub(crate) fn held(&mut self, query: &Query, truth: &Truth) -> Outcome {
+        let outcome = self.by_second(query, truth);
+        match (query.ask, truth) {
+            (
+                Ask::Contact(Probe::Sphere(s)),
+                Truth::Separation(truth)
+                | Truth::Contact {
+                    separation: truth, ..
+                },
+            ) if !matches!(outcome, Outcome::Disagrees(_)) => {
+                match of_center(truth, s.radius).as_ref().map(without_sign) {
+                    Some(d) => {
+                        let center = s.center.coords.into();
+                        crate::verify_critical::held(self.model, center, &d, outcome)
+                    }
+                    None => outcome,
+                }
+            }
+            _ => outcome,
+        }
+    }
+
+    fn by_second(&mut self, query: &Query, truth: &Truth) -> Outcome {
         match (query.ask, truth) {
             (Ask::Side(face, uv), Truth::Side { side, in_gap }) => {
                 match self.side(face, uv.coords.into()) {
@@ -396,6 +423,26 @@ fn same_numbers(
     Outcome::Agrees(width / size)
 }
 
+/// The signed distance of a sphere's centre.
+fn of_center(separation: &TruthEnclosure, radius: f64) -> Option<TruthEnclosure> {
+    let r = Dyadic::from_f64(radius)?;
+    Some(TruthEnclosure {
+        lo: &separation.lo + &r,
+        hi: &separation.hi + &r,
+    })
+}
+
+fn without_sign(signed: &TruthEnclosure) -> TruthEnclosure {
+    if signed.hi.signum() < 0 {
+        TruthEnclosure {
+            lo: -&signed.hi,
+            hi: -&signed.lo,
+        }
+    } else {
+        signed.clone()
+    }
+}
+
 fn in_space(second: &Second<'_>, size: f64, query: &Query, truth: &Truth) -> Outcome {
     match (query.ask, truth) {
         (
@@ -415,18 +462,11 @@ fn in_space(second: &Second<'_>, size: f64, query: &Query, truth: &Truth) -> Out
                 separation: truth, ..
             },
         ) => {
-            let Some(r) = Dyadic::from_f64(s.radius) else {
+            let Some(signed) = of_center(truth, s.radius) else {
                 return Outcome::Undecided("no radius".to_owned());
             };
-            let (lo, hi) = (&truth.lo + &r, &truth.hi + &r);
-            let unsigned = if hi.signum() < 0 {
-                TruthEnclosure { lo: -&hi, hi: -&lo }
-            } else {
-                TruthEnclosure {
-                    lo: lo.clone(),
-                    hi: hi.clone(),
-                }
-            };
+            let unsigned = without_sign(&signed);
+            let (lo, hi) = (signed.lo, signed.hi);
             let center = s.center.coords.into();
             let outcome = match second.distance(center) {
                 Some(bound) => overlap(&unsigned, &bound, size),

@@ -43,18 +43,13 @@ fn scaled(x: &IBig, shift: usize) -> f64 {
     if sign(x) < 0 { -size } else { size }
 }
 
-/// Real numbers in about [0, 1] near which roots may be, ascending. O(n^3) in f64: 0.1 ms at degree 10, 2 ms at 48.
-pub(crate) fn candidates(f: &Polynomial) -> Vec<f64> {
-    let n = f.degree();
-    if n == 0 {
-        return Vec::new();
-    }
+/// The Bernstein coefficients at the polynomial's own degree, in f64, by a common factor.
+pub(crate) fn bernstein(f: &Polynomial) -> Vec<f64> {
     let c = scaled_bernstein(f);
-    let row = binomials(n);
     // Rounded to an integer: with 64 bits more that loses nothing.
     let b: Vec<IBig> = c
         .iter()
-        .zip(&row)
+        .zip(&binomials(f.degree()))
         .map(|(c, k)| (c.clone() << 64) / k)
         .collect();
     let bits = b
@@ -62,7 +57,16 @@ pub(crate) fn candidates(f: &Polynomial) -> Vec<f64> {
         .map(|x| x.unsigned_abs().bit_len())
         .max()
         .unwrap_or(0);
-    let b: Vec<f64> = b.iter().map(|x| scaled(x, bits)).collect();
+    b.iter().map(|x| scaled(x, bits)).collect()
+}
+
+/// Real numbers in about [0, 1] near which roots may be, ascending. O(n^3) in f64: 0.1 ms at degree 10, 2 ms at 48.
+pub(crate) fn candidates(f: &Polynomial) -> Vec<f64> {
+    let n = f.degree();
+    if n == 0 {
+        return Vec::new();
+    }
+    let b = bernstein(f);
     let last = n - 1;
     let first = Mat::from_fn(n, n, |i, j| match (i == last, j == i + 1) {
         (true, _) => -(n as f64) * b[j],

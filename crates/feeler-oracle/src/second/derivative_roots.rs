@@ -4,8 +4,9 @@
 //! the power basis of each Bezier piece (made by inserting knots); see `isolate` for their roots. An arc's
 //! coordinate `cos a P + sin a R` is stationary where `a` is the angle of (P, R), up to half turns.
 
+use super::candidates::bernstein;
 use super::fixed::Fixed;
-use super::isolate::Roots;
+use super::isolate::{Roots, brackets};
 use super::pieces::{ArcPiece, Linear, RationalPiece, UvPiece, locate, uv_pieces};
 use super::polynomial::Polynomial;
 use super::rational::{enclosure, sign, signum};
@@ -39,13 +40,7 @@ pub fn derivative_roots(
     trim_loop: usize,
     trim: usize,
 ) -> Result<DerivativeRootsTruth, OracleError> {
-    let (brep, local) = locate(breps, face)?;
-    let parts = brep.parts();
-    let none = || OracleError::Refused("there is no such trim".into());
-    let loops = brep.faces()[local].loops.as_ref().ok_or_else(none)?;
-    let owner = &parts.loops[*loops.get(trim_loop).ok_or_else(none)?];
-    let trim = &parts.trims[*owner.trims.get(trim).ok_or_else(none)?];
-    let pieces = uv_pieces(trim, &parts.curves2[trim.curve])?;
+    let pieces = pieces_of(breps, face, trim_loop, trim)?;
     let mut all = Vec::with_capacity(pieces.len());
     for piece in &pieces {
         all.push(match piece {
@@ -59,6 +54,21 @@ pub fn derivative_roots(
             joined(&stretches)
         }),
     })
+}
+
+fn pieces_of(
+    breps: &[&Brep],
+    face: usize,
+    trim_loop: usize,
+    trim: usize,
+) -> Result<Vec<UvPiece>, OracleError> {
+    let (brep, local) = locate(breps, face)?;
+    let parts = brep.parts();
+    let none = || OracleError::Refused("there is no such trim".into());
+    let loops = brep.faces()[local].loops.as_ref().ok_or_else(none)?;
+    let owner = &parts.loops[*loops.get(trim_loop).ok_or_else(none)?];
+    let trim = &parts.trims[*owner.trims.get(trim).ok_or_else(none)?];
+    uv_pieces(trim, &parts.curves2[trim.curve])
 }
 
 /// How many roots of a trim's derivatives there are inside its pieces, and how many of them the eigenvalues isolated without help
@@ -103,11 +113,43 @@ fn numerators(p: &RationalPiece) -> [Polynomial; 2] {
     })
 }
 
-/// Multiplicities at 0 and 1, the roots between, and the signs beside 0 and 1; `None` for zero.
-fn stationary(f: &Polynomial) -> Option<([usize; 2], Roots, [i8; 2])> {
+/// Finds what may be roots in [0, 1] of a polynomial with these Bernstein coefficients, ascending.
+pub type Candidates = dyn Fn(&[f64]) -> Result<Vec<f64>, OracleError>;
+
+/// Intervals of a trim's span, about `candidates` of the roots of u' and of v', across which that has exactly proven
+/// different signs: each holds a root of odd multiplicity, and they are disjoint. Arcs are left out. `candidates`, of a
+/// polynomial with these Bernstein coefficients, ascending, may be anything: a wrong one gives no interval.
+///
+/// # Errors
+/// There must be such a face and trim; or those of `candidates`.
+pub fn root_brackets(
+    breps: &[&Brep],
+    at: [usize; 3],
+    candidates: &Candidates,
+) -> Result<[Vec<TruthEnclosure>; 2], OracleError> {
+    let [face, trim_loop, trim] = at;
+    let mut found = [Vec::new(), Vec::new()];
+    for piece in &pieces_of(breps, face, trim_loop, trim)? {
+        let UvPiece::Rational(p) = piece else {
+            continue;
+        };
+        let map = Linear::new([RBig::ZERO, RBig::ONE], [p.from.clone(), p.to.clone()]);
+        for (f, found) in numerators(p).iter().zip(&mut found) {
+            let Some((_, f)) = without_ends(f) else {
+                continue;
+            };
+            for [lo, hi] in brackets(&f, &candidates(&bernstein(&f))?) {
+                found.push(enclosure(&map.at(&lo.rational()), &map.at(&hi.rational())));
+            }
+        }
+    }
+    Ok(found)
+}
+
+/// Multiplicities at 0 and at 1, and the polynomial divided by these factors t and t - 1; `None` for zero.
+fn without_ends(f: &Polynomial) -> Option<([usize; 2], Polynomial)> {
     let first = f.0.iter().position(|a| *a != IBig::ZERO)?;
     let mut rest = Polynomial::new(f.0[first..].to_vec());
-    let start = sign(&rest.0[0]) as i8;
     let mut last = 0;
     // Divided by t - 1 while that is a factor.
     while rest.0.iter().sum::<IBig>() == IBig::ZERO {
@@ -121,6 +163,13 @@ fn stationary(f: &Polynomial) -> Option<([usize; 2], Roots, [i8; 2])> {
         rest = Polynomial::new(q);
         last += 1;
     }
+    Some(([first, last], rest))
+}
+
+/// Multiplicities at 0 and 1, the roots between, and the signs beside 0 and 1; `None` for zero.
+fn stationary(f: &Polynomial) -> Option<([usize; 2], Roots, [i8; 2])> {
+    let ([first, last], rest) = without_ends(f)?;
+    let start = sign(&f.0[first]) as i8;
     // Below 1 each factor t - 1 is negative.
     let at_one = sign(&rest.0.iter().sum::<IBig>()) as i8;
     let end = if last % 2 == 1 { -at_one } else { at_one };

@@ -200,6 +200,33 @@ fn dyadic(x: f64) -> Option<Place> {
     Some(Place::new(x.numerator().clone(), e))
 }
 
+/// Disjoint intervals about candidates (ascending, in [0, 1]) at whose ends `f`, which is not 0 at 0 and 1, has different
+/// signs, as narrow as the candidates allow.
+pub(crate) fn brackets(f: &Polynomial, candidates: &[f64]) -> Vec<[Place; 2]> {
+    /// Radii to try: a candidate is off by a few ulp where the root is simple and well apart.
+    const RADII: [f64; 6] = [44.0, 36.0, 28.0, 20.0, 12.0, 4.0];
+    let mut found = Vec::new();
+    for (i, x) in candidates.iter().enumerate() {
+        // Half way to the neighbours, rounded inwards.
+        let below = i
+            .checked_sub(1)
+            .map_or(1.0, |k| 0.499 * (x - candidates[k]));
+        let above = candidates.get(i + 1).map_or(1.0, |y| 0.499 * (y - x));
+        let most = below.min(above);
+        for r in RADII.iter().map(|e| (-e).exp2()).take_while(|r| *r < most) {
+            let ends = [(x - r).max(0.0), (x + r).min(1.0)].map(dyadic);
+            let [Some(lo), Some(hi)] = ends else {
+                break;
+            };
+            if sign(&lo.value(f)) * sign(&hi.value(f)) < 0 {
+                found.push([lo, hi]);
+                break;
+            }
+        }
+    }
+    found
+}
+
 /// Down to a width of 2^-bits.
 fn narrow(f: &Polynomial, root: &mut Isolated, bits: usize) {
     if root.is_exact() {

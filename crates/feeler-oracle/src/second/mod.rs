@@ -43,7 +43,7 @@ mod spline;
 mod standing;
 
 pub use contacts::{SecondContact, SecondContacts};
-pub use derivative_roots::{derivative_roots, isolated_by_candidates};
+pub use derivative_roots::{Candidates, derivative_roots, isolated_by_candidates, root_brackets};
 pub use evaluate::evaluate;
 pub use line::{SecondHit, SecondLine, SecondSide};
 pub use side::{TrimmedRegion, side};

@@ -1,8 +1,11 @@
 //! BREPs made by hand, and random numbers, for the tests.
 #![allow(dead_code, reason = "each test uses a part of it")]
 
+pub(crate) mod native;
 pub(crate) mod stress;
 
+use dashu_int::IBig;
+use dashu_ratio::RBig;
 use feeler::brep::{
     Brep, BrepParts, Edge, Face, Iso, LoopKind, TrimCurve, TrimKind, TrimLoop, Vertex,
 };
@@ -17,6 +20,24 @@ pub(crate) fn interval(start: f64, end: f64) -> Interval {
 
 pub(crate) fn dyadic(x: f64) -> Dyadic {
     Dyadic::from_f64(x).unwrap()
+}
+
+pub(crate) fn sq(x: &Dyadic) -> Dyadic {
+    x * x
+}
+
+pub(crate) fn rational(d: &Dyadic) -> RBig {
+    let power = IBig::ONE << usize::try_from(d.exponent().unsigned_abs()).unwrap();
+    if d.exponent() >= 0 {
+        RBig::from(d.mantissa() * power)
+    } else {
+        RBig::from_parts(d.mantissa().clone(), power.try_into().unwrap())
+    }
+}
+
+/// `x` as a fraction.
+pub(crate) fn exact(x: f64) -> RBig {
+    rational(&dyadic(x))
 }
 
 /// A face whose loops are lists of curves, each used over its whole domain.

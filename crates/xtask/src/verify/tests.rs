@@ -212,3 +212,30 @@ fn a_witness_is_kept_once() {
     assert_eq!(suite.files[0].queries().unwrap().0.len(), 1);
     fs::remove_dir_all(&folder).unwrap();
 }
+
+/// All critical points of a saddle: they hold the true distance, and none that is moved by little.
+#[cfg(feature = "cgal")]
+#[test]
+fn critical_points_find_a_wrong_distance() {
+    let path = crate::test::root()
+        .join("corpora")
+        .join(MODELS)
+        .join("stress/saddle.json.gz");
+    let model = Model::load(&path, None).unwrap();
+    let breps: Vec<_> = model.breps.iter().collect();
+    let oracle = feeler_oracle::Oracle::new(&breps).unwrap();
+    let point = [0.3, 0.4, 0.7];
+    let truth = oracle.distance(point, None).unwrap().unwrap().enclosure;
+    let truth = TruthEnclosure {
+        lo: truth.lo,
+        hi: truth.hi,
+    };
+    let held =
+        |e: &TruthEnclosure| crate::verify_critical::held(&model, point, e, Outcome::Agrees(0.5));
+    assert_eq!(held(&truth), Outcome::Agrees(0.5));
+    for by in [1e-25, -1e-25] {
+        let other = moved(&truth, by);
+        let wrong = held(&other);
+        assert!(matches!(wrong, Outcome::Disagrees(_)), "{wrong:?}");
+    }
+}
