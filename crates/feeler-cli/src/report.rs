@@ -22,6 +22,12 @@ pub(crate) struct Args {
     /// One suite alone, and nothing but it.
     #[arg(long)]
     suite: Option<String>,
+    /// How many queries of each suite are asked [default: 400; 32 with --quick].
+    #[arg(long, value_name = "COUNT")]
+    sample: Option<usize>,
+    /// How many seconds an engine may spend on one model of a suite [default: 10; 0.15 with --quick].
+    #[arg(long, value_name = "SECONDS", value_parser = seconds)]
+    seconds: Option<f64>,
     /// The corpus.
     #[arg(long, default_value = "corpora")]
     corpora: PathBuf,
@@ -127,6 +133,13 @@ fn feeler(quick: bool) -> Vec<Contender> {
     all
 }
 
+fn seconds(text: &str) -> Result<f64, String> {
+    let seconds = text.parse::<f64>().ok();
+    seconds
+        .filter(|s| s.is_finite() && *s > 0.0)
+        .ok_or_else(|| "a positive number of seconds".to_owned())
+}
+
 pub(crate) fn run(args: &Args) -> Result<Outcome, Bad> {
     // indicatif draws on a terminal only.
     let bar = ProgressBar::new(0);
@@ -178,7 +191,12 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Bad> {
             }
         }
     }
-    let plan = if args.quick { QUICK } else { WHOLE };
+    let usual = if args.quick { QUICK } else { WHOLE };
+    let plan = Plan {
+        sample: args.sample.unwrap_or(usual.sample),
+        seconds: args.seconds.unwrap_or(usual.seconds),
+        ..usual
+    };
     let found = study(
         &args.corpora,
         args.suite.as_deref(),

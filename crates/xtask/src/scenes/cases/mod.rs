@@ -6,6 +6,7 @@
 
 mod contact;
 mod evaluate;
+mod field;
 mod inclusion;
 mod split;
 
@@ -23,9 +24,14 @@ struct Maker {
 impl Maker {
     /// A model made for a case.
     fn model(&mut self, name: &str, brep: Brep) {
+        self.models(name, vec![brep]);
+    }
+
+    /// One of several BREPs.
+    fn models(&mut self, name: &str, breps: Vec<Brep>) {
         self.scenes.push(Scene {
             name: name.to_owned(),
-            breps: vec![brep],
+            breps,
             queries: Vec::new(),
         });
     }
@@ -110,6 +116,7 @@ pub(crate) fn suite() -> Result<Suite, String> {
     split::add(&mut maker)?;
     inclusion::add(&mut maker)?;
     contact::add(&mut maker)?;
+    field::add(&mut maker)?;
     Ok(Suite {
         name: "cases",
         description: "the field's cases of stress one by one, each beside an easy version of the same question; the id of a query names its case",
