@@ -126,6 +126,7 @@ void ArcIndex::add_items(const std::vector<RegionArc>& arcs, const std::array<Q,
     for (const Item& item : items_) boxes.push_back(item.box);
     tree_ = BoxTree(boxes);
     halved_.resize(items_.size());
+    enclosed_.resize(items_.size());
 }
 
 void ArcIndex::rank_points() {
@@ -253,15 +254,29 @@ Passage ArcIndex::item_passage(const Item& item, const Query& q) const {
     if (const int right = right_of(item, q, rational && rational->degree() > 1); right != 0)
         return right > 0 ? passed : Passage::Even;
     if (rational) {
-        std::vector<Q> f, g;
-        for (std::size_t i = 0; i < rational->W.size(); ++i) {
-            f.push_back(rational->Y[i] - q.v * rational->W[i]);
-            g.push_back(rational->X[i] - q.u * rational->W[i]);
+        const auto exact_f = [&](std::size_t i) { return rational->Y[i] - q.v * rational->W[i]; };
+        const auto exact_g = [&](std::size_t i) { return rational->X[i] - q.u * rational->W[i]; };
+        const std::size_t n = rational->W.size();
+        for (const std::size_t i : {std::size_t(0), n - 1})
+            if (sign(exact_f(i)) == 0 && sign(exact_g(i)) == 0) return Passage::Through;
+        if (n > 2) {
+            // Enclosures first: exact coefficients take longer than all else together.
+            auto& curve = enclosed_[std::size_t(&item - items_.data())];
+            if (!curve) curve = std::make_unique<EnclosedCurve>(*rational);
+            std::vector<Interval> f, g;
+            const Interval u(q.u.mpq()), v(q.v.mpq());
+            for (std::size_t i = 0; i < n; ++i) {
+                f.push_back(curve->y[i] - v * curve->w[i]);
+                g.push_back(curve->x[i] - u * curve->w[i]);
+            }
+            if (const auto certain = certain_passage(std::move(f), std::move(g), above0, above1))
+                return *certain;
         }
-        const auto ends_at = [&](std::size_t i) { return sign(f[i]) == 0 && sign(g[i]) == 0; };
-        if (ends_at(0) || ends_at(f.size() - 1)) return Passage::Through;
-        if (rational->degree() > 1)
-            if (const auto certain = certain_passage(f, g, above0, above1)) return *certain;
+        std::vector<Q> f, g;
+        for (std::size_t i = 0; i < n; ++i) {
+            f.push_back(exact_f(i));
+            g.push_back(exact_g(i));
+        }
         return feeler_oracle::passage(f, g);
     }
     if (const auto* segment = std::get_if<Segment>(&arc)) {

@@ -61,6 +61,18 @@ class ArcIndex {
         bool equal;
     };
     struct Query;
+    // A rational curve's coefficients.
+    struct EnclosedCurve {
+        std::vector<Interval> x, y, w;
+        explicit EnclosedCurve(const RationalBezierCurve& c) {
+            const auto enclose = [](const std::vector<Q>& from, std::vector<Interval>& to) {
+                for (const Q& a : from) to.emplace_back(a.mpq());
+            };
+            enclose(c.X, x);
+            enclose(c.Y, y);
+            enclose(c.W, w);
+        }
+    };
 
     std::uint32_t add_point(EndPoint point);
     void add_items(const std::vector<RegionArc>& arcs, const std::array<Q, 4>& domain);
@@ -82,8 +94,10 @@ class ArcIndex {
     std::vector<Item> items_;
     std::vector<std::array<Interval64, 3>> circles_;  // centre and radius
     BoxTree tree_, gap_tree_;
-    std::vector<std::vector<std::uint32_t>> odd_;           // of each node of tree_: ranks, sorted
-    mutable std::vector<std::unique_ptr<ArcNode>> halved_;  // of rational items, on demand
+    std::vector<std::vector<std::uint32_t>> odd_;  // of each node of tree_: ranks, sorted
+    // Of rational items, on demand.
+    mutable std::vector<std::unique_ptr<ArcNode>> halved_;
+    mutable std::vector<std::unique_ptr<EnclosedCurve>> enclosed_;
 };
 
 }  // namespace feeler_oracle

@@ -4,6 +4,7 @@
 #include <optional>
 #include <vector>
 
+#include "interval.hpp"
 #include "roots.hpp"
 
 namespace feeler_oracle {
@@ -15,8 +16,8 @@ namespace feeler_oracle {
 // Method: where f has one strict sign on a part (Bernstein coefficients), or g < 0, nothing passes;
 // where g > 0 the transitions of [f > 0] have the parity of its values at the part's ends; else
 // the part is split where f has a strict sign. All in intervals of doubles, which are spent after
-// some fifty halvings: f and g are then cut to the part exactly, and rounded afresh.
-std::optional<Passage> certain_passage(const std::vector<Q>& f, const std::vector<Q>& g,
+// some fifty halvings: f and g (their enclosures) are then cut to the part, and rounded afresh.
+std::optional<Passage> certain_passage(std::vector<Interval> f, std::vector<Interval> g,
                                        bool above0, bool above1);
 
 }  // namespace feeler_oracle
