@@ -22,7 +22,7 @@ pub(crate) struct Args {
     /// One suite alone, and nothing but it.
     #[arg(long)]
     suite: Option<String>,
-    /// How many queries of each suite are asked [default: 400; 32 with --quick].
+    /// How many queries of each suite are asked [default: 400; 24 with --quick].
     #[arg(long, value_name = "COUNT")]
     sample: Option<usize>,
     /// How many seconds an engine may spend on one model of a suite [default: 10; 0.15 with --quick].
@@ -34,7 +34,7 @@ pub(crate) struct Args {
 }
 
 const QUICK: Plan = Plan {
-    sample: 32,
+    sample: 24,
     repetitions: 3,
     seconds: 0.15,
 };

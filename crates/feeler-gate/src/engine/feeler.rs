@@ -24,7 +24,7 @@ struct Part {
 /// The kernel of this project.
 ///
 /// With surfaces turned into NURBS its bounds are about the NURBS, which differ from what was asked about by rounding: they are
-/// left out of its answers, and only the separation of a ball or a half-space and its deepest contact are treated. Counts,
+/// left out of its answers, but for accuracies far coarser than that, and only the separation of a ball or a half-space and its deepest contact are treated. Counts,
 /// sides and parameters may rightly be others there.
 #[derive(Debug, Default)]
 pub struct FeelerEngine {
@@ -95,6 +95,25 @@ impl FeelerEngine {
             return only;
         }
         union(answers, options, self.size())
+    }
+
+    /// What is known of the native BREP from the one turned into NURBS.
+    fn as_nurbs(&mut self, probe: &Probe, mut options: Options) -> Body {
+        /// Accuracies coarser than this part of the size leave room for how far surfaces move.
+        const COARSE: f64 = 1.0 / (1u64 << 30) as f64;
+        let size = self.size();
+        let coarse = match options.accuracy {
+            Accuracy::Length(a) if a > COARSE * size => Some(a),
+            _ => None,
+        };
+        if let Some(a) = coarse {
+            options.accuracy = Accuracy::Length(a - 2.0 * ROOM * size);
+        }
+        about_native(
+            Body::from(&self.contact(probe, &options)),
+            coarse.is_some(),
+            size,
+        )
     }
 
     fn line(&mut self, line: &LineProbe, options: &Options) -> LineAnswer {
@@ -258,9 +277,7 @@ impl Engine for FeelerEngine {
                 };
                 overlap(&self.contact(&probe, &options))
             }
-            Ask::Contact(probe) if self.way.nurbs => {
-                without_bounds(Body::from(&self.contact(&probe, &options)), self.size())
-            }
+            Ask::Contact(probe) if self.way.nurbs => self.as_nurbs(&probe, options),
             Ask::Contact(probe) => Body::from(&self.contact(&probe, &options)),
             Ask::Line(line) => {
                 let mut answer = self.line(&line, &options);
@@ -305,10 +322,11 @@ impl Engine for FeelerEngine {
     }
 }
 
-/// The values alone. What is undecided has no value, but a bound: far more than surfaces move is added to it.
-fn without_bounds(mut body: Body, size: f64) -> Body {
-    /// Turned into NURBS, models move by some 2^-50 of their size.
-    const ROOM: f64 = 1.0 / (1u64 << 40) as f64;
+/// Turned into NURBS, models move by some 2^-50 of their size: this part of it is far more.
+const ROOM: f64 = 1.0 / (1u64 << 40) as f64;
+
+/// The values alone, unless `bounds` are wanted or it is undecided: then there is [`ROOM`] about the bounds.
+fn about_native(mut body: Body, bounds: bool, size: f64) -> Body {
     if let Body::Contact {
         separation,
         contacts,
@@ -316,9 +334,9 @@ fn without_bounds(mut body: Body, size: f64) -> Body {
         ..
     } = &mut body
     {
-        let alone = |claim: &Claim| match undecided {
-            None => value_alone(claim.value),
-            Some(_) => Claim {
+        let alone = |claim: &Claim| match bounds || undecided.is_some() {
+            false => value_alone(claim.value),
+            true => Claim {
                 value: claim.value,
                 lo: claim.lo.map(|lo| lo - ROOM * size),
                 hi: claim.hi.map(|hi| hi + ROOM * size),

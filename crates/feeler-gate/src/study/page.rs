@@ -146,6 +146,12 @@ fn curves(suite: &SuiteStudy, of: impl Fn(&Point) -> Option<(f64, f64)>) -> Vec<
             }),
         }
     }
+    // One dot alone says whose it is.
+    for curve in &mut curves {
+        if let [mark] = &mut curve.marks[..] {
+            mark.label = format!("{} {}", curve.name, mark.label);
+        }
+    }
     curves
 }
 

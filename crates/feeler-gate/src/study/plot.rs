@@ -175,7 +175,8 @@ impl Plot {
         let dot = |(x, y): (i32, i32)| [x - DOT, y - DOT, x + DOT, y + DOT];
         let dots = marks().map(|m| dot(chart.backend_coord(&(m.at, m.y.max(least)))));
         let mut taken: Vec<Pixels> = dots.collect();
-        let frame = [0, 0, SIZE.0 as i32, SIZE.1 as i32];
+        let corner = chart.backend_coord(&(x0, y0));
+        let frame = [corner.0, 0, SIZE.0 as i32, corner.1];
         for curve in &self.curves {
             let at = names.iter().position(|n| *n == curve.name).unwrap_or(0);
             for m in &curve.marks {
