@@ -100,6 +100,7 @@ fn made_up() -> Study {
             microseconds: Some(4.0),
             easy_microseconds: Some(2.0),
             reasons: vec!["e=1e-15 R: why".to_owned()],
+            not_reached: 0,
         }],
         omissions: vec!["what is not in it".to_owned()],
     }

@@ -60,6 +60,8 @@ pub struct Extreme {
     pub easy_microseconds: Option<f64>,
     /// Reasons of those that are not right, a few.
     pub reasons: Vec<String>,
+    /// Hard queries that were left when the case's time was over.
+    pub not_reached: usize,
 }
 
 /// How many reasons are kept.
@@ -67,6 +69,8 @@ const REASONS: usize = 3;
 
 #[derive(Default)]
 struct Tally {
+    spent: f64,
+    not_reached: usize,
     hard: Vec<f64>,
     easy: Vec<f64>,
     counts: [usize; 3],
@@ -118,6 +122,8 @@ pub(crate) fn extremes(
 
 /// See [`extremes`].
 const SLOW: f64 = 0.1;
+/// A case may take this many times `seconds`; what is left then is not asked.
+const PATIENCE: f64 = 10.0;
 
 fn one(
     case: &Case,
@@ -131,11 +137,16 @@ fn one(
         return;
     };
     let tally = tallies.entry(name.to_owned()).or_default();
+    if how != EASY && tally.spent > PATIENCE * seconds {
+        tally.not_reached += 1;
+        return;
+    }
     let query = &case.query.query;
     let start = Instant::now();
     let body = engine.answer(query).body;
     let first = start.elapsed().as_secs_f64();
     let slow = first > SLOW * seconds;
+    tally.spent += first;
     let mut times = Vec::new();
     if slow {
         times.push(first * 1e6);
@@ -278,5 +289,6 @@ fn row(about: About, tallies: &BTreeMap<String, Tally>) -> Extreme {
         microseconds: median(&tally.hard),
         easy_microseconds: median(&tally.easy),
         reasons: tally.reasons.clone(),
+        not_reached: tally.not_reached,
     }
 }

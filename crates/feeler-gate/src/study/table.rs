@@ -227,7 +227,10 @@ pub(crate) fn extremes(study: &Study) -> Table {
             0 => "-".to_owned(),
             _ => n.to_string(),
         };
-        let note = e.elsewhere.clone().unwrap_or_else(|| e.reasons.join("; "));
+        let mut note = e.elsewhere.clone().unwrap_or_else(|| e.reasons.join("; "));
+        if e.not_reached > 0 {
+            note = format!("{} more not asked for want of time; {note}", e.not_reached);
+        }
         vec![
             e.id.clone(),
             e.about.clone(),
