@@ -76,6 +76,9 @@ RawDistance support_of(const Core& core, double x, double y, double z, double h,
 // Of the distance to the point `at`, or (linear) of at.x - h, up to the limit.
 RawContacts contacts_of(const Core& core, bool linear, rust::Slice<const double> at, double h,
                         double limit, double join);
+// A box x0, x1, y0, y1, z0, z1 of the foot (contact_foot.hpp), or nothing.
+rust::Vec<double> foot_of(const Core& core, bool linear, rust::Slice<const double> at, double h,
+                          double limit);
 // See contacts.hpp.
 double join_width(const Core& core);
 // kind: 0 line, 1 ray, 2 segment.

@@ -18,8 +18,8 @@
 // longer than 2^-30 of the size, and says nothing of where in it the contact is.
 //
 // Proof.
-// 1. Candidates. A local minimiser of f over F is one over its face, so of one of the kinds (a),
-// (b1), (b2) of distance_pieces.hpp: a critical point in one or two parameters inside a Trim, Joint
+// 1. Candidates (contact_candidates.hpp). A local minimiser of f over F is one over its face, so of
+// one of the kinds (a), (b1), (b2) of distance_pieces.hpp: a critical point in one or two parameters inside a Trim, Joint
 // or Patch, or a Point. A box of one of these goes if f > limit on it; if the region does not meet
 // it; if one of the derivatives of f has a strict sign on it (item 2 of distance.hpp, T the range
 // of f on the box up to the limit); or if the second derivative along a direction that enters the
@@ -34,8 +34,8 @@
 // points outward, g_1 (z - x)_1 >= 0 drops out of both lines: |g| is then that of the other
 // direction, and if g_1 is larger than it can change within the radius (bounds of B f'' times the
 // radius), there is no critical point in the box. Boxes on which f varies by no more than 2^-44 of
-// the size are candidates as they are. Candidates whose boxes in space are nearer than `join` are
-// one entry.
+// the size are candidates as they are, unless 320 bits exclude a critical point or find the one.
+// Candidates whose boxes in space are nearer than `join` are one entry.
 // 2. Entries that go. A way down from all points of an entry's box shows that it holds no contact
 // (contact_ways.hpp, fall).
 // 3. Minima. Let K be the box, p a point of F in it with f(p) <= hi, and let f > hi + join at all
@@ -47,6 +47,19 @@
 // in K. (Boxes next to K with lo > hi, which K took in, cannot hold it, as its f is no more than
 // hi.) The same follows without a wall where all other entries have lo > hi: the least f of all of
 // F is attained at a contact.
+// 4. Native surfaces and images known up to a slack. Nets are enclosures of true nets, whose
+// parameters alone differ from the surface's (native_patch.hpp): critical points, signs and the
+// faces' points are the same. Of a Trim with slack delta the true image is g + R. Either R comes of
+// the noise at the border of a patch alone (face_pieces.cpp): then it is zero but next to an end,
+// whose Point, widened by delta, holds what is there. Or g is the Taylor polynomial in sigma = 2 t -
+// 1 of degree k = kOrder (trim_image.hpp), with W = 1 and B constant: then R' and R'' are the
+// remainders of the Taylor polynomials of degree k - 1 and k - 2 of the image's derivatives, whose
+// next coefficients are (k + 1) c and (k + 1) k c, c that of the image itself: |R| <= delta, |R'| <=
+// 2 (k + 1) delta = 50 delta, |R''| <= 4 (k + 1) k delta = 2400 delta, derivatives by t. With D
+// above the distance of g's control points from the point c (or above |n|), |g'| <= 2 k D = 48 D,
+// |g''| <= 4 k (k - 1) D = 2208 D, and delta <= D: A' is off by no more than 296 delta D, A'' by
+// 28616 delta D, f as a length by delta. Each test allows for that much; boxes are widened by
+// delta.
 #pragma once
 
 #include <array>
@@ -85,15 +98,5 @@ Contacts contacts(const Pieces& model, const Objective& objective, double limit,
 // A length no less than any crack that is seen at samples of the edges' images, and than 2^-44 of
 // the size: what contacts takes as `join`. The theorem holds for any.
 double join_of(const class Core& core);
-
-// Ranges of f over a box, in doubles.
-Interval64 range_of(const Net64& n);
-// [lo, hi] of the distance (or of n.x - h) from f's.
-double rooted_down(const Objective& o, double f);
-double rooted_up(const Objective& o, double f);
-
-// Lower bound of the distance of two boxes, and upper bound of that of their points.
-double least_apart(const std::array<double, 6>& a, const std::array<double, 6>& b);
-double most_apart(const std::array<double, 6>& a, const std::array<double, 6>& b);
 
 }  // namespace feeler_oracle

@@ -1,10 +1,9 @@
 // The entry of bridge.hpp for contacts.
 #include <cmath>
 #include <stdexcept>
-#include <string>
-#include <variant>
 
 #include "bridge.hpp"
+#include "contact_foot.hpp"
 #include "contacts.hpp"
 #include "feeler-oracle/src/bridge.rs.h"
 #include "guard.hpp"
@@ -13,14 +12,12 @@ namespace feeler_oracle {
 
 namespace {
 
-// A sum or a revolution may jump where its poly-curves do, and ways take faces to be continuous.
-void refuse_native(const Core& core) {
-    const auto& faces = core.model().faces;
-    for (std::size_t f = 0; f < faces.size(); ++f)
-        if (!std::holds_alternative<NurbsSurface>(faces[f].surface) &&
-            !std::holds_alternative<Plane>(faces[f].surface))
-            throw std::invalid_argument("contacts: face " + std::to_string(f) +
-                                        " is a revolution or a sum: not served yet");
+void check_query(rust::Slice<const double> at, double h, double limit) {
+    if (at.size() != 3) throw std::invalid_argument("three numbers are needed");
+    for (double c : {at[0], at[1], at[2], h, limit}) {
+        if (!std::isfinite(c)) throw std::invalid_argument("the query is not finite");
+        if (std::fabs(c) > kLargest) throw std::invalid_argument("the query is out of range");
+    }
 }
 
 }  // namespace
@@ -28,14 +25,9 @@ void refuse_native(const Core& core) {
 RawContacts contacts_of(const Core& core, bool linear, rust::Slice<const double> at, double h,
                         double limit, double join) {
     return guarded([&] {
-        if (at.size() != 3) throw std::invalid_argument("three numbers are needed");
-        for (double c : {at[0], at[1], at[2], h, limit, join}) {
-            if (!std::isfinite(c)) throw std::invalid_argument("the query is not finite");
-            if (std::fabs(c) > kLargest) throw std::invalid_argument("the query is out of range");
-        }
-        refuse_native(core);
+        check_query(at, h, limit);
         RawContacts r{{}, 0, true, 0};
-        if (!(join > 0)) throw std::invalid_argument("no length");
+        if (!(join > 0 && join <= kLargest)) throw std::invalid_argument("no length");
         if (!linear && limit < 0) return r;
         const Contacts found =
             contacts(core.pieces(), {linear, {at[0], at[1], at[2]}, h}, limit, join);
@@ -56,11 +48,20 @@ RawContacts contacts_of(const Core& core, bool linear, rust::Slice<const double>
     });
 }
 
-double join_width(const Core& core) {
+rust::Vec<double> foot_of(const Core& core, bool linear, rust::Slice<const double> at, double h,
+                          double limit) {
     return guarded([&] {
-        refuse_native(core);
-        return join_of(core);
+        check_query(at, h, limit);
+        rust::Vec<double> r;
+        if (!linear && limit < 0) return r;
+        if (const auto box = foot_box(core.pieces(), {linear, {at[0], at[1], at[2]}, h}, limit))
+            for (double x : *box) r.push_back(x);
+        return r;
     });
+}
+
+double join_width(const Core& core) {
+    return guarded([&] { return join_of(core); });
 }
 
 }  // namespace feeler_oracle

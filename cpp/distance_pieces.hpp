@@ -90,6 +90,8 @@ struct Piece {
 struct ArcNet {
     std::array<std::vector<Interval>, 3> c;
     std::array<Interval64, 2> box;  // of its hull in u and v
+    int arc = -1;                   // of the region
+    double from = 0, to = 1;        // its parameters there, rounded
 };
 
 // What a search needs of one face.

@@ -48,18 +48,6 @@ Interval in_square(const Along& a) {
     return s;
 }
 
-// The surface's parameters of a part of a box, enclosed.
-std::array<Interval, 2> parameters(const Piece& s, const DyadicBox& b, const Interval& x,
-                                   const Interval& y) {
-    const int moving = varies(s);
-    std::array<Interval, 2> r;
-    for (int k = 0; k < 2; ++k)
-        r[k] = moving == 2 || moving == k
-                   ? s.patch->map[k].to_surface(in_square(along(s, b, k, x, y)))
-                   : Interval(s.uv[2 * k].mpq());
-    return r;
-}
-
 bool linear(const Piece& s) {
     const int moving = varies(s);
     for (int k = 0; k < 2; ++k)
@@ -96,6 +84,17 @@ bool holds_middle(const PieceInRegion& s, const std::array<Interval, 2>& box) {
 }
 
 }  // namespace
+
+std::array<Interval, 2> parameters(const Piece& s, const DyadicBox& b, const Interval& x,
+                                   const Interval& y) {
+    const int moving = varies(s);
+    std::array<Interval, 2> r;
+    for (int k = 0; k < 2; ++k)
+        r[k] = moving == 2 || moving == k
+                   ? s.patch->map[k].to_surface(in_square(along(s, b, k, x, y)))
+                   : Interval(s.uv[2 * k].mpq());
+    return r;
+}
 
 BoxSide region_side(const PieceInRegion& s, const DyadicBox& b, const Interval64& x,
                     const Interval64& y) {

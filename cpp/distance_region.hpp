@@ -15,6 +15,10 @@ struct PieceInRegion {
 BoxSide region_side(const PieceInRegion& s, const DyadicBox& box, const Interval64& x,
                     const Interval64& y);
 
+// The surface's parameters of a part of a box of a Patch or Joint, enclosed.
+std::array<Interval, 2> parameters(const Piece& s, const DyadicBox& box, const Interval& x,
+                                   const Interval& y);
+
 // Whether the region is known to hold the point (x, y) of the box. Exactly where the piece's
 // parameters are linear in the surface's. Else the point is known in an interval only, and held
 // where no arc meets that and the region holds the middle of it.

@@ -334,9 +334,10 @@ struct FaceBuilder {
             const UvPieces curves = uv_curves(any);
             for (size_t i = 0; i < curves.pieces.size(); ++i) {
                 const UvCurve& curve = curves.pieces[i];
-                out.arcs.push_back({curve.c, hull_of(curve)});
                 arc_from = curves.at[i];
                 arc_to = curves.at[i + 1];
+                out.arcs.push_back({curve.c, hull_of(curve), arc, CGAL::to_double(arc_from),
+                                    CGAL::to_double(arc_to)});
                 add_curve(curve);
             }
         }

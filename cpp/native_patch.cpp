@@ -118,6 +118,50 @@ Interval64 ParameterMap::to_surface64(const Interval64& s) const {
     return {at(s.lo, false), at(s.hi, true)};
 }
 
+ParameterMap::Square64 ParameterMap::to_square64(const Interval64& t) const {
+    const Interval64 length = to64_ - from64_;
+    const Interval64 ratio = divide_positive(t - from64_, length);
+    const Interval64 part(std::min(1.0, std::max(0.0, ratio.lo)),
+                          std::max(0.0, std::min(1.0, ratio.hi)));
+    if (!turn_) return {part, divide_positive(Interval64(1.0), length)};
+    // With h the half turn and a = part h: s = y / (y + z), y = sin a, z = sin(h - a), and
+    // ds/da = sin h / (y + z)^2. Both sines increase in their arguments, which are below pi / 2.
+    constexpr mpfr_prec_t kShort = 64;
+    struct Sines {
+        Interval64 y, z;
+    };
+    const auto at = [&](double x) -> Sines {
+        mpfr_t angle;
+        mpfr_init2(angle, kShort);
+        const auto sine = [&](double share, bool up) {
+            const mpfr_rnd_t out = up ? MPFR_RNDU : MPFR_RNDD;
+            mpfr_mul_d(angle, (up ? half_.hi : half_.lo).get(), share, out);
+            mpfr_sin(angle, angle, out);
+            const double s = mpfr_get_d(angle, out);
+            return up ? std::min(s, 1.0) : std::max(s, 0.0);
+        };
+        const Interval64 rest = Interval64(1.0) - Interval64(x);
+        const Sines r{{sine(x, false), sine(x, true)},
+                      {sine(std::max(0.0, rest.lo), false), sine(std::min(1.0, rest.hi), true)}};
+        mpfr_clear(angle);
+        return r;
+    };
+    const Sines low = at(part.lo), high = part.hi == part.lo ? low : at(part.hi);
+    const Interval64 first = divide_positive({low.y.lo, low.y.lo}, Interval64(low.y.lo) + low.z.hi),
+                     last = divide_positive({high.y.hi, high.y.hi}, Interval64(high.y.hi) + high.z.lo);
+    // y + z = 2 sin(h / 2) cos(a - h / 2) is least at an end, and largest at the middle, if that is
+    // between them.
+    const Interval64 d0 = low.y + low.z, d1 = high.y + high.z;
+    Interval64 d(std::min(d0.lo, d1.lo), std::max(d0.hi, d1.hi));
+    if (part.lo <= 0.5 && part.hi >= 0.5) {
+        const Sines m = at(0.5);
+        d.hi = std::max(d.hi, (m.y + m.z).hi);
+    }
+    const Interval64 slope =
+        divide_positive(divide_positive(sin_half_.outer() * half_.outer(), d * d), length);
+    return {{std::max(0.0, std::min(1.0, first.lo)), std::min(1.0, std::max(0.0, last.hi))}, slope};
+}
+
 // ---- vectors
 
 Vector3 to_vector(const std::array<double, 3>& x) {

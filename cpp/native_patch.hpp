@@ -50,6 +50,11 @@ class ParameterMap {
     Interval to_square(const Interval& t) const;
     // The first as outward doubles; half the work of the other.
     Interval64 to_surface64(const Interval64& s) const;
+    // The other way likewise, with the derivative ds/dt there.
+    struct Square64 {
+        Interval64 s, slope;
+    };
+    Square64 to_square64(const Interval64& t) const;
     // The same map onto another range of t.
     ParameterMap onto(Q from, Q to) const;
 

@@ -229,6 +229,7 @@ pub(crate) mod ffi {
             limit: f64,
             join: f64,
         ) -> Result<RawContacts>;
+        fn foot_of(core: &Core, linear: bool, at: &[f64], h: f64, limit: f64) -> Result<Vec<f64>>;
         fn join_width(core: &Core) -> Result<f64>;
         fn inside_of(core: &Core, x: f64, y: f64, z: f64, rays: i32) -> Result<RawInside>;
         fn critical_points_of(

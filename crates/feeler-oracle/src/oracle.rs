@@ -91,6 +91,11 @@ impl Oracle {
             .collect()
     }
 
+    /// Whether there is one BREP alone.
+    pub(crate) fn is_single(&self) -> bool {
+        self.single.is_empty()
+    }
+
     /// How many faces all BREPs have together.
     pub fn faces(&self) -> usize {
         self.faces

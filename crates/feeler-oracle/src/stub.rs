@@ -91,6 +91,15 @@ impl Oracle {
         match self.never {}
     }
 
+    /// Where the separation is attained, if that is one place.
+    pub fn foot(
+        &self,
+        _probe: &Probe,
+        _separation: &TruthEnclosure,
+    ) -> Result<Option<[[f64; 2]; 3]>, OracleError> {
+        match self.never {}
+    }
+
     /// The side of a point of a face's parameter space.
     pub fn side(&self, _face: usize, _uv: [f64; 2]) -> Result<SideTruth, OracleError> {
         match self.never {}

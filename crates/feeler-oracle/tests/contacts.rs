@@ -4,10 +4,11 @@
 mod scene;
 
 use feeler::brep::{Brep, BrepBuilder};
-use feeler::nurbs::{Curve3, Line, Sum, Surface};
+use feeler::nurbs::Surface;
 use feeler::query::{HalfSpace, Probe, Sphere};
-use feeler_oracle::{ContactTruth, ContactsTruth, Oracle, OracleError};
+use feeler_oracle::{ContactsTruth, Oracle};
 use nalgebra::{Point3, Vector3};
+use scene::contacts::{must_be, near, one_continuum};
 use scene::{interval, patch};
 
 fn ball(center: [f64; 3], radius: f64) -> Probe {
@@ -23,27 +24,6 @@ fn contacts(breps: &[&Brep], probe: &Probe, prediction: f64) -> ContactsTruth {
         .unwrap()
         .contacts(probe, prediction)
         .unwrap()
-}
-
-fn near(at: &[[f64; 2]; 3], point: [f64; 3], slack: f64) -> bool {
-    (0..3).all(|k| at[k][0] - slack <= point[k] && point[k] <= at[k][1] + slack)
-}
-
-/// Exactly these contacts, all proven points: where, and their separations.
-fn must_be(found: &ContactsTruth, expected: &[([f64; 3], f64)]) {
-    assert!(found.whole);
-    assert_eq!(found.contacts.len(), expected.len(), "{found:#?}");
-    for (point, separation) in expected {
-        let fits = |c: &&ContactTruth| near(&c.at, *point, 1e-12);
-        let mut all = found.contacts.iter().filter(fits);
-        let (Some(c), None) = (all.next(), all.next()) else {
-            panic!("none or several at {point:?}: {found:#?}");
-        };
-        assert!(c.proven && !c.continuum, "{c:?}");
-        let (lo, hi) = (c.separation.lo.approximate(), c.separation.hi.approximate());
-        assert!((lo - separation).abs() < 1e-14, "{lo}, not {separation}");
-        assert!(c.separation.width().approximate() < 1e-30, "[{lo}, {hi}]");
-    }
 }
 
 /// The box [0, 1]^3.
@@ -116,17 +96,13 @@ fn half_spaces_against_a_box() {
     let found = ask([-0.6, 0.48, 0.64], 9.0);
     assert_eq!(found.contacts.len(), 1, "{x}");
     assert!(near(&found.contacts[0].at, [1.0, 0.0, 0.0], 1e-15));
-    // Parallel to a face, and to an edge: all of it, once. (What is level elsewhere, but not
-    // lowest, stays unsettled: the oracle looks for ways down from points alone.)
+    // Parallel to a face, and to an edge: all of it, once.
     for (n, size) in [
         ([1.0, 0.0, 0.0], [0.0, 1.0, 1.0]),
         ([0.6, 0.8, 0.0], [0.0, 0.0, 1.0]),
     ] {
         let found = ask(n, 9.0);
-        let proven: Vec<_> = found.contacts.iter().filter(|c| c.proven).collect();
-        assert_eq!(proven.len(), 1, "{found:#?}");
-        let c = proven[0];
-        assert!(c.continuum);
+        let c = one_continuum(&found);
         for k in 0..3 {
             assert!(
                 (c.at[k][0]).abs() < 1e-12 && (c.at[k][1] - size[k]).abs() < 1e-12,
@@ -253,7 +229,7 @@ fn a_torus() {
         assert!(found.contacts[0].proven);
     }
     // On the axis: a circle.
-    only_a_continuum(&ask([0.0, 0.0, 0.5], 20.0));
+    one_continuum(&ask([0.0, 0.0, 0.5], 20.0));
     // A half-space in a general direction has one support; parallel to the ring, a circle.
     let found = oracle
         .contacts(&half_space([0.6, 0.48, 0.64], 0.0), 20.0)
@@ -262,16 +238,7 @@ fn a_torus() {
     let found = oracle
         .contacts(&half_space([0.0, 0.0, 1.0], 0.0), 20.0)
         .unwrap();
-    only_a_continuum(&found);
-}
-
-/// Level seams elsewhere are not settled: the oracle looks for ways down from points alone.
-fn only_a_continuum(found: &ContactsTruth) {
-    let mut proven = found.contacts.iter().filter(|c| c.proven);
-    let (Some(c), None) = (proven.next(), proven.next()) else {
-        panic!("{found:#?}");
-    };
-    assert!(c.continuum);
+    one_continuum(&found);
 }
 
 #[test]
@@ -281,24 +248,4 @@ fn a_domain_is_an_interval() {
         panic!("no NURBS");
     };
     assert_eq!(s.knots_u().domain(), interval(0.0, 1.0));
-}
-
-/// Ways and walls have not been proven for it.
-#[test]
-fn a_native_sum_is_refused() {
-    let along = |to: [f64; 3]| {
-        Curve3::Line(Line::new(Point3::origin(), Point3::from(to), interval(0.0, 1.0)).unwrap())
-    };
-    let sum = Surface::Sum(Sum {
-        base: Vector3::zeros(),
-        first: along([1.0, 0.0, 0.0]),
-        second: along([0.0, 1.0, 0.0]),
-    });
-    let brep = Brep::from_surface(sum).unwrap();
-    let oracle = Oracle::new(&[&brep]).unwrap();
-    let refused = oracle.contacts(&ball([0.5, 0.5, 1.0], 1.0), 0.1);
-    assert!(
-        matches!(refused, Err(OracleError::Refused(_))),
-        "{refused:?}"
-    );
 }

@@ -1,6 +1,8 @@
 //! BREPs made by hand, and random numbers, for the tests.
 #![allow(dead_code, reason = "each test uses a part of it")]
 
+#[cfg(feature = "cgal")]
+pub(crate) mod contacts;
 pub(crate) mod native;
 pub(crate) mod stress;
 
