@@ -7,7 +7,7 @@ use feeler::numeric::Interval;
 use feeler::nurbs::{Arc, Curve3, Line, Revolution, Surface};
 use feeler::query::LineKind;
 use feeler_oracle::second::number::{Ball, Number};
-use feeler_oracle::second::{Bound, Second, analytic};
+use feeler_oracle::second::{Bound, Second, SecondContacts, analytic};
 use nalgebra::{Point3, Vector3};
 use scene::{Random, brep, circle, interval, plane, polygon};
 use std::f64::consts::PI;
@@ -171,4 +171,36 @@ fn trimmed_planes() {
     assert!(hits(0.6).is_empty() && hits(3.5).is_empty());
     // On the edge: a hit, but not known to be one of the face.
     assert!(!hits(3.0)[0].certain);
+}
+
+/// The suite `contacts`, query 11: the foot is on the socket's seam up to rounding, so that f falls from one of the two
+/// ends of the face there. That was once taken for a way down, and the contact for none. Away from the seam the same ball
+/// has its one contact for certain.
+#[test]
+fn a_fall_within_rounding_at_a_seam_is_no_way_down() {
+    let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR"))
+        .join("../../corpora/models/thesis/ball_joint_cavity_nurbs.3dm");
+    let model = feeler_corpus::Model::load(&path, None).unwrap();
+    let breps: Vec<&Brep> = model.breps.iter().collect();
+    let second = Second::new(&breps);
+    const SIZE: f64 = 24.0;
+    let (x, z, radius) = (
+        0.3109565285894875,
+        -2.5288106581767846,
+        0.047857395455215314,
+    );
+    for (turn, must_be_told) in [(0.0f64, false), (0.7, true), (2.5, true)] {
+        let (sin, cos) = turn.sin_cos();
+        match second.sphere_contacts([x * cos, x * sin, z], radius, SIZE) {
+            SecondContacts::All(all) => {
+                assert_eq!(all.len(), 1, "{turn}: {all:?}");
+                // On the sphere of radius 2.5, below the centre of the ball.
+                let scale = 2.5 / f64::hypot(x, z);
+                let foot = [x * cos * scale, x * sin * scale, z * scale];
+                let off = (0..3).map(|k| (all[0].at[k][0] - foot[k]).abs());
+                assert!(off.fold(0.0, f64::max) < 1e-9, "{turn}: {all:?}");
+            }
+            SecondContacts::Open(why) => assert!(!must_be_told, "{turn}: {why}"),
+        }
+    }
 }

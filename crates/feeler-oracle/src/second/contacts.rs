@@ -18,20 +18,22 @@
 //! - sides and corners of the domain likewise, with the cells' own derivatives; an arc that is one point in space (a
 //!   pole) by the derivatives into the region all along it.
 //!
-//! A place that stands is a contact if on each face that comes within `join` of it a place within `join` stands,
-//! and from none of those that fall there a way leads to values lower by more than `join`. (At a seam one end
-//! of a face may stand, and the other fall on, or by rounding only.)
+//! A place that stands is a contact if on each face that comes within `join` of it a place within `join` stands, and
+//! none falls there. It is none if from one that falls there a way leads to values lower by more than `join`. (At a seam
+//! one end of a face may stand, and the other fall on, or by rounding only: which of the two, is left open.)
 //!
-//! **Guarantee.** [`SecondContacts::All`] is all of them, but for two steps taken on trust: the first eighth of a way down
-//! (`falls_far`) is not looked at for whether it belongs to the region, and a pole may be put aside by samples alone. Wherever something is not proven (degenerate minima,
-//! continua, borders that are neither on a side nor clear of it, faces apart by more than `join` and less than what
-//! counts as the same place) the answer is [`SecondContacts::Open`].
+//! **Guarantee.** [`SecondContacts::All`] is all of them. Wherever something is not proven (degenerate minima,
+//! continua, poles that stand, borders that are neither on a side nor clear of it, a fall beside a place that stands
+//! which no straight way shows to be deep, faces apart by more than `join` and less than what counts as the same
+//! place) the answer is [`SecondContacts::Open`].
 
 use super::number::{Ball, Interval64, Number};
 use super::region::Place;
-use super::search::{Candidate, Goal, Item, Kind, Newton, Scene, Step, split};
+use super::search::{
+    Candidate, Goal, Item, Kind, Newton, Scene, Step, excludes_zero, no_minimum, split, weights,
+};
 use super::space::Second;
-use super::standing::{Own, Standing, all_rise, both};
+use super::standing::{Standing, all_rise, both};
 use feeler::numeric::Dyadic;
 
 /// What is joined, as a part of the size.
@@ -73,6 +75,8 @@ struct Spot {
     standing: Standing,
     /// A way leads from here to values lower by more than `join`.
     deep: bool,
+    /// An arc or a side that is one point in space.
+    pole: bool,
 }
 
 impl Spot {
@@ -88,7 +92,7 @@ fn least_apart(a: &[[f64; 2]; 3], b: &[[f64; 2]; 3]) -> f64 {
 }
 
 /// No points of the boxes are farther.
-fn most_apart(a: &[[f64; 2]; 3], b: &[[f64; 2]; 3]) -> f64 {
+pub(super) fn most_apart(a: &[[f64; 2]; 3], b: &[[f64; 2]; 3]) -> f64 {
     let gap = |k: usize| (a[k][1] - b[k][0]).max(b[k][1] - a[k][0]);
     gap(0).hypot(gap(1)).hypot(gap(2))
 }
@@ -169,36 +173,19 @@ impl Scene<'_> {
         }
         // An arc that may leave the domain may have its minimum where it does.
         let critical = item.inside || !matches!(seed.kind, Kind::Arc(_));
-        let excluded = |g: &[N; 2]| (0..dims).any(|c| !g[c].may_be_zero());
-        if critical && excluded(&over.g) {
+        if critical && excludes_zero(&over.g, dims) {
             return Step::Gone;
         }
         let middle = [item.x[0].middle(), item.x[1].middle()];
         let Some(at) = self.local(goal, seed, &middle, over.cell) else {
             return split(seed, item, dims, &[1.0, 1.0]);
         };
-        let weight: [f64; 2] = std::array::from_fn(|c| {
-            let r = item.x[c].radius();
-            if c >= dims {
-                0.0
-            } else if over.smooth {
-                r * over.h[2 * c].magnitude().sqrt()
-            } else {
-                r * over.g[c].magnitude()
-            }
-        });
+        let weight = weights(&item, &over, dims);
         if !over.smooth || !critical {
             return split(seed, item, dims, &weight);
         }
         let d: [N; 2] = std::array::from_fn(|c| item.x[c].minus(&middle[c]));
-        let moved = |a: &N, b: &N, c: &N| a.times(&d[0]).plus(&b.times(&d[1])).plus(c);
-        let g = [
-            moved(&over.h[0], &over.h[1], &at.g[0]),
-            moved(&over.h[1], &over.h[2], &at.g[1]),
-        ];
-        // Where f is concave along a parameter there is no local minimum inside the box, nor on its border, which the
-        // enclosure holds too.
-        if excluded(&g) || (0..dims).any(|c| over.h[2 * c].is_negative()) {
+        if no_minimum(&over, &at, &d, dims) {
             return Step::Gone;
         }
         match self.newton(goal, seed, &item, &at, &over, dims) {
@@ -247,9 +234,13 @@ impl Scene<'_> {
                 return Err("no derivative".to_owned());
             };
             let shape = &self.faces[face].shape;
-            let mut own: Vec<Own> = Vec::new();
+            let mut start = local.uv.clone();
             let standing = match &seed.kind {
-                kind if pole => self.pole(goal, face, kind, &seed.x[0]),
+                kind if pole => {
+                    let (standing, from) = self.pole(goal, face, kind, &seed.x[0]);
+                    start = from.unwrap_or(start);
+                    standing
+                }
                 Kind::Point { on_loop: true } => {
                     let arcs = &self.faces[face].region.arcs;
                     let same = |a: &Ball, b: &Ball| a.center() == b.center();
@@ -257,9 +248,6 @@ impl Scene<'_> {
                         .find(|a| (0..2).all(|c| same(&arcs[*a].start[c], &seed.x[c])));
                     match arc {
                         Some(arc) if self.nearly_in_domain(face, &seed.x) => {
-                            let before = (0..arcs.len()).filter(|a| arcs[*a].next == arc);
-                            own.extend(before.map(|a| (a, 1.0)));
-                            own.push((arc, 0.0));
                             self.joint(goal, face, arc)
                         }
                         Some(_) => match self.place(seed, &local.uv) {
@@ -289,15 +277,19 @@ impl Scene<'_> {
             let Some((jet, _)) = self.jets::<Ball>(seed, &seed.x, None) else {
                 return Err("no point".to_owned());
             };
-            let deep = standing == Standing::Falls
-                && (pole || self.falls_far(goal, face, &local.uv, &own, join));
-            spots.push(Spot {
-                face,
-                at: jet.p,
-                f: local.f,
-                standing,
-                deep,
-            });
+            spots.push(self.judged(
+                goal,
+                Spot {
+                    face,
+                    at: jet.p,
+                    f: local.f,
+                    standing,
+                    deep: false,
+                    pole,
+                },
+                &start,
+                join,
+            ));
         }
         let mut found = Vec::new();
         let left = self.hunt(goal, start, limit, BUDGET[0], &mut found);
@@ -322,6 +314,7 @@ impl Scene<'_> {
                 at: jet.p,
                 standing: Standing::Open("a box that is not settled"),
                 deep: false,
+                pole: false,
             });
         }
         for candidate in &found {
@@ -381,18 +374,22 @@ impl Scene<'_> {
                 }
             }
         };
-        let own = match &seed.kind {
-            Kind::Arc(a) => vec![(*a, k[0].middle().lo())],
-            _ => Vec::new(),
-        };
-        let deep = standing == Standing::Falls && self.falls_far(goal, face, &at.uv, &own, join);
-        Ok(Some(Spot {
+        let spot = Spot {
             face,
             at: jet.p,
             f: at.f,
             standing,
-            deep,
-        }))
+            deep: false,
+            pole: false,
+        };
+        Ok(Some(self.judged(goal, spot, &at.uv, join)))
+    }
+
+    /// The same, with whether a way that starts at `uv` leads down from it.
+    fn judged(&self, goal: &Goal, spot: Spot, uv: &[Ball; 2], join: f64) -> Spot {
+        let deep = spot.standing == Standing::Falls
+            && self.falls_far(goal, spot.face, uv, &spot.box64(), join);
+        Spot { deep, ..spot }
     }
 
     /// Whether a face comes within `join` of a place; `None` where that is not certain, or where it comes
@@ -479,6 +476,18 @@ impl Second<'_> {
             }
         }
         let boxes: Vec<[[f64; 2]; 3]> = spots.iter().map(Spot::box64).collect();
+        // A pole is taken as a whole: f falls from somewhere on it, but where to is not known.
+        for (i, s) in spots.iter().enumerate() {
+            let beside = |j: usize| {
+                let o = &spots[j];
+                o.face == s.face
+                    && o.standing == Standing::Stands
+                    && most_apart(&boxes[i], &boxes[j]) <= join
+            };
+            if s.pole && !s.deep && !(0..spots.len()).any(beside) {
+                return Err(format!("face {}: a pole from which f may fall", s.face));
+            }
+        }
         let mut contacts: Vec<(SecondContact, [[f64; 2]; 3])> = Vec::new();
         'spots: for (i, s) in spots.iter().enumerate() {
             if s.standing != Standing::Stands {
@@ -490,17 +499,22 @@ impl Second<'_> {
                     .map(|j| &spots[j])
                     .collect();
                 let stands = there.iter().any(|s| s.standing == Standing::Stands);
-                if there.iter().any(|s| s.deep) || (!stands && !there.is_empty()) {
+                if there.iter().any(|s| s.deep) {
                     continue 'spots;
+                }
+                if there.iter().any(|s| s.standing == Standing::Falls) {
+                    return Err(format!(
+                        "face {face} near {:?}: f falls from one end of it, by how much is not known",
+                        boxes[i].map(|x| x[0])
+                    ));
                 }
                 if stands {
                     continue;
                 }
                 match scene.comes_near(face, &boxes[i], join, same) {
                     Some(false) => {}
-                    // It goes on falling there.
-                    Some(true) => continue 'spots,
-                    None => {
+                    // It may go on falling there, by how much is not known.
+                    Some(true) | None => {
                         return Err(format!(
                             "face {face} near {:?}: joined or not",
                             boxes[i].map(|x| x[0])

@@ -561,8 +561,7 @@ impl<'a> Scene<'a> {
         }
         // An arc that may leave the domain may have its minimum where it does.
         let critical = item.inside || !matches!(seed.kind, Kind::Arc(_));
-        let excluded = |g: &[N; 2]| (0..dims).any(|c| !g[c].may_be_zero());
-        if critical && excluded(&over.g) {
+        if critical && excludes_zero(&over.g, dims) {
             return Step::Gone;
         }
         let middle = [item.x[0].middle(), item.x[1].middle()];
@@ -589,25 +588,11 @@ impl<'a> Scene<'a> {
         if too_high(&item.low, high) {
             return Step::Gone;
         }
-        // How much each direction adds to the uncertainty.
-        let weight: [f64; 2] = std::array::from_fn(|c| {
-            let r = item.x[c].radius();
-            if c >= dims {
-                0.0
-            } else if smooth {
-                r * over.h[2 * c].magnitude().sqrt()
-            } else {
-                r * over.g[c].magnitude()
-            }
-        });
+        let weight = weights(&item, &over, dims);
         if !smooth || !critical {
             return split(seed, item, dims, &weight);
         }
-        let g = [
-            product(&over.h[0], &over.h[1], &at.g[0]),
-            product(&over.h[1], &over.h[2], &at.g[1]),
-        ];
-        if excluded(&g) || (0..dims).any(|c| over.h[2 * c].is_negative()) {
+        if no_minimum(&over, &at, &d, dims) {
             return Step::Gone;
         }
         match self.newton(goal, seed, &item, &at, &over, dims) {
@@ -935,6 +920,41 @@ fn clamped<N: Number>(k: &[N; 2], x: &[N; 2]) -> [N; 2] {
             x[c].upper()
         } else {
             m
+        }
+    })
+}
+
+pub(super) fn excludes_zero<N: Number>(g: &[N; 2], dims: usize) -> bool {
+    (0..dims).any(|c| !g[c].may_be_zero())
+}
+
+/// Whether f has no local minimum in a box of derivatives `over`, whose middle has `at`, `d` off it: the gradient, by
+/// the mean-value form, excludes 0, or f is concave along a parameter (also on the box's border, which the enclosure
+/// holds too).
+pub(super) fn no_minimum<N: Number>(
+    over: &Local<N>,
+    at: &Local<N>,
+    d: &[N; 2],
+    dims: usize,
+) -> bool {
+    let moved = |a: &N, b: &N, c: &N| a.times(&d[0]).plus(&b.times(&d[1])).plus(c);
+    let g = [
+        moved(&over.h[0], &over.h[1], &at.g[0]),
+        moved(&over.h[1], &over.h[2], &at.g[1]),
+    ];
+    excludes_zero(&g, dims) || (0..dims).any(|c| over.h[2 * c].is_negative())
+}
+
+/// How much each direction adds to the uncertainty of f over a box.
+pub(super) fn weights<N: Number>(item: &Item<N>, over: &Local<N>, dims: usize) -> [f64; 2] {
+    std::array::from_fn(|c| {
+        let r = item.x[c].radius();
+        if c >= dims {
+            0.0
+        } else if over.smooth {
+            r * over.h[2 * c].magnitude().sqrt()
+        } else {
+            r * over.g[c].magnitude()
         }
     })
 }

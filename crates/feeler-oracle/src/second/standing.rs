@@ -1,11 +1,11 @@
 //! Whether f has a local minimum over a face at a place on its border: see `contacts`.
 
-use super::contacts::KNOT;
+use super::contacts::{KNOT, most_apart};
 use super::number::{Ball, Interval64, Number};
 use super::region::Place;
 use super::search::{Goal, Kind, Scene};
 
-/// Parts of a pole that are looked at.
+/// Places on a pole that are looked at.
 const POLE_PARTS: u32 = 16;
 /// Steps to the sides of an arc that are tried, as parts of the domain.
 const STEPS: [f64; 4] = [1e-3, 1e-5, 1e-7, 1e-9];
@@ -216,14 +216,15 @@ impl Scene<'_> {
         all_rise(&rises)
     }
 
-    /// Whether a straight way in uv leads from a place to values lower by more than `join`, without rising by more.
-    /// Its first eighth is not looked at for whether it belongs to the region; no other arc than `own` is near.
+    /// Whether a way leads from a place, which `from` holds in space, to values lower by more than `join`, without
+    /// rising by more: a jump of no more than `join` to a point of a straight segment in uv that starts at `uv`, and
+    /// the rest of that segment, all of which belongs to the region.
     pub(super) fn falls_far(
         &self,
         goal: &Goal,
         face: usize,
         uv: &[Ball; 2],
-        own: &[Own],
+        from: &[[f64; 2]; 3],
         join: f64,
     ) -> bool {
         const WAYS: [[f64; 2]; 8] = [
@@ -237,35 +238,56 @@ impl Scene<'_> {
             [0.7, -0.7],
         ];
         const PIECES: u32 = 8;
+        // The first piece goes on towards its start by such parts, to 1e-12 of it at most.
+        const PART: f64 = 0.75;
+        const PARTS: usize = 96;
         let parts = &self.faces[face];
         let lengths = self.lengths(face);
         let uv = uv.each_ref().map(|x| x.middle().lo());
-        let value = |q: &[Interval64; 2]| Some(goal.value(&parts.shape.jet_across(q)?.p));
+        let space = |q: &[Interval64; 2]| Some(parts.shape.jet_across(q)?.p);
+        let value = |q: &[Interval64; 2]| Some(goal.value(&space(q)?));
         let Some(start) = value(&uv.map(Interval64::exact)) else {
             return false;
         };
         let (most, least) = (
-            raised(goal, &start, join),
+            raised(goal, &start, 0.5 * join),
             raised(goal, &start, -4.0 * join),
         );
         for step in STEPS {
-            let r = lengths.map(|l| 4.0 * step * l);
-            if !self.alone(face, uv, r, own) {
-                continue;
-            }
             for way in WAYS {
-                let at = |i: u32, c: usize| {
-                    let share = f64::from(i) / f64::from(PIECES);
-                    Interval64::exact(uv[c] + share * step * way[c] * lengths[c])
+                let at = |share: f64| -> [Interval64; 2] {
+                    std::array::from_fn(|c| {
+                        Interval64::exact(uv[c] + share * step * way[c] * lengths[c])
+                    })
                 };
+                let piece = |a: f64, b: f64| -> [Interval64; 2] {
+                    let (a, b) = (at(a), at(b));
+                    std::array::from_fn(|c| a[c].hull(&b[c]))
+                };
+                let belongs = |q: &[Interval64; 2]| parts.region.place(q) == Place::Inside;
                 let falls = (0..PIECES).all(|i| {
-                    let q: [Interval64; 2] = std::array::from_fn(|c| at(i, c).hull(&at(i + 1, c)));
-                    let belongs = i == 0 || parts.region.place(&q) == Place::Inside;
-                    belongs && value(&q).is_some_and(|f| f.hi() <= most.hi())
+                    let q = piece(
+                        f64::from(i) / f64::from(PIECES),
+                        f64::from(i + 1) / f64::from(PIECES),
+                    );
+                    (i == 0 || belongs(&q)) && value(&q).is_some_and(|f| f.hi() <= most.hi())
                 });
-                let end: [Interval64; 2] = std::array::from_fn(|c| at(PIECES, c));
-                if falls && value(&end).is_some_and(|f| f.below(&least)) {
-                    return true;
+                if !falls || !value(&at(1.0)).is_some_and(|f| f.below(&least)) {
+                    continue;
+                }
+                let mut end = 1.0 / f64::from(PIECES);
+                for _ in 0..PARTS {
+                    let next = PART * end;
+                    if !belongs(&piece(next, end)) {
+                        break;
+                    }
+                    let near = space(&at(next)).is_some_and(|p| {
+                        most_apart(from, &p.each_ref().map(|x| [x.lo(), x.hi()])) <= join
+                    });
+                    if near {
+                        return true;
+                    }
+                    end = next;
                 }
             }
         }
@@ -324,36 +346,44 @@ impl Scene<'_> {
         Standing::Open("a joint next to other arcs")
     }
 
-    /// An arc or a side that is one point in space.
-    pub(super) fn pole(&self, goal: &Goal, face: usize, kind: &Kind, x: &Ball) -> Standing {
-        let mut all = Standing::Stands;
+    /// An arc or a side that is one point in space; with a place on it from which f falls, if it does.
+    pub(super) fn pole(
+        &self,
+        goal: &Goal,
+        face: usize,
+        kind: &Kind,
+        x: &Ball,
+    ) -> (Standing, Option<[Ball; 2]>) {
         for i in 0..POLE_PARTS {
             let share = (f64::from(i) + 0.5) / f64::from(POLE_PARTS);
             let t = x
                 .lower()
                 .plus(&x.upper().minus(&x.lower()).times(&Ball::exact(share)))
                 .middle();
-            let one = match kind {
-                Kind::Arc(a) => self.rises_inward(goal, face, *a, &t),
+            let (one, uv) = match kind {
+                Kind::Arc(a) => {
+                    let at = self.faces[face].region.arcs[*a].piece.jet(&t);
+                    (self.rises_inward(goal, face, *a, &t), at.map(|j| j.p))
+                }
                 Kind::Iso { fixed, at } => {
                     let uv = if *fixed == 0 {
                         [at.clone(), t]
                     } else {
                         [t, at.clone()]
                     };
-                    match self.faces[face].region.place(&uv) {
+                    let one = match self.faces[face].region.place(&uv) {
                         Place::Inside => self.rises_across(goal, face, &uv, &[*fixed]),
                         _ => Standing::Open("a pole on a border"),
-                    }
+                    };
+                    (one, Some(uv))
                 }
-                _ => Standing::Open("no pole"),
+                _ => (Standing::Open("no pole"), None),
             };
-            all = both(all, one);
+            if one == Standing::Falls {
+                return (one, uv);
+            }
         }
-        match all {
-            // Seen at samples alone.
-            Standing::Stands => Standing::Open("a pole"),
-            other => other,
-        }
+        // That it rises is seen at samples alone.
+        (Standing::Open("a pole"), None)
     }
 }
