@@ -23,6 +23,12 @@ fn points(truth: &Truth) -> bool {
     all.iter().all(|c| c.due && !c.continuum)
 }
 
+/// The deepest contact alone is known, as a point.
+fn sole_foot(truth: &Truth) -> bool {
+    matches!(truth, Truth::Contact { foot: Some(at), contacts: None, .. }
+        if at.iter().all(|[lo, hi]| hi - lo < 0.1 * BEYOND))
+}
+
 /// The same answer with a change in its list.
 fn with_contacts(answer: &Answer, change: fn(&mut Vec<ContactLine>) -> Option<()>) -> Option<Body> {
     let mut body = answer.body.clone();
@@ -105,4 +111,36 @@ fn a_contact_of_another_depth() {
             Some(())
         })
     });
+}
+
+/// Of the deepest contact, in suites that ask for it alone.
+#[test]
+fn a_foot_or_a_normal_of_the_deepest_off_by_more_than_its_bound() {
+    for suite in ["contact-sphere", "contact-half-space"] {
+        let foot: crate::Mistake = |_, _, answer, _| {
+            with_contacts(answer, |all| {
+                let foot = all.first_mut()?;
+                foot.on_brep[0] += 2.0 * foot.position_bound? + BEYOND;
+                Some(())
+            })
+        };
+        let normal: crate::Mistake = |_, _, answer, _| {
+            with_contacts(answer, |all| {
+                let foot = all.first_mut()?;
+                // Turned about an axis that it is not near to, by twice the bound and 1e-6 more.
+                let by = 2.0 * foot.normal_bound? + 1e-6;
+                let [x, y, z] = foot.normal;
+                foot.normal = if z.abs() < 0.5 {
+                    [x - by * y, y + by * x, z]
+                } else {
+                    [x, y - by * z, z + by * y]
+                };
+                Some(())
+            })
+        };
+        for (called, mistake) in [("the foot is off", foot), ("the normal is off", normal)] {
+            let reasons = found_where(suite, called, sole_foot, mistake);
+            assert!(reasons.iter().all(|r| r.contains(called)), "{reasons:?}");
+        }
+    }
 }

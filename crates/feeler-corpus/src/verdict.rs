@@ -7,9 +7,9 @@ mod contacts;
 
 use crate::answer::{AxisSplitLine, Body, Claim, ContactLine, HitLine};
 use crate::truth::{AxisSplitTruth, HitTruth, Truth, TruthEnclosure};
-use contacts::{contacts_verdict, foot_verdict};
+use contacts::{contacts_verdict, foot_verdict, normal_verdict};
 use feeler::numeric::Dyadic;
-use feeler::query::Accuracy;
+use feeler::query::{Accuracy, Probe};
 use serde::{Deserialize, Serialize};
 
 /// What an answer earned.
@@ -81,6 +81,8 @@ pub struct Asked {
     /// A value without bounds of its own, as of an engine without certificates, is taken to claim that it is
     /// off by this at most, in model units.
     pub tolerance: f64,
+    /// The sphere or half-space, which says where the normal of a known foot points; `None` of other queries.
+    pub probe: Option<Probe>,
 }
 
 /// Full accuracy asks for no less than this fraction of the model's size.
@@ -195,7 +197,9 @@ pub fn judge(asked: &Asked, answer: &Body, truth: &Truth) -> Judgement {
         ) => {
             let mut judgement = contact_verdict(asked, separation, contacts, truth);
             if let (Some(deepest), Some(foot), false) = (contacts.first(), foot, *continuum) {
-                judgement = judgement.and(foot_verdict(deepest, foot));
+                judgement = judgement
+                    .and(foot_verdict(deepest, foot))
+                    .and(normal_verdict(asked, deepest, truth, foot));
             }
             if let (true, Some(all)) = (asked.contacts, all) {
                 judgement = judgement.and(contacts_verdict(asked, contacts, all, undecided));

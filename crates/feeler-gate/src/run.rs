@@ -47,6 +47,10 @@ pub fn asked(query: &Query, size: f64, tolerance: f64) -> Asked {
             _ => 1.0,
         },
         tolerance: tolerance * size,
+        probe: match query.ask {
+            Ask::Contact(probe) => Some(probe),
+            _ => None,
+        },
     }
 }
 

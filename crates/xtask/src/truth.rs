@@ -342,7 +342,23 @@ mod with_oracle {
                 contacts: Some(contacts),
             });
         }
-        Ok(Truth::Separation(separation))
+        // With several feet, or none that is a point, the separation is all that is said.
+        let exact = feeler_oracle::TruthEnclosure {
+            lo: separation.lo.clone(),
+            hi: separation.hi.clone(),
+        };
+        let foot = match query.contacts {
+            Some(Contacts::None) => None,
+            _ => oracle.foot(probe, &exact).map_err(|e| e.to_string())?,
+        };
+        Ok(match foot {
+            Some(_) => Truth::Contact {
+                separation,
+                foot,
+                contacts: None,
+            },
+            None => Truth::Separation(separation),
+        })
     }
 
     fn split_truth(axis: &AxisRootsTruth) -> AxisSplitTruth {

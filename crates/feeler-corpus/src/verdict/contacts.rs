@@ -2,7 +2,9 @@
 
 use super::{Asked, Fault, Judgement, Verdict, claim_verdict};
 use crate::answer::ContactLine;
-use crate::truth::{ContactTruth, SpaceBox};
+use crate::truth::{ContactTruth, SpaceBox, TruthEnclosure};
+use feeler::query::Probe;
+use nalgebra::{Point3, Vector3};
 
 /// The distance of a point from a box, up to a few roundings.
 fn apart(point: &[f64; 3], at: &SpaceBox) -> f64 {
@@ -24,6 +26,53 @@ pub(super) fn foot_verdict(claim: &ContactLine, at: &SpaceBox) -> Judgement {
         Judgement::right()
     } else {
         let reason = format!("the foot is off by {off:e}, the bound is {bound:e}");
+        Judgement::wrong(Fault::Value, reason)
+    }
+}
+
+/// Whether the normal turns from its true direction by no more than it claims; no claim is right.
+///
+/// From the middle p of the true foot's box, whose diagonal is w, the direction to the centre c of a sphere at the
+/// distance d is off by asin(w / 2 / d) <= 0.8 w / d at most, and by the roundings of p and of c - p, which are a few times
+/// [`f64::EPSILON`] of the largest coordinate over d. The chord between two unit vectors is no longer than the angle.
+pub(super) fn normal_verdict(
+    asked: &Asked,
+    claim: &ContactLine,
+    separation: &TruthEnclosure,
+    at: &SpaceBox,
+) -> Judgement {
+    /// Roundings of a vector of unit length, and of the chord.
+    const ROUNDINGS: f64 = 16.0 * f64::EPSILON;
+    let (Some(bound), Some(probe)) = (claim.normal_bound, asked.probe) else {
+        return Judgement::right();
+    };
+    let (direction, slack) = match probe {
+        // From the BREP into the half-space.
+        Probe::HalfSpace(h) => (-h.normal, 0.0),
+        Probe::Sphere(s) => {
+            let middle = Point3::from(at.map(|[lo, hi]| 0.5 * lo + 0.5 * hi));
+            let away = s.center - middle;
+            // Out of material.
+            let signed =
+                0.5 * (separation.lo.approximate() + separation.hi.approximate()) + s.radius;
+            let width = Vector3::from(at.map(|[lo, hi]| hi - lo)).norm();
+            let largest = s.center.coords.amax().max(middle.coords.amax());
+            let off = (0.8 * width + 4.0 * f64::EPSILON * largest) / away.norm();
+            (away * signed.signum(), off)
+        }
+    };
+    /// Beyond this the foot does not tell the direction: on the surface the normal is the face's.
+    const TELLING: f64 = 0.5;
+    // NaN, too: the centre is the foot.
+    if !(slack < TELLING) {
+        return Judgement::right();
+    }
+    let chord = (Vector3::from(claim.normal) - direction.normalize()).norm();
+    // NaN is wrong, too.
+    if chord <= bound + slack + ROUNDINGS {
+        Judgement::right()
+    } else {
+        let reason = format!("the normal is off by {chord:e}, the bound is {bound:e}");
         Judgement::wrong(Fault::Value, reason)
     }
 }

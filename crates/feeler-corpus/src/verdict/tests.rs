@@ -17,6 +17,7 @@ const ASKED: Asked = Asked {
     contacts: false,
     scale: 1.0,
     tolerance: 0.0,
+    probe: None,
 };
 
 fn separation(value: f64, lo: f64, hi: f64) -> Body {
@@ -512,4 +513,53 @@ fn what_is_left_out_is_not_judged() {
     let verdict = |b: &Body| judge(&asked, b, &t).verdict;
     assert_eq!(verdict(&side(None)), Verdict::Right);
     assert_eq!(verdict(&side(Some(true))), Verdict::Wrong);
+}
+
+/// A ball of radius 1 whose centre is at a distance of 2 above the foot, or in material 2 below it.
+#[test]
+fn feet_and_normals() {
+    let probe = |z: f64| {
+        let ball = feeler::query::Sphere::new(nalgebra::Point3::new(1.0, 0.0, z), 1.0);
+        Some(feeler::query::Probe::Sphere(ball.unwrap()))
+    };
+    let asked = |z: f64| Asked {
+        contacts: true,
+        probe: probe(z),
+        ..ASKED
+    };
+    for (z, separation) in [(2.0, 1.0), (-2.0, -3.0)] {
+        let s = if separation > 0.0 { "1p0" } else { "-3p0" };
+        let t = Truth::Contact {
+            separation: truth(s, s),
+            foot: Some([[1.0, 1.0], [0.0; 2], [-1e-18, 1e-18]]),
+            contacts: None,
+        };
+        let judged =
+            |c: ContactLine, asked: &Asked| judge(asked, &with_contacts(vec![c], None), &t);
+        let asked = Asked {
+            prediction: 2.0,
+            ..asked(z)
+        };
+        let line = |x: f64, normal: [f64; 3]| ContactLine {
+            normal,
+            normal_bound: Some(1e-12),
+            ..contact(x, separation, Some(1e-12))
+        };
+        let up = [0.0, 0.0, 1.0];
+        assert_eq!(judged(line(1.0, up), &asked).verdict, Verdict::Right);
+        assert_eq!(
+            judged(line(1.0 + 1e-13, [1e-13, 0.0, 1.0]), &asked).verdict,
+            Verdict::Right
+        );
+        for (wrong, why) in [
+            (line(1.0 + 1e-11, up), "the foot is off"),
+            (line(1.0, [0.0, 0.0, -1.0]), "the normal is off"),
+            (line(1.0, [1e-11, 0.0, 1.0]), "the normal is off"),
+            (line(1.0, [f64::NAN, 0.0, 1.0]), "the normal is off"),
+        ] {
+            let judged = judged(wrong, &asked);
+            assert_eq!(judged.verdict, Verdict::Wrong);
+            assert!(judged.reason.unwrap().contains(why), "{why}");
+        }
+    }
 }

@@ -177,7 +177,8 @@ pub struct Contact {
     /// Proven distance of `on_brep` from the true contact point; `None` where the contact is a
     /// continuum or no bound was found.
     pub position_bound: Option<f64>,
-    /// Proven angle of `normal` to the true one, in radians; `None` likewise.
+    /// Proven angle of `normal` to the true one, in radians; `None` likewise, and where it is not known whether the
+    /// centre of a sphere is in material.
     pub normal_bound: Option<f64>,
 }
 

@@ -109,7 +109,7 @@ pub fn contact(
         Accuracy::Full => slack,
     };
     let continuum = is_continuum(&found, &objective, slack, CONTINUUM_REACH * brep.size());
-    let contacts = contacts(
+    let mut contacts = contacts(
         brep,
         probe,
         options,
@@ -119,6 +119,10 @@ pub fn contact(
         continuum,
         material.unwrap_or(false),
     );
+    if material.is_none() {
+        // The normal may be the opposite one.
+        contacts.iter_mut().for_each(|c| c.normal_bound = None);
+    }
     ContactAnswer {
         separation,
         continuum,
