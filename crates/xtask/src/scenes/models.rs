@@ -93,7 +93,7 @@ const PLANS: [Plan; 7] = [
         description: "all contacts within a prediction: balls about corners, edges, between walls and near medial axes, half-spaces; predictions from 1e-9 to a quarter of the size",
         ask: |g, near| g.contacts(near),
         each: 34,
-        // The oracle has no contacts of these.
+        // The kernel spends its node budget on most lists of contacts of these.
         each_native: 0,
     },
     Plan {
