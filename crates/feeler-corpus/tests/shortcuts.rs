@@ -31,11 +31,15 @@ fn load(model: &str, shortcuts: Shortcuts) -> PreparedBrep {
     PreparedBrep::with_shortcuts(brep, shortcuts)
 }
 
-fn each_off() -> [Shortcuts; 6] {
+fn each_off() -> [Shortcuts; 7] {
     let all = Shortcuts::ALL;
     [
         Shortcuts {
             closed_forms: false,
+            ..all
+        },
+        Shortcuts {
+            recognition: false,
             ..all
         },
         Shortcuts {

@@ -5,7 +5,7 @@ use feeler::numeric::{Dyadic, Interval};
 use feeler::nurbs::{
     Arc, Curve3, Line, NurbsCurve3, NurbsSurface, Plane, PolyCurve, Revolution, Surface,
 };
-use feeler::prepare::PreparedBrep;
+use feeler::prepare::{PreparedBrep, Shortcuts};
 use feeler::query::{
     Accuracy, Contacts, Feature, HalfSpace, Options, Probe, Sphere, Workspace, contact,
 };
@@ -346,5 +346,104 @@ fn a_point_in_the_apex_of_a_cone_is_a_contact() {
         // By symmetry, nothing of the sum of the normals around is along x; and for the whole cone nothing along y.
         assert!(c.normal.x.abs() <= 1e-9, "{}", c.normal);
         assert!(!whole || c.normal.y.abs() <= 1e-9, "{}", c.normal);
+    }
+}
+
+/// A native sphere without loops is in closed form like one with them: no search node is needed.
+#[test]
+fn a_native_sphere_without_loops_needs_no_search() {
+    let ball = sheet(native_sphere(2.5));
+    // Exact distances: the centres lie on axes, or at (3, 4, 12) / 16 of length 13/16.
+    for (c, d) in [
+        ([0.5, 0.0, 0.0], 2.0),
+        ([0.0, -1.25, 0.0], 1.25),
+        ([0.0, 0.0, 4.0], 1.5),
+        ([3.0 / 16.0, 4.0 / 16.0, 12.0 / 16.0], 2.5 - 13.0 / 16.0),
+    ] {
+        let probe = Probe::Sphere(Sphere::new(Point3::from(c), 0.25).unwrap());
+        let options = Options {
+            prediction: f64::INFINITY,
+            node_budget: 4,
+            ..Options::default()
+        };
+        let found = contact(&ball, &probe, &options, &mut Workspace::default());
+        let bounds = found.separation.bounds;
+        assert_eq!(found.undecided, None, "{c:?} {found:?}");
+        assert!(
+            bounds.lo <= d - 0.25 && d - 0.25 <= bounds.hi,
+            "{c:?} {bounds:?}"
+        );
+        assert!(bounds.width() <= 4.0 * f64::EPSILON, "{c:?} {bounds:?}");
+    }
+}
+
+/// A ball about the middle of a spherical socket is a continuum at any accuracy, and one off it is not.
+#[test]
+fn a_centred_ball_is_a_continuum_at_any_accuracy() {
+    for surface in [nurbs_sphere(2.5), native_sphere(2.5)] {
+        let socket = sheet(surface);
+        for accuracy in [
+            Accuracy::Length(1e-3),
+            Accuracy::Length(1e-8),
+            Accuracy::Length(1e-12),
+            Accuracy::Full,
+        ] {
+            let found = ask(&socket, [0.0; 3], 2.49, accuracy);
+            assert!(found.continuum, "{accuracy:?} {found:?}");
+            let bounds = found.separation.bounds;
+            assert!(bounds.lo <= 0.01 + 1e-14 && 0.01 - 1e-14 <= bounds.hi);
+            // At 1e-3 so much of the socket is as near that it counts as a continuum too.
+            if accuracy != Accuracy::Length(1e-3) {
+                let found = ask(&socket, [0.5, 0.25, 0.125], 1.5, accuracy);
+                assert!(!found.continuum, "{accuracy:?} {found:?}");
+            }
+        }
+    }
+}
+
+/// What is recognised bounds the answer no tighter than is true: far from, near to, and inside spheres that are not
+/// quite spheres.
+#[test]
+fn recognised_spheres_bound_truly() {
+    // One control point off by a part in 10^k of the radius.
+    for k in [4, 8, 11, 13, 15] {
+        let Surface::Nurbs(sphere) = nurbs_sphere(2.5) else {
+            unreachable!("a NURBS")
+        };
+        let mut net = sphere.control_net().to_vec();
+        net[5 * 2 + 1].x += 2.5 * 10f64.powi(-k);
+        let knots = [sphere.knots_u(), sphere.knots_v()].map(|k| k.knots().to_vec());
+        let dented = NurbsSurface::new([2, 2], [9, 5], net, knots).unwrap();
+        let with = sheet(Surface::Nurbs(dented.clone()));
+        let parts = BrepParts {
+            surfaces: vec![Surface::Nurbs(dented)],
+            faces: vec![Face {
+                surface: 0,
+                loops: None,
+                reversed: false,
+            }],
+            ..BrepParts::default()
+        };
+        let shortcuts = Shortcuts {
+            recognition: false,
+            ..Shortcuts::ALL
+        };
+        let without = PreparedBrep::with_shortcuts(Brep::new(parts).unwrap(), shortcuts);
+        for i in 0..60 {
+            let (a, b) = (0.37 * f64::from(i), 0.61 * f64::from(i));
+            let r = [1e-9, 1e-3, 1.0, 2.4999, 2.5, 2.6, 40.0][i as usize % 7];
+            let c = [r * a.cos() * b.cos(), r * a.sin() * b.cos(), r * b.sin()];
+            for accuracy in [1e-4, 1e-10, 1e-13] {
+                let (x, y) = (
+                    ask(&with, c, 0.1, Accuracy::Length(accuracy)),
+                    ask(&without, c, 0.1, Accuracy::Full),
+                );
+                let (x, y) = (x.separation.bounds, y.separation.bounds);
+                assert!(
+                    x.lo <= y.hi && y.lo <= x.hi,
+                    "{k} {c:?} {accuracy}: {x:?} {y:?}"
+                );
+            }
+        }
     }
 }

@@ -159,7 +159,7 @@ const CELLS: Shortcuts = Shortcuts {
 const FORMULAS: &str = "formulas for native surfaces, against the search";
 const GRID: &str = "a grid of cells over trims, against one cell";
 
-const WITHOUTS: [Without; 10] = [
+const WITHOUTS: [Without; 11] = [
     without(FORMULAS, "contact-sphere", true, CLOSED),
     without(FORMULAS, "line", true, CLOSED),
     Without {
@@ -186,6 +186,15 @@ const WITHOUTS: [Without; 10] = [
         false,
         Shortcuts {
             boxes: false,
+            ..ALL
+        },
+    ),
+    without(
+        "spheres recognised in NURBS, against their coefficients alone",
+        "contact-sphere",
+        false,
+        Shortcuts {
+            recognition: false,
             ..ALL
         },
     ),

@@ -15,6 +15,7 @@ mod trig;
 pub(crate) use atan::{ATAN_ERROR, atan2};
 pub use ball::Ball;
 pub use dd::Dd;
+pub(crate) use dd::{two_prod, two_sum};
 pub use dyadic::{Dyadic, ParseDyadicError};
 pub use enclosure::Enclosure;
 pub use interval::Interval;

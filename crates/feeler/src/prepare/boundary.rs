@@ -306,13 +306,9 @@ pub(crate) fn lift<T: Real>(curve: &UvCurve<T>, cut: &Cut, surface: &Patch<T>) -
             [to_local(0), to_local(1), p[2]]
         })
         .collect();
-    let space = compose(&surface.net, &local).map(|points| Net {
-        degree: Bidegree {
-            u: points.len() - 1,
-            v: 0,
-        },
-        points,
-        origin: surface.net.origin,
+    let space = compose(&surface.net, &local).map(|points| {
+        let u = points.len() - 1;
+        Net::new(Bidegree { u, v: 0 }, points, surface.net.origin)
     });
     Piece {
         trim: curve.trim,

@@ -9,7 +9,7 @@ fn list<T>(v: &Vec<T>) -> usize {
 }
 
 fn net<T>(net: &Net<T>) -> usize {
-    list(&net.points)
+    list(&net.points) + list(&net.plain)
 }
 
 fn products<T>(slots: &Vec<OnceLock<Products<T>>>) -> usize {
@@ -30,7 +30,9 @@ fn geometry<T>(g: &FaceGeometry<T>) -> usize {
         .sum();
     let lists = list(&g.patches) + list(&g.curves) + list(&g.cuts) + list(&g.pieces);
     let products = products(&g.patch_products) + products(&g.piece_products);
-    lists + list(&g.patch_boxes) + patches + curves + pieces + products
+    let speeds = list(&g.patch_speeds) + list(&g.piece_speeds);
+    let seeds = g.seeds.get().map_or(0, list);
+    lists + list(&g.patch_boxes) + patches + curves + pieces + products + speeds + seeds
 }
 
 fn images<T>(slots: &Vec<OnceLock<Option<Image<T>>>>) -> usize {

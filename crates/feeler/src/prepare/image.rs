@@ -39,14 +39,9 @@ impl<T: Real> Stretch<T> {
     /// The curve.
     pub(crate) fn net(&self) -> Net<T> {
         let known = |mid: T| Ball { mid, rad: 0.0 };
-        Net {
-            degree: Bidegree {
-                u: self.points.len() - 1,
-                v: 0,
-            },
-            points: self.points.iter().map(|p| p.map(known)).collect(),
-            origin: self.origin,
-        }
+        let u = self.points.len() - 1;
+        let points = self.points.iter().map(|p| p.map(known)).collect();
+        Net::new(Bidegree { u, v: 0 }, points, self.origin)
     }
 }
 
@@ -542,14 +537,8 @@ fn lifted<T: Real>(
                 .collect()
         };
         let line: Vec<_> = lines.iter().map(|l| curve_jet(l, at).0).collect();
-        let net = Net {
-            degree: Bidegree {
-                u: line.len() - 1,
-                v: 0,
-            },
-            points: line,
-            origin: patch.net.origin,
-        };
+        let u = line.len() - 1;
+        let net = Net::new(Bidegree { u, v: 0 }, line, patch.net.origin);
         let along: Vec<Homogeneous<T, 3>> =
             local.iter().map(|p| [p[1 - c], Ball::ZERO, p[2]]).collect();
         let mut moved = [0.0; 2];

@@ -10,10 +10,12 @@ pub(crate) mod closed;
 mod compose;
 mod crack;
 mod image;
+pub(crate) mod jet;
 mod matching;
 mod net;
 mod param;
 mod patch;
+mod recognise;
 mod shortcuts;
 mod spline;
 
@@ -26,6 +28,7 @@ pub use shortcuts::Shortcuts;
 pub(crate) use boundary::restrict;
 pub(crate) use image::{Image, Stretch};
 pub(crate) use net::{Products, curve_jet};
+pub(crate) use recognise::Shell;
 pub(crate) use spline::Homogeneous;
 
 use crate::brep::Brep;
@@ -33,6 +36,7 @@ use crate::numeric::{Dd, Real};
 use crate::trim::TrimRegion;
 use boundary::{Cut, UvCurve};
 use closed::{ClosedCurve, ClosedFace};
+use nalgebra::Point3;
 use std::sync::OnceLock;
 
 /// A box in space: ranges of x, y, z, rounded outward.
@@ -49,7 +53,23 @@ pub(crate) struct FaceGeometry<T> {
     pub(crate) patch_boxes: Vec<Option<Box3>>,
     patch_products: Vec<OnceLock<Products<T>>>,
     piece_products: Vec<OnceLock<Products<T>>>,
+    patch_speeds: Vec<OnceLock<[f64; 2]>>,
+    piece_speeds: Vec<OnceLock<[f64; 2]>>,
+    seeds: OnceLock<Vec<Seed>>,
 }
+
+/// A point of a patch: where a descent may start.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Seed {
+    pub(crate) point: Point3<f64>,
+    pub(crate) patch: usize,
+    pub(crate) local: [f64; 2],
+}
+
+/// So many seeds a patch along u and along v.
+const SEEDS: usize = 3;
+/// Faces of more patches have no seeds: to look at all of them would take longer than to open the nearest boxes.
+const MOST_SEEDED: usize = 64;
 
 impl<T: Real> FaceGeometry<T> {
     fn new(brep: &Brep, face: usize, patches: Vec<Patch<T>>, cuts: Vec<Cut>) -> Self {
@@ -57,6 +77,9 @@ impl<T: Real> FaceGeometry<T> {
             patch_boxes: patches.iter().map(|p| p.net.bounding_box()).collect(),
             patch_products: patches.iter().map(|_| OnceLock::new()).collect(),
             piece_products: cuts.iter().map(|_| OnceLock::new()).collect(),
+            patch_speeds: patches.iter().map(|_| OnceLock::new()).collect(),
+            piece_speeds: cuts.iter().map(|_| OnceLock::new()).collect(),
+            seeds: OnceLock::new(),
             pieces: cuts.iter().map(|_| OnceLock::new()).collect(),
             curves: boundary::uv_curves(brep, face),
             patches,
@@ -91,10 +114,49 @@ impl<T: Real> FaceGeometry<T> {
         self.patch_products[index].get_or_init(|| self.patches[index].net.products())
     }
 
+    /// See [`Net::speeds`].
+    pub(crate) fn patch_speeds(&self, index: usize) -> [f64; 2] {
+        *self.patch_speeds[index].get_or_init(|| self.patches[index].net.speeds())
+    }
+
+    /// The same of a boundary piece.
+    pub(crate) fn piece_speeds(&self, index: usize) -> [f64; 2] {
+        let space = self.piece(index).space.as_ref();
+        *self.piece_speeds[index].get_or_init(|| space.map_or([f64::INFINITY; 2], Net::speeds))
+    }
+
     /// `None` where the piece's degree is too high to be composed.
     pub(crate) fn piece_products(&self, index: usize) -> Option<&Products<T>> {
         let space = self.piece(index).space.as_ref()?;
         Some(self.piece_products[index].get_or_init(|| space.products()))
+    }
+}
+
+impl FaceGeometry<f64> {
+    /// Points spread over all patches.
+    pub(crate) fn seeds(&self) -> &[Seed] {
+        self.seeds.get_or_init(|| {
+            if self.patches.len() > MOST_SEEDED {
+                return Vec::new();
+            }
+            let mut out = Vec::with_capacity(self.patches.len() * SEEDS * SEEDS);
+            let at = |k: usize| (k as f64 + 0.5) / SEEDS as f64;
+            for (patch, p) in self.patches.iter().enumerate() {
+                if !jet::fits(p.net.degree) {
+                    continue;
+                }
+                for local in (0..SEEDS * SEEDS).map(|k| [at(k / SEEDS), at(k % SEEDS)]) {
+                    let h = jet::value(&p.net, local[0], local[1]);
+                    let x = |c: usize| h[c] / h[3] + p.net.origin[c];
+                    out.push(Seed {
+                        point: Point3::new(x(0), x(1), x(2)),
+                        patch,
+                        local,
+                    });
+                }
+            }
+            out
+        })
     }
 }
 
@@ -104,6 +166,7 @@ struct PreparedFace {
     bounding_box: Option<Box3>,
     region: OnceLock<TrimRegion>,
     closed: OnceLock<Option<ClosedFace>>,
+    shell: OnceLock<Option<Shell>>,
     double: OnceLock<FaceGeometry<f64>>,
     double_double: OnceLock<FaceGeometry<Dd>>,
 }
@@ -141,6 +204,7 @@ impl PreparedBrep {
                 bounding_box: patch::surface_box(brep.surface(face)),
                 region: OnceLock::new(),
                 closed: OnceLock::new(),
+                shell: OnceLock::new(),
                 double: OnceLock::new(),
                 double_double: OnceLock::new(),
             })
@@ -269,6 +333,15 @@ impl PreparedBrep {
         let slot = &self.faces[face].closed;
         let make = || ClosedFace::new(&self.brep, face, self.region(face), self.size);
         slot.get_or_init(make).as_ref()
+    }
+
+    /// The shell around a face's surface, if it is seen to be a sphere.
+    pub(crate) fn shell(&self, face: usize) -> Option<&Shell> {
+        if !self.shortcuts.recognition {
+            return None;
+        }
+        let slot = &self.faces[face].shell;
+        slot.get_or_init(|| Shell::new(self, face)).as_ref()
     }
 
     pub(crate) fn double(&self, face: usize) -> &FaceGeometry<f64> {

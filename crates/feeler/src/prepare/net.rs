@@ -13,6 +13,14 @@ pub struct Net<T> {
     pub points: Vec<Homogeneous<T, 4>>,
     /// Where the net's zero is.
     pub origin: [f64; 3],
+    /// The points, rounded.
+    pub(crate) plain: Vec<[f64; 4]>,
+    /// The largest magnitude of each coordinate.
+    pub(crate) largest: [f64; 4],
+    /// The largest bound on the error of each coordinate.
+    pub(crate) spread: [f64; 4],
+    /// Whether all weights are 1, exactly.
+    pub(crate) unit_weights: bool,
 }
 
 /// Plain coefficients with one bound for all of them, and their largest magnitude.
@@ -47,6 +55,25 @@ pub(crate) struct Products<T> {
 }
 
 impl<T: Real> Net<T> {
+    /// A net of homogeneous points relative to `origin`.
+    pub(crate) fn new(degree: Bidegree, points: Vec<Homogeneous<T, 4>>, origin: [f64; 3]) -> Self {
+        let most = |of: fn(&Ball<T>) -> f64, c: usize| {
+            points.iter().fold(0.0, |m: f64, p| m.max(of(&p[c])))
+        };
+        Self {
+            plain: points
+                .iter()
+                .map(|p| p.map(|x| x.mid.approximate()))
+                .collect(),
+            largest: std::array::from_fn(|c| most(|x| x.mid.magnitude(), c)),
+            spread: std::array::from_fn(|c| most(|x| x.rad, c)),
+            unit_weights: points.iter().all(|p| p[3].mid == T::ONE && p[3].rad == 0.0),
+            degree,
+            points,
+            origin,
+        }
+    }
+
     /// One coordinate of all points.
     pub(crate) fn coordinate(&self, c: usize) -> Coefficients<T> {
         let error = self.points.iter().fold(0.0, |m: f64, p| m.max(p[c].rad));
@@ -106,6 +133,44 @@ impl<T: Real> Net<T> {
         Some(out)
     }
 
+    /// How fast the point moves along s and t, in units of length, at most; infinite where nothing is known:
+    /// `|S_s| <= p (max w / min w)^2 max |P_(i+1,j) - P_(i,j)|`, likewise in t (M. Floater, *Derivatives of rational
+    /// Bezier curves*, CAGD 9 (1992)).
+    pub(crate) fn speeds(&self) -> [f64; 2] {
+        const UP: f64 = 1.0 + 64.0 * f64::EPSILON;
+        let (mut w_min, mut w_max) = (f64::INFINITY, 0.0f64);
+        for p in &self.points {
+            w_min = w_min.min(p[3].lower());
+            w_max = w_max.max(p[3].upper());
+        }
+        if !(w_min > 0.0) {
+            return [f64::INFINITY; 2];
+        }
+        let row = self.degree.v + 1;
+        let gap = |i: usize, j: usize| {
+            let (p, q) = (&self.points[i], &self.points[j]);
+            let squares = (0..3).map(|c| {
+                let d = p[c] / p[3] - q[c] / q[3];
+                d.magnitude().powi(2)
+            });
+            squares.sum::<f64>().sqrt() * UP
+        };
+        let (mut along_u, mut along_v) = (0.0f64, 0.0f64);
+        for i in 0..self.points.len() {
+            if i + row < self.points.len() {
+                along_u = along_u.max(gap(i, i + row));
+            }
+            if (i + 1) % row != 0 {
+                along_v = along_v.max(gap(i, i + 1));
+            }
+        }
+        let ratio = (w_max / w_min).powi(2) * UP;
+        [
+            ratio * along_u * self.degree.u as f64 * UP,
+            ratio * along_v * self.degree.v as f64 * UP,
+        ]
+    }
+
     /// Moves the zero of `points` (given relative to the zero of space) to the middle of
     /// their box.
     pub(crate) fn centered(degree: Bidegree, mut points: Vec<Homogeneous<T, 4>>) -> Self {
@@ -124,11 +189,7 @@ impl<T: Real> Net<T> {
                 p[c] = p[c] - p[3] * Ball::exact(origin[c]);
             }
         }
-        Self {
-            degree,
-            points,
-            origin,
-        }
+        Self::new(degree, points, origin)
     }
 
     /// The homogeneous point and first derivatives (relative to the origin) at local `(s, t)`,

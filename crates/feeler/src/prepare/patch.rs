@@ -205,12 +205,7 @@ pub(crate) fn surface_box(surface: &Surface) -> Option<Box3> {
                 .iter()
                 .map(|p| std::array::from_fn(|c| Ball::<f64>::exact(p[c])))
                 .collect();
-            let whole = Net {
-                degree: Bidegree { u: 0, v: 0 },
-                points,
-                origin: [0.0; 3],
-            };
-            whole.bounding_box()
+            Net::new(Bidegree { u: 0, v: 0 }, points, [0.0; 3]).bounding_box()
         }
         Surface::Plane(s) => plane_patch::<f64>(s).net.bounding_box(),
         Surface::Revolution(_) | Surface::Sum(_) => {

@@ -9,6 +9,8 @@ pub struct Shortcuts {
     /// Formulas for planes, cylinders, cones, spheres and tori and for the segments and arcs that bound them; without, they are
     /// searched like any other surface, as rational patches.
     pub closed_forms: bool,
+    /// Spheres are recognised in NURBS surfaces, and bounded as such; without, only by their coefficients.
+    pub recognition: bool,
     /// The search for a minimum puts faces and patches aside by boxes around them; without, it opens each.
     pub boxes: bool,
     /// The search settles a box at once where the function is convex; without, it halves boxes down to the asked bound.
@@ -26,6 +28,7 @@ impl Shortcuts {
     /// All of them.
     pub const ALL: Self = Self {
         closed_forms: true,
+        recognition: true,
         boxes: true,
         convex_leaves: true,
         monotone_borders: true,

@@ -107,6 +107,7 @@ impl Search<'_> {
                     point: minimum.point,
                     unique: minimum.unique,
                 },
+                found: None,
             });
         }
     }

@@ -8,8 +8,8 @@ use super::objective::Objective;
 use super::search::{Foot, Goal, Locus, Outcome, Settled, Source, Width, minimize};
 use super::{Workspace, inside};
 use crate::numeric::{Ball, Dd, Enclosure, Real};
-use crate::prepare::PreparedBrep;
 use crate::prepare::closed::V3;
+use crate::prepare::{Patch, PreparedBrep, jet};
 use crate::trim::Side;
 use nalgebra::{Point2, Point3, Vector3};
 
@@ -108,7 +108,9 @@ pub fn contact(
         Accuracy::Length(a) => slack.max(a),
         Accuracy::Full => slack,
     };
-    let continuum = is_continuum(&found, &objective, slack, CONTINUUM_REACH * brep.size());
+    let reach = CONTINUUM_REACH * brep.size();
+    let continuum = is_continuum(&found, &objective, slack, reach)
+        || (found.left_open && spreads(brep, &found, &objective, slack, reach));
     let mut contacts = contacts(
         brep,
         probe,
@@ -203,6 +205,58 @@ fn is_continuum(found: &Outcome, objective: &Objective, slack: f64, reach: f64) 
     found.settled.iter().any(|s| {
         let growth = limit - s.lo.hi;
         growth >= 0.0 && s.extent.length(growth) > reach
+    })
+}
+
+/// Whether points as low as the minimum are seen farther than `reach` from its foot: where the search stopped at an enclosure
+/// that is narrow enough, it did not look for them.
+fn spreads(
+    brep: &PreparedBrep,
+    found: &Outcome,
+    objective: &Objective,
+    slack: f64,
+    reach: f64,
+) -> bool {
+    /// Directions in which to look.
+    const AROUND: [[f64; 2]; 8] = [
+        [1.0, 0.0],
+        [-1.0, 0.0],
+        [0.0, 1.0],
+        [0.0, -1.0],
+        [0.7, 0.7],
+        [-0.7, 0.7],
+        [0.7, -0.7],
+        [-0.7, -0.7],
+    ];
+    /// How far, in units of `reach`: the foot itself may be anywhere in its box.
+    const FAR: f64 = 2.5;
+    let Some(foot) = &found.foot else {
+        return false;
+    };
+    let Locus::Patch { patch, local } = foot.spot else {
+        return false;
+    };
+    let Patch { net, maps } = &brep.double(foot.face).patches[patch];
+    let at = local.map(|x| x.mid.hi);
+    let limit = raised(found, objective, slack);
+    let point = |p: [f64; 2]| {
+        let h = net.jet(Ball::exact(p[0]), Ball::exact(p[1])).value;
+        Vector3::from_fn(|c, _| h[c].mid / h[3].mid)
+    };
+    let here = point(at);
+    // A step in the patch that goes `FAR` times the reach, roughly, or to the patch's border.
+    let small = 1.0 / (1u64 << 12) as f64;
+    AROUND.iter().any(|d| {
+        let moved = |step: f64| [0, 1].map(|k| (at[k] + step * d[k]).clamp(0.0, 1.0));
+        let speed = (point(moved(small)) - here).norm() / small;
+        if !(speed > 0.0) {
+            return false;
+        }
+        let there = moved((FAR * reach / speed).min(1.0));
+        let uv = [0, 1].map(|k| maps[k].to_native(there[k]));
+        (point(there) - here).norm() > reach
+            && objective.guide_value(net, there[0], there[1]) <= limit
+            && brep.region(foot.face).side(Point2::new(uv[0], uv[1])).side == Some(Side::Inside)
     })
 }
 
@@ -381,20 +435,39 @@ fn place_of(brep: &PreparedBrep, s: &Settled) -> Option<(Place, usize, [Ball<Dd>
     Some((place, patch, local))
 }
 
-/// The point of a place, and a vector along `S_u x S_v`.
-fn point_and_normal(brep: &PreparedBrep, place: &Place) -> (V3, Vector3<f64>) {
+/// The point of a place.
+fn point_of(brep: &PreparedBrep, place: &Place) -> V3 {
+    match place.spot {
+        Locus::Patch { patch, local } => {
+            let net = &brep.double_double(place.face).patches[patch].net;
+            let exact = local.iter().all(|x| x.rad == 0.0 && x.mid.lo == 0.0);
+            let value = if exact && jet::fits(net.degree) {
+                jet::fine_value(net, local[0].mid.hi, local[1].mid.hi)
+            } else {
+                net.jet(local[0], local[1]).value
+            };
+            std::array::from_fn(|c| value[c] / value[3] + Ball::exact(net.origin[c]))
+        }
+        Locus::Closed { point, .. } => point,
+    }
+}
+
+/// A vector along `S_u x S_v` at a place, rounded.
+fn face_normal(brep: &PreparedBrep, place: &Place) -> Vector3<f64> {
     match place.spot {
         Locus::Patch { patch, local } => {
             let net = &brep.double_double(place.face).patches[patch].net;
             let jet = net.jet(local[0], local[1]);
             let w = jet.value[3];
-            let point = std::array::from_fn(|c| jet.value[c] / w + Ball::exact(net.origin[c]));
             let along = |d: &[Ball<Dd>; 4]| -> Vector3<f64> {
                 Vector3::from_fn(|c, _| ((d[c] - d[3] * (jet.value[c] / w)) / w).mid.hi)
             };
-            (point, along(&jet.s).cross(&along(&jet.t)))
+            along(&jet.s).cross(&along(&jet.t))
         }
-        Locus::Closed { point, .. } => (point, Vector3::zeros()),
+        Locus::Closed { .. } => match brep.closed(place.face) {
+            Some(form) => form.surface.normal([place.uv.x, place.uv.y]).into(),
+            None => Vector3::zeros(),
+        },
     }
 }
 
@@ -405,7 +478,7 @@ fn make_contact(
     separation: Separation,
     material: bool,
 ) -> Option<Contact> {
-    let (point, mut face_normal) = point_and_normal(brep, place);
+    let point = point_of(brep, place);
     let on_brep = Point3::new(point[0].mid.hi, point[1].mid.hi, point[2].mid.hi);
     let (normal, on_probe) = match probe {
         Probe::Sphere(s) => {
@@ -416,15 +489,12 @@ fn make_contact(
             let towards = if to_center.norm() > error {
                 if material { -to_center } else { to_center }
             } else {
-                if matches!(place.spot, Locus::Closed { .. })
-                    && let Some(form) = brep.closed(place.face)
-                {
-                    face_normal = form.surface.normal([place.uv.x, place.uv.y]).into();
-                }
+                let normal = face_normal(brep, place);
                 if brep.brep().faces()[place.face].reversed {
-                    face_normal = -face_normal;
+                    -normal
+                } else {
+                    normal
                 }
-                face_normal
             };
             let normal = unit(towards).or_else(|| {
                 let around = normal_around(brep, place)?;
@@ -594,11 +664,16 @@ fn bound_contact(
     }
     let geometry = brep.double(place.face);
     let net = &geometry.patches[patch].net;
-    let local = local.map(|x| Ball::<f64>::exact(x.mid.hi));
-    let jet = net.jet(local[0], local[1]);
+    let at = local.map(|x| x.mid.hi);
+    let value = if jet::fits(net.degree) {
+        jet::jet(net, at[0], at[1])[0]
+    } else {
+        let at = at.map(Ball::<f64>::exact);
+        net.jet(at[0], at[1]).value
+    };
     let mut apart = 0.0;
     for k in 0..3 {
-        let x = jet.value[k] / jet.value[3] + Ball::exact(net.origin[k]);
+        let x = value[k] / value[3] + Ball::exact(net.origin[k]);
         apart += (x - Ball::exact(c.on_brep[k])).magnitude().powi(2);
     }
     set_bound(c, (radius + apart.sqrt()) * BOUND_UP, found);

@@ -1,10 +1,12 @@
 //! Nodes on which `G = N - tau C` is strictly convex: the last digits.
 
 use super::node::{Node, Shape};
-use super::search::{Arithmetic, Search, Settled, Source, Spread};
+use super::objective::Sample;
+use super::search::{Arithmetic, QUARTER, Search, Settled, Source, Spread};
+use super::upper::upper_end;
 use crate::numeric::{Ball, Dd, Real};
 use crate::prepare::closed::Extent;
-use crate::prepare::restrict;
+use crate::prepare::{jet, restrict};
 use crate::trim::BoxSide;
 use std::collections::BinaryHeap;
 
@@ -31,8 +33,8 @@ pub(crate) struct Leaf {
     pub(crate) rho: f64,
     /// Whether there are provably none.
     pub(crate) empty: bool,
-    /// `f(p)`, rounded.
-    pub(crate) tau: Dd,
+    /// `f(p)`.
+    pub(crate) value: Ball<Dd>,
     /// Where `f` can be low; without the speed.
     pub(crate) spread: Spread,
     /// `sqrt(2 C / lambda)`: how far `f` may be followed before it grows by one, in node coordinates.
@@ -58,18 +60,16 @@ impl Search<'_> {
         source: Source,
         inside: bool,
         node: &Node<T>,
+        shape: (&Shape, Dd),
     ) -> bool {
-        let Some(leaf) = self.certify(source, node) else {
+        let Some(leaf) = self.certify(source, node, shape) else {
             return false;
         };
         if self.hopeless(leaf.lo) {
             return true;
         }
         let narrowest = (node.u[1] - node.u[0]).max(node.v[1] - node.v[0]);
-        if leaf.lo < self.enough()
-            && leaf.tau - leaf.lo > self.slack(leaf.tau)
-            && narrowest > SMALL_BALL
-        {
+        if !self.serves(&leaf) && narrowest > SMALL_BALL {
             // Convex, but only just: halves have better bounds.
             self.try_point(source, leaf.p, false);
             return false;
@@ -116,7 +116,7 @@ impl Search<'_> {
                 return false;
             }
         }
-        self.try_point(source, leaf.p, minimum_inside);
+        self.keep_leaf(source, leaf.p, leaf.value, minimum_inside);
         if self.hopeless(leaf.lo) {
             return true;
         }
@@ -134,6 +134,33 @@ impl Search<'_> {
             local_minimum: !leaf.empty,
         });
         true
+    }
+
+    /// Whether a leaf's bounds are near enough to each other, or its lower bound to what is known.
+    fn serves(&self, leaf: &Leaf) -> bool {
+        // The lower end is near the value, and, with what the value may be off, the whole is narrow enough.
+        let own = leaf.value.mid;
+        let end = upper_end(leaf.value);
+        let all = self.goal.all_below.is_some();
+        let least = |x: Dd| {
+            if all || x < self.out.hi {
+                x
+            } else {
+                self.out.hi
+            }
+        };
+        let narrow = leaf.lo >= self.near(least(own), QUARTER)
+            && leaf.lo >= self.near(least(end), 3.0 * QUARTER);
+        narrow || leaf.lo >= self.enough()
+    }
+
+    /// Where a descent on a node starts: at the best point so far, if it is on it; else in the middle.
+    fn start(&self, source: Source, ranges: [[f64; 2]; 2]) -> [f64; 2] {
+        let holds = |p: [f64; 2]| (0..2).all(|k| ranges[k][0] <= p[k] && p[k] <= ranges[k][1]);
+        match self.out.foot.and_then(|f| f.found) {
+            Some((s, p)) if s == source && holds(p) => p,
+            _ => ranges.map(|r| 0.5 * (r[0] + r[1])),
+        }
     }
 
     /// Whether a part of a boundary piece is proven to lie off its patch, by its control points.
@@ -183,52 +210,43 @@ impl Search<'_> {
         }
     }
 
-    /// How fast the surface moves over the node, in units of length per unit of node coordinates:
-    /// `|S_s| <= p (max w / min w)^2 max |P_(i+1,j) - P_(i,j)|`, likewise in t (M. Floater, *Derivatives of rational
-    /// Bezier curves*, CAGD 9 (1992)).
+    /// How fast the surface moves over the node, in units of length per unit of node coordinates.
     fn speed<T: Real>(&self, source: Source, node: &Node<T>) -> f64 {
-        let Some(net) = self.net(source) else {
-            return f64::INFINITY;
+        let (Source::Patch { face, .. } | Source::Piece { face, .. }) = source;
+        let geometry = self.brep.double(face);
+        let speeds = match source {
+            Source::Patch { index, .. } => geometry.patch_speeds(index),
+            Source::Piece { index, .. } => geometry.piece_speeds(index),
         };
-        let (mut w_min, mut w_max) = (f64::INFINITY, 0.0f64);
-        for p in &net.points {
-            w_min = w_min.min(p[3].lower());
-            w_max = w_max.max(p[3].upper());
-        }
-        let row = net.degree.v + 1;
-        let gap = |i: usize, j: usize| {
-            let (p, q) = (&net.points[i], &net.points[j]);
-            let squares = (0..3).map(|c| {
-                let d = p[c] / p[3] - q[c] / q[3];
-                d.magnitude().powi(2)
-            });
-            squares.sum::<f64>().sqrt() * UP
-        };
-        let (mut along_u, mut along_v) = (0.0f64, 0.0f64);
-        for i in 0..net.points.len() {
-            if i + row < net.points.len() {
-                along_u = along_u.max(gap(i, i + row));
-            }
-            if (i + 1) % row != 0 {
-                along_v = along_v.max(gap(i, i + 1));
-            }
-        }
-        let ratio = (w_max / w_min).powi(2);
-        let along_u = along_u * net.degree.u as f64 * (node.u[1] - node.u[0]);
-        let along_v = along_v * net.degree.v as f64 * (node.v[1] - node.v[0]);
-        if w_min > 0.0 {
-            ratio * (along_u + along_v) * UP
-        } else {
-            f64::INFINITY
-        }
+        let [along_u, along_v] = speeds;
+        (along_u * (node.u[1] - node.u[0]) + along_v * (node.v[1] - node.v[0])) * UP
     }
 
-    fn certify<T: Real>(&self, source: Source, node: &Node<T>) -> Option<Leaf> {
-        let net = self.net_dd(source)?;
+    /// Bounds on a node that is convex for `G = N - tau C`, by what is known about its shape with some tau. As cheaply as
+    /// serves: in f64, then with a value in double-double, then with Newton's method in double-double.
+    fn certify<T: Real>(
+        &self,
+        source: Source,
+        node: &Node<T>,
+        shape: (&Shape, Dd),
+    ) -> Option<Leaf> {
         let coarse = self.net(source)?;
-        let start = [0.5 * (node.u[0] + node.u[1]), 0.5 * (node.v[0] + node.v[1])];
         let ranges = [node.u, node.v];
-        let mut p = self.descend(source, start, ranges).map(Dd::from);
+        let start = self.descend(source, self.start(source, ranges), ranges);
+        let mut p = start.map(Dd::from);
+        if T::UNIT >= f64::UNIT && jet::fits(coarse.degree) {
+            let leaf = self.prove(node, shape, p, &self.objective.rough_sample(coarse, start))?;
+            if self.hopeless(leaf.lo) || self.serves(&leaf) {
+                return Some(leaf);
+            }
+            let net = self.net_dd(source)?;
+            let sample = self.objective.fine_sample(coarse, net, start);
+            let leaf = self.prove(node, shape, p, &sample)?;
+            if self.hopeless(leaf.lo) || self.serves(&leaf) {
+                return Some(leaf);
+            }
+        }
+        let net = self.net_dd(source)?;
         let widths = ranges.map(|r| r[1] - r[0]);
         for _ in 0..POLISH_STEPS {
             let s = self.objective.sample(net, ball(p[0]), ball(p[1]));
@@ -263,12 +281,36 @@ impl Search<'_> {
             }
         }
         let s = self.objective.sample(net, ball(p[0]), ball(p[1]));
+        self.prove(node, shape, p, &s)
+    }
+
+    /// What convexity proves at a point of a node.
+    fn prove<T: Real>(
+        &self,
+        node: &Node<T>,
+        (shape, shape_tau): (&Shape, Dd),
+        p: [Dd; 2],
+        s: &Sample,
+    ) -> Option<Leaf> {
+        let ranges = [node.u, node.v];
+        let widths = ranges.map(|r| r[1] - r[0]);
         let value = s.value();
         let tau = value.mid;
-        let (node_tau, tau_error) = T::from_dd(tau);
-        let shape = node.shape(node_tau);
-        let lambda = convexity(&shape, node, tau_error);
-        if !(lambda > 0.0 && shape.c_range[0] > 0.0 && tau.hi.is_finite()) {
+        if !tau.hi.is_finite() {
+            return None;
+        }
+        // The shape is known for another tau: what that changes is counted, or it is found anew.
+        let mut tau_error = (tau - shape_tau).magnitude() * UP;
+        let mut own = *shape;
+        let fine = T::UNIT < f64::UNIT;
+        if fine || !(convexity(&own, node, tau_error) > 0.5 * own.convexity) {
+            let (node_tau, error) = T::from_dd(tau);
+            own = node.shape(node_tau);
+            tau_error = error;
+        }
+        let shape = &own;
+        let lambda = convexity(shape, node, tau_error);
+        if !(lambda > 0.0 && shape.c_range[0] > 0.0) {
             return None;
         }
         let exact_tau = ball(tau);
@@ -300,7 +342,7 @@ impl Search<'_> {
         // G(p) is zero up to rounding: taken as a loss.
         let lo = tau - Dd::from(drop / shape.c_range[0] * UP);
         let lo = Dd::new(lo.hi, lo.lo) - Dd::from(8.0 * Dd::UNIT * tau.magnitude());
-        let curvature = shape.curvature * UP + tau_curvature(&shape, node, tau_error);
+        let curvature = shape.curvature * UP + tau_curvature(shape, node, tau_error);
         let all_high = all_high.sqrt() * UP;
         let growth = |rho: f64| {
             (g0.magnitude() + all_high * rho + 0.5 * curvature * rho * rho) / shape.c_range[0] * UP
@@ -327,7 +369,7 @@ impl Search<'_> {
             lo: if node.lo > best { node.lo } else { best },
             rho,
             empty,
-            tau,
+            value,
             spread: Spread {
                 slope: free,
                 value: g0.magnitude(),
@@ -344,6 +386,9 @@ impl Search<'_> {
 /// The change of the Hessian of `G` when tau changes by `tau_error`: second differences of `C` are at
 /// most four coefficients, times `degree^2`, in each of the four entries.
 fn tau_curvature<T: Real>(shape: &Shape, node: &Node<T>, tau_error: f64) -> f64 {
+    if node.f.c.is_empty() {
+        return 0.0;
+    }
     let d = (node.f.degree.u + node.f.degree.v) as f64;
     4.0 * tau_error * shape.c_range[1] * d * d * UP
 }

@@ -23,6 +23,8 @@ pub use contact::contact;
 pub use inside::inside;
 pub use line::line;
 
+pub(crate) use objective::Objective;
+
 use crate::nurbs::SurfacePoint;
 use crate::prepare::PreparedBrep;
 use crate::trim::{AxisSplit, trim_split};

@@ -63,6 +63,23 @@ impl<T: Real> Node<T> {
     /// are, and three roundings.
     fn lower_bound(&self, squared: bool) -> Dd {
         let (en, ec) = (T::from_f64(self.f.n_error), T::from_f64(self.f.c_error));
+        if self.f.c.is_empty() {
+            let low = self
+                .f
+                .n
+                .iter()
+                .copied()
+                .reduce(|a, b| if b < a { b } else { a });
+            let Some(low) = low else { return Dd::ZERO };
+            // One rounding of the difference, and what is a coefficient's own.
+            let lo =
+                (low - en).to_dd() - Dd::from(4.0 * T::UNIT * (low.magnitude() + self.f.n_error));
+            return if squared && !(lo > Dd::ZERO) {
+                Dd::ZERO
+            } else {
+                lo
+            };
+        }
         let mut low: Option<T> = None;
         for (n, c) in self.f.n.iter().zip(&self.f.c) {
             if !(*c - ec - ec > T::ZERO) {
@@ -94,8 +111,11 @@ impl<T: Real> Node<T> {
     pub(crate) fn guess(&self) -> [f64; 2] {
         let width = self.f.degree.v + 1;
         let mut best = (f64::INFINITY, 0);
-        for (i, (n, c)) in self.f.n.iter().zip(&self.f.c).enumerate() {
-            let q = n.approximate() / c.approximate();
+        for (i, n) in self.f.n.iter().enumerate() {
+            let q = match self.f.c.get(i) {
+                Some(c) => n.approximate() / c.approximate(),
+                None => n.approximate(),
+            };
             if q < best.0 {
                 best = (q, i);
             }
@@ -159,14 +179,12 @@ impl<T: Real> Node<T> {
     /// of `G / C`), in local parameters of the patch: `_ss`, `_st`, `_tt`.
     pub(crate) fn mean_hessian(&self, tau: T) -> [f64; 3] {
         let d = self.f.degree;
-        let g: Vec<T> = self
-            .f
-            .n
-            .iter()
-            .zip(&self.f.c)
-            .map(|(n, c)| *n - tau * *c)
-            .collect();
-        let c = self.f.c.iter().map(|c| c.approximate()).sum::<f64>() / d.count() as f64;
+        let g = self.g(tau);
+        let c = if self.f.c.is_empty() {
+            1.0
+        } else {
+            self.f.c.iter().map(|c| c.approximate()).sum::<f64>() / d.count() as f64
+        };
         let widths = [self.u[1] - self.u[0], self.v[1] - self.v[0]];
         let mean = |du: usize, dv: usize, factor: usize, area: f64| {
             let (low, high) = Self::second_differences(&g, d, du, dv);
@@ -183,6 +201,15 @@ impl<T: Real> Node<T> {
         ]
     }
 
+    /// The coefficients of `G = N - tau C`.
+    fn g(&self, tau: T) -> Vec<T> {
+        if self.f.c.is_empty() {
+            return self.f.n.iter().map(|n| *n - tau).collect();
+        }
+        let pairs = self.f.n.iter().zip(&self.f.c);
+        pairs.map(|(n, c)| *n - tau * *c).collect()
+    }
+
     /// What is proven about `f` and `G = N - tau C` here.
     ///
     /// Monotone: `f_u = (N_u C - N C_u) / C^2 = (G_u C - G C_u) / C^2` for *any* tau, so it is enough that
@@ -190,28 +217,25 @@ impl<T: Real> Node<T> {
     /// how good tau is, unlike the sign of `G_u` alone.
     pub(crate) fn shape(&self, tau: T) -> Shape {
         let d = self.f.degree;
-        let g: Vec<T> = self
-            .f
-            .n
-            .iter()
-            .zip(&self.f.c)
-            .map(|(n, c)| *n - tau * *c)
-            .collect();
-        let (n_max, c_max) = (largest(&self.f.n), largest(&self.f.c));
+        let g = self.g(tau);
+        let constant = self.f.c.is_empty();
+        let n_max = largest(&self.f.n);
+        let c_max = if constant { 1.0 } else { largest(&self.f.c) };
         let tau_size = tau.magnitude();
         let g_error = (self.f.n_error
             + tau_size * self.f.c_error
             + 4.0 * T::UNIT * (n_max + tau_size * c_max))
             * UP;
-        let c_min = self
-            .f
-            .c
-            .iter()
-            .fold(f64::INFINITY, |m, c| m.min(c.approximate()));
-        let c_range = [
-            (c_min * DOWN - 2.0 * self.f.c_error) * DOWN,
-            (c_max + self.f.c_error) * UP,
-        ];
+        let c_range = if constant {
+            [1.0, 1.0]
+        } else {
+            let least = |m: f64, c: &T| m.min(c.approximate());
+            let c_min = self.f.c.iter().fold(f64::INFINITY, least);
+            [
+                (c_min * DOWN - 2.0 * self.f.c_error) * DOWN,
+                (c_max + self.f.c_error) * UP,
+            ]
+        };
         let g_max = (largest(&g) + g_error) * UP;
         let mut monotone = [0; 2];
         let mut c_slopes = [0.0; 2];
@@ -222,8 +246,12 @@ impl<T: Real> Node<T> {
             let (low, high) = Self::differences(&g, d, k == 0);
             // Two coefficients, and the rounding of the difference and of `approximate`.
             let slack = (2.0 * g_error + 4.0 * f64::UNIT * low.abs().max(high.abs())) * UP;
-            let (c_low, c_high) = Self::differences(&self.f.c, d, k == 0);
-            let c_diff = (c_low.abs().max(c_high.abs()) + 2.0 * self.f.c_error) * UP;
+            let c_diff = if constant {
+                0.0
+            } else {
+                let (c_low, c_high) = Self::differences(&self.f.c, d, k == 0);
+                (c_low.abs().max(c_high.abs()) + 2.0 * self.f.c_error) * UP
+            };
             c_slopes[k] = degree as f64 * c_diff * UP;
             let other = g_max * c_diff * UP;
             if c_range[0] > 0.0 && (low - slack) * c_range[0] * DOWN > other {
@@ -272,9 +300,17 @@ impl<T: Real> Node<T> {
     pub(crate) fn halves(&self, along_u: bool, squared: bool) -> [Self; 2] {
         let f = &self.f;
         let (n0, n1) = split(&f.n, f.degree, along_u);
-        let (c0, c1) = split(&f.c, f.degree, along_u);
+        let (c0, c1) = if f.c.is_empty() {
+            (Vec::new(), Vec::new())
+        } else {
+            split(&f.c, f.degree, along_u)
+        };
         let n_error = f.n_error + split_error::<T>(f.degree, along_u, largest(&f.n));
-        let c_error = f.c_error + split_error::<T>(f.degree, along_u, largest(&f.c));
+        let c_error = if f.c.is_empty() {
+            0.0
+        } else {
+            f.c_error + split_error::<T>(f.degree, along_u, largest(&f.c))
+        };
         let half = |n: Vec<T>, c: Vec<T>, second: bool| {
             let part = |r: [f64; 2]| {
                 let middle = 0.5 * (r[0] + r[1]);
@@ -327,7 +363,11 @@ impl<T: Real> Node<T> {
                     Bidegree { u: d.u, v: 0 }
                 },
                 n: take(&self.f.n),
-                c: take(&self.f.c),
+                c: if self.f.c.is_empty() {
+                    Vec::new()
+                } else {
+                    take(&self.f.c)
+                },
                 ..self.f
             },
             u: if along_u { end(self.u) } else { self.u },

@@ -4,7 +4,7 @@
 use crate::numeric::bernstein::Bidegree;
 use crate::numeric::{Ball, Dd, Real};
 use crate::prepare::closed::{Target, exact};
-use crate::prepare::{Net, Products};
+use crate::prepare::{Net, Products, jet};
 use nalgebra::{Point3, Vector3};
 
 /// What is minimised over the BREP.
@@ -21,9 +21,29 @@ pub(crate) enum Objective {
 pub(crate) struct Quotient<T> {
     pub(crate) degree: Bidegree,
     pub(crate) n: Vec<T>,
+    /// Empty where `C` is 1, exactly.
     pub(crate) c: Vec<T>,
     pub(crate) n_error: f64,
     pub(crate) c_error: f64,
+}
+
+impl Quotient<Dd> {
+    /// Bounds on `f` by the convex hull of its coefficients' quotients; `None` where a denominator may not be positive.
+    pub(crate) fn range(&self) -> Option<[f64; 2]> {
+        let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
+        for (i, n) in self.n.iter().enumerate() {
+            let n = Ball::<Dd>::from_dd(*n, self.n_error);
+            let q = match self.c.get(i) {
+                Some(c) => n / Ball::from_dd(*c, self.c_error),
+                None => n,
+            };
+            low = low.min(q.lower());
+            high = high.max(q.upper());
+        }
+        // A ball around zero divides to an infinite one; one below zero is no weight.
+        let positive = self.c.iter().all(|c| c.hi > self.c_error);
+        (positive && low.is_finite() && high.is_finite()).then_some([low, high])
+    }
 }
 
 /// `N`, `C` and their first derivatives at one point, with bounds.
@@ -102,8 +122,12 @@ impl Objective {
                     degree: net.degree,
                     n: values,
                     n_error: (error + 8.0 * T::UNIT * size) * BOUND_UP,
-                    c_error: w.error,
-                    c: w.values,
+                    c_error: if net.unit_weights { 0.0 } else { w.error },
+                    c: if net.unit_weights {
+                        Vec::new()
+                    } else {
+                        w.values
+                    },
                 }
             }
         }
@@ -112,41 +136,107 @@ impl Objective {
     /// `N`, `C` and derivatives at a local point of a net.
     pub(crate) fn sample(&self, net: &Net<Dd>, s: Ball<Dd>, t: Ball<Dd>) -> Sample {
         let jet = net.jet(s, t);
+        self.combined(&net.origin, &[jet.value, jet.s, jet.t])
+    }
+
+    /// The same in f64 at an exact point, for nets that [fit](jet::fits): far cheaper.
+    pub(crate) fn rough_sample(&self, net: &Net<f64>, p: [f64; 2]) -> Sample {
+        self.combined(&net.origin, &jet::jet(net, p[0], p[1]))
+    }
+
+    /// The same with values in double-double, derivatives in f64.
+    pub(crate) fn fine_sample(&self, coarse: &Net<f64>, net: &Net<Dd>, p: [f64; 2]) -> Sample {
+        let value = jet::fine_value(net, p[0], p[1]);
+        let [_, s, t] = jet::jet(coarse, p[0], p[1]);
+        let rounded = value.map(|b| Ball::<f64>::from_dd(b.mid, b.rad));
+        let slopes = self.slopes(&net.origin, &[rounded, s, t]);
+        let (n, c) = self.values(&net.origin, &value);
+        Sample { n, c, ..slopes }
+    }
+
+    fn combined<T: Real>(&self, origin: &[f64; 3], jet: &[[Ball<T>; 4]; 3]) -> Sample {
+        let (n, c) = self.values(origin, &jet[0]);
+        Sample {
+            n,
+            c,
+            ..self.slopes(origin, jet)
+        }
+    }
+
+    /// `X - q w` and its derivatives: the cancellation happens here, on exact q.
+    fn offset<T: Real>(q: &Point3<f64>, origin: &[f64; 3], h: &[Ball<T>; 4]) -> [Ball<T>; 3] {
+        std::array::from_fn(|c| h[c] - Ball::difference(q[c], origin[c]) * h[3])
+    }
+
+    fn height<T: Real>(n: &Vector3<f64>, h: f64, origin: &[f64; 3], p: &[Ball<T>; 4]) -> Ball<T> {
+        let h = local_offset(n, h, origin);
+        let h = Ball::<T>::from_dd(h.mid, h.rad);
+        let n: [Ball<T>; 3] = std::array::from_fn(|c| Ball::exact(n[c]));
+        n[0] * p[0] + n[1] * p[1] + n[2] * p[2] - h * p[3]
+    }
+
+    /// `N` and `C`.
+    fn values<T: Real>(&self, origin: &[f64; 3], value: &[Ball<T>; 4]) -> (Ball<Dd>, Ball<Dd>) {
         match self {
             Self::SquaredDistance(q) => {
-                let q: [Ball<Dd>; 3] =
-                    std::array::from_fn(|c| Ball::difference(q[c], net.origin[c]));
-                // M = X - q w and its derivatives: the cancellation happens here, on exact q.
-                let m = |h: &[Ball<Dd>; 4]| -> [Ball<Dd>; 3] {
-                    std::array::from_fn(|c| h[c] - q[c] * h[3])
-                };
-                let (v, ms, mt) = (m(&jet.value), m(&jet.s), m(&jet.t));
-                let two = Ball::exact(2.0);
-                let w = jet.value[3];
-                Sample {
-                    n: dot(&v, &v),
-                    c: w.square(),
-                    n_slope: [two * dot(&v, &ms), two * dot(&v, &mt)],
-                    c_slope: [two * w * jet.s[3], two * w * jet.t[3]],
-                }
+                let m = Self::offset(q, origin, value);
+                (raised(dot(&m, &m)), raised(value[3].square()))
             }
+            Self::Height(n, h) => (raised(Self::height(n, *h, origin, value)), raised(value[3])),
+        }
+    }
+
+    /// The derivatives of `N` and `C`; values are left at zero.
+    fn slopes<T: Real>(&self, origin: &[f64; 3], jet: &[[Ball<T>; 4]; 3]) -> Sample {
+        let (n_slope, c_slope) = match self {
+            Self::SquaredDistance(q) => {
+                let m = Self::offset(q, origin, &jet[0]);
+                let two = Ball::exact(2.0);
+                let w = jet[0][3];
+                (
+                    [1, 2].map(|k| two * dot(&m, &Self::offset(q, origin, &jet[k]))),
+                    [1, 2].map(|k| two * w * jet[k][3]),
+                )
+            }
+            Self::Height(n, h) => (
+                [1, 2].map(|k| Self::height(n, *h, origin, &jet[k])),
+                [1, 2].map(|k| jet[k][3]),
+            ),
+        };
+        Sample {
+            n: Ball::ZERO,
+            c: Ball::ZERO,
+            n_slope: n_slope.map(raised),
+            c_slope: c_slope.map(raised),
+        }
+    }
+
+    /// `f` in f64, as [`guide`](Self::guide) has it.
+    pub(crate) fn guide_value(&self, net: &Net<f64>, s: f64, t: f64) -> f64 {
+        if !jet::fits(net.degree) {
+            return self.guide(net, s, t).value;
+        }
+        let h = jet::value(net, s, t);
+        let x: [f64; 3] = std::array::from_fn(|c| h[c] / h[3]);
+        match self {
+            Self::SquaredDistance(q) => (0..3)
+                .map(|c| (x[c] - (q[c] - net.origin[c])).powi(2))
+                .sum(),
             Self::Height(n, h) => {
-                let h = local_offset(n, *h, &net.origin);
-                let n: [Ball<Dd>; 3] = std::array::from_fn(|c| Ball::exact(n[c]));
-                let height = |p: &[Ball<Dd>; 4]| n[0] * p[0] + n[1] * p[1] + n[2] * p[2] - h * p[3];
-                Sample {
-                    n: height(&jet.value),
-                    c: jet.value[3],
-                    n_slope: [height(&jet.s), height(&jet.t)],
-                    c_slope: [jet.s[3], jet.t[3]],
-                }
+                (0..3).map(|c| n[c] * x[c]).sum::<f64>()
+                    + (0..3).map(|c| n[c] * net.origin[c]).sum::<f64>()
+                    - h
             }
         }
     }
 
     /// `f` and its derivatives in f64.
     pub(crate) fn guide(&self, net: &Net<f64>, s: f64, t: f64) -> Guide {
-        let j = jet2(net, s, t);
+        let j = if jet::fits(net.degree) {
+            jet::jet2(net, s, t)
+        } else {
+            jet2(net, s, t)
+        };
         let w = 1.0 / j[0][3];
         let at = |k: usize, c: usize| j[k][c];
         // The quotient rule, term by term (The NURBS Book, eq. 4.20).
@@ -209,8 +299,16 @@ fn squared_distance<T: Real>(q: &Point3<f64>, net: &Net<T>, products: &Products<
         degree: products.degree,
         n: values,
         n_error: (error + 8.0 * T::UNIT * size) * BOUND_UP,
-        c: products.c.values.clone(),
-        c_error: products.c.error,
+        c: if net.unit_weights {
+            Vec::new()
+        } else {
+            products.c.values.clone()
+        },
+        c_error: if net.unit_weights {
+            0.0
+        } else {
+            products.c.error
+        },
     }
 }
 
@@ -223,8 +321,16 @@ fn local_offset(n: &Vector3<f64>, h: f64, origin: &[f64; 3]) -> Ball<Dd> {
     sum
 }
 
-pub(crate) fn dot(a: &[Ball<Dd>; 3], b: &[Ball<Dd>; 3]) -> Ball<Dd> {
+pub(crate) fn dot<T: Real>(a: &[Ball<T>; 3], b: &[Ball<T>; 3]) -> Ball<T> {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+}
+
+/// The same ball in double-double, exactly.
+fn raised<T: Real>(x: Ball<T>) -> Ball<Dd> {
+    Ball {
+        mid: x.mid.to_dd(),
+        rad: x.rad,
+    }
 }
 
 /// Value, `_s`, `_t`, `_ss`, `_st`, `_tt` of the homogeneous point, in plain f64.

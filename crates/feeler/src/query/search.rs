@@ -65,6 +65,8 @@ pub(crate) struct Foot {
     pub(crate) trim: Option<usize>,
     pub(crate) uv: Point2<f64>,
     pub(crate) spot: Locus,
+    /// Where the search found it, rounded; `None` for closed forms.
+    pub(crate) found: Option<(Source, [f64; 2])>,
 }
 
 /// A point in the terms of the machinery that found it.
@@ -241,6 +243,8 @@ pub(super) struct Search<'a> {
 
 /// Boxes are not split below this width in local parameters.
 const LEAST_WIDTH: f64 = 1.0 / (1u64 << 50) as f64;
+/// Which share of the width a search aims at: rounding the ends to f64 may add an ulp each.
+pub(super) const QUARTER: f64 = 0.25;
 /// A bound that is off by a few roundings.
 const UP: f64 = 1.0 + 32.0 * f64::EPSILON;
 
@@ -341,39 +345,24 @@ impl Search<'_> {
     /// Nodes with a bound from here on need no more work: the enclosure is narrow
     /// enough, given the upper bound so far.
     pub(super) fn enough(&self) -> Dd {
-        let hi = self.out.hi;
-        if !hi.hi.is_finite() {
-            return hi;
-        }
-        // A quarter: rounding the ends to f64 may add an ulp each.
-        let near = if self.objective.is_squared() {
-            let d = hi.sqrt();
-            let d = d - Dd::from(0.25 * self.goal.width.at(d.hi));
-            if d > Dd::ZERO { d * d } else { Dd::ZERO }
-        } else {
-            hi - Dd::from(0.25 * self.goal.width.at(hi.hi))
-        };
+        let near = self.near(self.out.hi, QUARTER);
         match self.goal.all_below {
             Some(all) if Dd::from(all) > near => Dd::from(all),
             _ => near,
         }
     }
 
-    /// How far below `tau`, the value of `f` at a point of a node, the node's bound may lie.
-    pub(super) fn slack(&self, tau: Dd) -> Dd {
-        if self.goal.all_below.is_none() {
-            return self.out.hi - self.enough();
+    /// How low a lower bound may lie, for an upper bound `hi` and this share of the width.
+    pub(super) fn near(&self, hi: Dd, share: f64) -> Dd {
+        if !hi.hi.is_finite() {
+            return hi;
         }
         if self.objective.is_squared() {
-            let d = if tau > Dd::ZERO { tau.sqrt() } else { Dd::ZERO };
-            let near = d - Dd::from(0.25 * self.goal.width.at(d.hi));
-            tau - if near > Dd::ZERO {
-                near * near
-            } else {
-                Dd::ZERO
-            }
+            let d = if hi > Dd::ZERO { hi.sqrt() } else { Dd::ZERO };
+            let d = d - Dd::from(share * self.goal.width.at(d.hi));
+            if d > Dd::ZERO { d * d } else { Dd::ZERO }
         } else {
-            Dd::from(0.25 * self.goal.width.at(tau.hi))
+            hi - Dd::from(share * self.goal.width.at(hi.hi))
         }
     }
 
@@ -435,8 +424,14 @@ impl Search<'_> {
         lo: Dd,
     ) {
         let geometry = T::geometry(self.brep, face);
+        let lo = match self.brep.shell(face).map(|s| s.least(self.objective)) {
+            Some(least) if least > lo => least,
+            _ => lo,
+        };
+        self.try_seed(face);
         for (index, b) in geometry.patch_boxes.iter().enumerate() {
-            let lo = b.as_ref().map_or(self.nothing(), |b| self.box_bound(b));
+            let own = b.as_ref().map_or(self.nothing(), |b| self.box_bound(b));
+            let lo = if own > lo { own } else { lo };
             self.push(heap, lo, Kind::Root(Source::Patch { face, index }));
         }
         self.push_pieces::<T>(heap, face, lo, |_| true);
@@ -457,7 +452,8 @@ impl Search<'_> {
             }
             // What matters of a piece lies on its patch.
             let b = &geometry.patch_boxes[geometry.piece_patch(index)];
-            let lo = b.as_ref().map_or(lo, |b| self.box_bound(b));
+            let own = b.as_ref().map_or(lo, |b| self.box_bound(b));
+            let lo = if own > lo { own } else { lo };
             self.push(heap, lo, Kind::Root(Source::Piece { face, index }));
         }
     }
@@ -503,8 +499,10 @@ impl Search<'_> {
             node.lo = lo;
         }
         let guess = node.guess();
-        let start = self.descend(source, guess, [node.u, node.v]);
-        self.try_point(source, start.map(Dd::from), false);
+        if self.promises(source, guess) {
+            let start = self.descend(source, guess, [node.u, node.v]);
+            self.try_rough_point(source, start);
+        }
         let (lo, node) = (node.lo, Box::new(node));
         self.push(
             heap,
@@ -588,7 +586,7 @@ impl Search<'_> {
             self.try_point(source, middle, false);
         } else if shape.convexity > 0.0
             && shortcuts.convex_leaves
-            && self.leaf(heap, source, inside, &node)
+            && self.leaf(heap, source, inside, &node, (&shape, tau.to_dd()))
         {
             return;
         }
@@ -682,6 +680,7 @@ impl Search<'_> {
 
     /// Searches the nodes that f64 left open again in double-double.
     fn refine(&mut self, noisy: Vec<(Source, [f64; 2], [f64; 2], Dd)>) {
+        self.sharpen();
         let mut heap = BinaryHeap::new();
         for (source, u, v, lo) in noisy {
             if self.hopeless(lo) {
@@ -698,6 +697,11 @@ impl Search<'_> {
                     if lo > node.lo {
                         node.lo = lo;
                     }
+                    // The finer coefficients may see a slope where f64 saw noise.
+                    let guess = node.guess();
+                    self.try_point(source, guess.map(Dd::from), false);
+                    let start = self.descend(source, guess, [node.u, node.v]);
+                    self.try_point(source, start.map(Dd::from), false);
                     self.enqueue(&mut heap, source, false, node);
                 }
                 None => self.lower(lo),

@@ -1,9 +1,10 @@
 //! Upper bounds: points of the BREP where the objective is evaluated, and the descent that finds them.
 
-use super::objective::Sample;
+use super::objective::Objective;
 use super::search::{Foot, Locus, Search, Source};
 use crate::numeric::{Ball, Dd};
-use crate::trim::Side;
+use crate::prepare::{Seed, jet};
+use crate::trim::{BoxSide, Side};
 use nalgebra::Point2;
 
 /// A bound that is off by a few roundings.
@@ -12,8 +13,47 @@ const UP: f64 = 1.0 + 32.0 * f64::EPSILON;
 impl Search<'_> {
     pub(super) fn guide_value(&self, source: Source, p: [f64; 2]) -> f64 {
         self.net(source).map_or(f64::INFINITY, |net| {
-            self.objective.guide(net, p[0], p[1]).value
+            self.objective.guide_value(net, p[0], p[1])
         })
+    }
+
+    /// Whether a descent from a point may find a lower value than is known: by its value and by what a Newton step
+    /// promises. Only a guide: what is not tried here is searched all the same.
+    pub(super) fn promises(&self, source: Source, p: [f64; 2]) -> bool {
+        let hi = self.out.hi.hi;
+        if !hi.is_finite() || self.goal.all_below.is_some() {
+            return true;
+        }
+        let Some(net) = self.net(source) else {
+            return true;
+        };
+        let g = self.objective.guide(net, p[0], p[1]);
+        let blocked: [bool; 2] = std::array::from_fn(|k| {
+            (p[k] <= 0.0 && g.slope[k] > 0.0) || (p[k] >= 1.0 && g.slope[k] < 0.0)
+        });
+        let step = newton_step(g.slope, g.curvature, blocked);
+        // Half of it for a quadratic function; the whole, to be generous.
+        let gain = g.slope[0] * step[0] + g.slope[1] * step[1];
+        g.value + gain < hi
+    }
+
+    /// Descends from the best of a face's seeds.
+    pub(super) fn try_seed(&mut self, face: usize) {
+        let seeds = self.brep.double(face).seeds();
+        let value = |s: &Seed| match self.objective {
+            Objective::SquaredDistance(q) => (s.point - q).norm_squared(),
+            Objective::Height(n, _) => n.dot(&s.point.coords),
+        };
+        let values = seeds.iter().map(|s| (value(s), s));
+        let Some((_, best)) = values.min_by(|a, b| a.0.total_cmp(&b.0)) else {
+            return;
+        };
+        let (index, local) = (best.patch, best.local);
+        let source = Source::Patch { face, index };
+        if self.promises(source, local) {
+            let p = self.descend(source, local, [[0.0, 1.0]; 2]);
+            self.try_rough_point(source, p);
+        }
     }
 
     /// A projected, damped Newton descent in f64 within a box. No proof rests on it.
@@ -28,6 +68,7 @@ impl Search<'_> {
         };
         let mut p = start;
         let mut g = self.objective.guide(net, p[0], p[1]);
+        let mut last_steps = LAST_STEPS;
         for _ in 0..MAX_NEWTON {
             let blocked: [bool; 2] = std::array::from_fn(|k| {
                 range[k][0] == range[k][1]
@@ -38,25 +79,96 @@ impl Search<'_> {
                 break;
             }
             let mut step = newton_step(g.slope, g.curvature, blocked);
-            let mut better = false;
+            let moved = |step: [f64; 2]| -> [f64; 2] {
+                std::array::from_fn(|k| (p[k] + step[k]).clamp(range[k][0], range[k][1]))
+            };
+            let gain = (g.slope[0] * step[0] + g.slope[1] * step[1]).abs();
+            if gain < NOISE * g.value.abs() {
+                // The value no longer shows whether a step is good, but the slope still does, unless it is noise too.
+                let next = moved(step);
+                let length = step[0].abs() + step[1].abs();
+                if length > MOST_BLIND {
+                    break;
+                }
+                let least = length < NOISE;
+                last_steps -= 1;
+                if least || last_steps == 0 {
+                    return next;
+                }
+                p = next;
+                g = self.objective.guide(net, p[0], p[1]);
+                continue;
+            }
+            let mut better = None;
             for _ in 0..MAX_DAMPING {
-                let next: [f64; 2] =
-                    std::array::from_fn(|k| (p[k] + step[k]).clamp(range[k][0], range[k][1]));
+                let next = moved(step);
                 if next == p {
                     break;
                 }
                 let trial = self.objective.guide(net, next[0], next[1]);
                 if trial.value < g.value {
-                    (p, g, better) = (next, trial, true);
+                    better = Some((next, trial));
                     break;
                 }
                 step = step.map(|x| 0.5 * x);
             }
-            if !better {
-                break;
+            match better {
+                Some(next) => (p, g) = next,
+                None => break,
             }
         }
         p
+    }
+
+    /// Evaluates a point of a patch or a piece at exact local parameters as cheaply as serves, and keeps it if it is the best so
+    /// far and in the region.
+    pub(super) fn try_rough_point(&mut self, source: Source, p: [f64; 2]) {
+        if let (Source::Patch { face, index }, Some(net)) = (source, self.net(source))
+            && jet::fits(net.degree)
+            && self.classify(face, index, [p[0]; 2], [p[1]; 2]) == BoxSide::Inside
+        {
+            let value = self.objective.rough_sample(net, p).value();
+            let size = self.brep.size();
+            let scale = if self.objective.is_squared() {
+                size * size
+            } else {
+                size
+            };
+            // Weights of very different sizes leave f64 without a bound.
+            if value.rad <= ROUGH_SLACK * scale {
+                let foot = self.patch_foot(face, index, p.map(Ball::exact));
+                return self.keep(value, foot);
+            }
+        }
+        self.try_point(source, p.map(Dd::from), false);
+    }
+
+    /// Evaluates the best point so far again in double-double.
+    pub(super) fn sharpen(&mut self) {
+        let Some(foot) = self.out.foot else { return };
+        if let (Some((Source::Patch { face, index }, _)), Locus::Patch { local, .. }) =
+            (foot.found, foot.spot)
+        {
+            let net = &self.brep.double_double(face).patches[index].net;
+            let value = self.objective.sample(net, local[0], local[1]).value();
+            self.keep(value, foot);
+        }
+    }
+
+    /// Keeps the point of a leaf; `inside` says that it is known to be in the region.
+    pub(super) fn keep_leaf(&mut self, source: Source, p: [Dd; 2], value: Ball<Dd>, inside: bool) {
+        match source {
+            Source::Patch { face, index } if inside => {
+                let local = p.map(|mid| Ball { mid, rad: 0.0 });
+                let foot = self.patch_foot(face, index, local);
+                self.keep(value, foot);
+            }
+            Source::Piece { face, index } => match self.piece_foot(face, index, p[0]) {
+                Ok(foot) => self.keep(value, foot),
+                Err(local) => self.try_beside_piece(face, index, local),
+            },
+            Source::Patch { .. } => self.try_point(source, p, false),
+        }
     }
 
     /// Evaluates a point and keeps it if it is the best so far and in the region; `trusted` says
@@ -95,75 +207,87 @@ impl Search<'_> {
             }
             let local = [0, 1].map(|k| surface.maps[k].to_local(Ball::<Dd>::exact(uv[k])));
             let sample = self.objective.sample(&surface.net, local[0], local[1]);
-            self.keep(
-                &sample,
-                Foot {
-                    face,
-                    trim,
-                    uv: Point2::new(uv[0], uv[1]),
-                    spot: Locus::Patch { patch, local },
-                },
-            );
-            return;
+            let foot = Foot {
+                face,
+                trim,
+                uv: Point2::new(uv[0], uv[1]),
+                spot: Locus::Patch { patch, local },
+                found: Some((
+                    Source::Patch { face, index: patch },
+                    local.map(|x| x.mid.hi),
+                )),
+            };
+            return self.keep(sample.value(), foot);
         }
     }
 
-    /// Evaluates a point of a patch that is known to be in the region.
-    fn keep_patch_point(&mut self, face: usize, patch: usize, local: [Ball<Dd>; 2]) {
-        let geometry = self.brep.double_double(face);
-        let surface = &geometry.patches[patch];
-        let sample = self.objective.sample(&surface.net, local[0], local[1]);
-        let foot = Foot {
+    /// A point of a patch that is known to be in the region.
+    fn patch_foot(&self, face: usize, patch: usize, local: [Ball<Dd>; 2]) -> Foot {
+        let maps = &self.brep.double(face).patches[patch].maps;
+        let at = local.map(|x| x.mid.hi);
+        Foot {
             face,
             trim: None,
-            uv: Point2::new(
-                surface.maps[0].to_native(local[0].mid.hi),
-                surface.maps[1].to_native(local[1].mid.hi),
-            ),
+            uv: Point2::new(maps[0].to_native(at[0]), maps[1].to_native(at[1])),
             spot: Locus::Patch { patch, local },
-        };
-        self.keep(&sample, foot);
+            found: Some((Source::Patch { face, index: patch }, at)),
+        }
+    }
+
+    fn keep_patch_point(&mut self, face: usize, patch: usize, local: [Ball<Dd>; 2]) {
+        let net = &self.brep.double_double(face).patches[patch].net;
+        let value = self.objective.sample(net, local[0], local[1]).value();
+        let foot = self.patch_foot(face, patch, local);
+        self.keep(value, foot);
+    }
+
+    /// The point of a boundary piece where it is proven to be on its patch; else its local parameters, roughly.
+    fn piece_foot(&self, face: usize, index: usize, t: Dd) -> Result<Foot, [Dd; 2]> {
+        let geometry = self.brep.double_double(face);
+        let piece = geometry.piece(index);
+        let (point, _) = crate::prepare::curve_jet(&piece.local, Ball { mid: t, rad: 0.0 });
+        let local = [point[0] / point[2], point[1] / point[2]];
+        if !local.iter().all(|x| x.lower() >= 0.0 && x.upper() <= 1.0) {
+            return Err(local.map(|x| x.mid));
+        }
+        let maps = &geometry.patches[piece.patch].maps;
+        let uv = [0, 1].map(|k| maps[k].to_native(local[k].mid.hi));
+        Ok(Foot {
+            face,
+            trim: piece.trim,
+            uv: Point2::new(uv[0], uv[1]),
+            spot: Locus::Patch {
+                patch: piece.patch,
+                local,
+            },
+            found: Some((Source::Piece { face, index }, [t.hi, 0.0])),
+        })
     }
 
     fn try_piece_point(&mut self, face: usize, index: usize, t: Dd) {
-        let geometry = self.brep.double_double(face);
-        let piece = geometry.piece(index);
+        let piece = self.brep.double_double(face).piece(index);
         let Some(space) = &piece.space else { return };
-        let t = Ball { mid: t, rad: 0.0 };
-        let (point, _) = crate::prepare::curve_jet(&piece.local, t);
-        let local = [point[0] / point[2], point[1] / point[2]];
-        let on_patch = local.iter().all(|x| x.lower() >= 0.0 && x.upper() <= 1.0);
-        let maps = &geometry.patches[piece.patch].maps;
-        if on_patch {
-            let sample = self.objective.sample(space, t, Ball::ZERO);
-            let uv = Point2::new(
-                maps[0].to_native(local[0].mid.hi),
-                maps[1].to_native(local[1].mid.hi),
-            );
-            self.keep(
-                &sample,
-                Foot {
-                    face,
-                    trim: piece.trim,
-                    uv,
-                    spot: Locus::Patch {
-                        patch: piece.patch,
-                        local,
-                    },
-                },
-            );
-        } else {
-            // On the border of the patch, or past it by a rounding: the nearest point of the patch
-            // counts if the exact test finds it in the region.
-            let (patch, trim) = (piece.patch, piece.trim);
-            self.try_patch_point(face, patch, [local[0].mid, local[1].mid], trim);
+        match self.piece_foot(face, index, t) {
+            Ok(foot) => {
+                let value = self
+                    .objective
+                    .sample(space, Ball { mid: t, rad: 0.0 }, Ball::ZERO)
+                    .value();
+                self.keep(value, foot);
+            }
+            Err(local) => self.try_beside_piece(face, index, local),
         }
     }
 
-    fn keep(&mut self, sample: &Sample, foot: Foot) {
-        let f = sample.value();
-        let mut value = f.mid + Dd::from(f.rad * UP);
-        value.lo = value.lo.next_up();
+    /// On the border of the patch, or past it by a rounding: the nearest point of the patch
+    /// counts if the exact test finds it in the region.
+    fn try_beside_piece(&mut self, face: usize, index: usize, local: [Dd; 2]) {
+        let piece = self.brep.double_double(face).piece(index);
+        self.try_patch_point(face, piece.patch, local, piece.trim);
+    }
+
+    fn keep(&mut self, f: Ball<Dd>, foot: Foot) {
+        let value = upper_end(f);
         if value < self.out.hi {
             self.out.hi = value;
             self.out.foot = Some(foot);
@@ -171,9 +295,23 @@ impl Search<'_> {
     }
 }
 
+/// A number not below what a ball holds.
+pub(super) fn upper_end(f: Ball<Dd>) -> Dd {
+    let mut value = f.mid + Dd::from(f.rad * UP);
+    value.lo = value.lo.next_up();
+    value
+}
+
 /// How many Newton steps and halvings of one; both are guides.
 const MAX_NEWTON: usize = 24;
 const MAX_DAMPING: usize = 10;
+/// A gain below this part of the value is lost in its rounding; a step below this, in local parameters, is as good
+/// as none.
+const NOISE: f64 = 1.0 / (1u64 << 46) as f64;
+/// A longer step, in local parameters, is not taken blindly.
+const MOST_BLIND: f64 = 1.0 / (1u64 << 12) as f64;
+/// How many steps are taken once the gain is lost in rounding: each squares the error.
+const LAST_STEPS: usize = 3;
 /// Rough values are compared with this relative slack.
 const ROUGH_SLACK: f64 = 1e-9;
 /// A point and its neighbours in ulps of uv.

@@ -54,7 +54,7 @@ impl ClosedFace {
     /// domain are not in closed form, and then nor is the face. What was moved need not be in the region: such
     /// curves give lower bounds, and upper ones only where a test says so.
     pub(crate) fn new(brep: &Brep, face: usize, region: &TrimRegion, size: f64) -> Option<Self> {
-        brep.faces()[face].loops.as_ref()?;
+        let whole_domain = brep.faces()[face].loops.is_none();
         let surface = match brep.surface(face) {
             Surface::Plane(s) => ClosedSurface::Plane(Box::new(PlaneForm::new(s)?)),
             Surface::Revolution(s) => {
@@ -77,7 +77,12 @@ impl ClosedFace {
             None => None,
         };
         let mut arcs: Vec<usize> = Vec::new();
-        for (index, c) in uv_curves::<Dd>(brep, face).iter().enumerate() {
+        let uv_curves = if whole_domain {
+            borders(domain)
+        } else {
+            uv_curves::<Dd>(brep, face)
+        };
+        for (index, c) in uv_curves.iter().enumerate() {
             let arc = arc_of(c.trim);
             if arc.is_some_and(|(t, ..)| arcs.contains(&t)) {
                 continue;
@@ -130,7 +135,8 @@ impl ClosedFace {
                     curve.after = c.after;
                     out.curves.push(curve);
                 }
-                _ if was_moved => return None,
+                // Borders of a domain without loops are no pieces: nothing else would search them.
+                _ if was_moved || whole_domain => return None,
                 _ => {
                     out.others.push(index);
                     out.other_trims.extend(c.trim.or(c.after));
@@ -172,6 +178,20 @@ fn circle_inside(arc: &Arc<2>, domain: [Interval; 2]) -> bool {
         Dd::difference(arc.center[k], arc.radius) >= Dd::from(domain[k].start)
             && Dd::sum(arc.center[k], arc.radius) <= Dd::from(domain[k].end)
     })
+}
+
+/// The borders of a domain: they bound the region of a face without loops.
+fn borders(domain: [Interval; 2]) -> Vec<UvCurve<Dd>> {
+    let [u, v] = domain.map(|d| [d.start, d.end]);
+    let corners = [[u[0], v[0]], [u[1], v[0]], [u[1], v[1]], [u[0], v[1]]];
+    let point = |[x, y]: [f64; 2]| [Ball::exact(x), Ball::exact(y), Ball::ONE];
+    (0..4)
+        .map(|i| UvCurve {
+            trim: None,
+            after: None,
+            points: vec![point(corners[i]), point(corners[(i + 1) % 4])],
+        })
+        .collect()
 }
 
 /// Proven bounds, finer than f64.

@@ -1,0 +1,326 @@
+//! Points and derivatives of a net by Bernstein polynomials, without allocation: plain f64 with an a priori bound, and
+//! values in double-double.
+//!
+//! # Bounds
+//! `u = 2^-53`, `s` and `t` in [0, 1] are exact numbers. The recurrence for the Bernstein polynomials adds
+//! and multiplies only what is not negative, three roundings a level (`1 - t` among them), so each of degree `p` is
+//! off by at most `3 p` roundings, *relatively*. Their sum is 1. With degrees `p`, `q` and coefficients of magnitude at
+//! most `A`, known within `rho`:
+//!
+//! - *Value.* `sum b_i b_j P_ij` meets `3 p + 3 q` roundings from the polynomials, two from products and `p + q` from
+//!   additions: off by at most `(4 (p + q) + 2) u A + rho`.
+//! - *Slope.* The derivative of `b_i` is `p (b_(i-1) - b_i)` of degree `p - 1`: two more roundings, relative to
+//!   `p (b_(i-1) + b_i)`, and the sum over i of these is `2 p`. So a slope along u is off by at most
+//!   `2 p ((4 (p + q) + 4) u A + rho)`; along v with `q` for `p` in front.
+//!
+//! [`UNITS`] more cover what is of second order, for `p + q` far below 2^40.
+
+use super::Net;
+use crate::numeric::bernstein::Bidegree;
+use crate::numeric::{Ball, Dd, Real, TINY, two_prod, two_sum};
+
+/// Above this degree these functions are not used.
+const MAX_DEGREE: usize = 15;
+const ROOM: usize = MAX_DEGREE + 1;
+/// Roundings added for terms of second order.
+const UNITS: usize = 4;
+
+/// Whether a net's degrees are within what is done here.
+pub(crate) fn fits(degree: Bidegree) -> bool {
+    degree.u <= MAX_DEGREE && degree.v <= MAX_DEGREE
+}
+
+/// The Bernstein polynomials of degree `p` at `t`, and their first and second derivatives.
+struct Basis {
+    value: [f64; ROOM],
+    slope: [f64; ROOM],
+    curvature: [f64; ROOM],
+}
+
+/// One level up: `b_i = (1 - t) b_i + t b_(i-1)`; `k` is the degree so far.
+#[inline]
+fn raise(b: &mut [f64; ROOM], k: usize, t: f64, s: f64) {
+    let mut carry = 0.0;
+    for x in &mut b[..=k] {
+        let old = *x;
+        *x = carry + s * old;
+        carry = t * old;
+    }
+    b[k + 1] = carry;
+}
+
+impl Basis {
+    /// `p` is at most [`MAX_DEGREE`]; `orders` of derivatives are wanted.
+    fn new(p: usize, t: f64, orders: usize) -> Self {
+        let s = 1.0 - t;
+        let mut b = [0.0; ROOM];
+        b[0] = 1.0;
+        let mut out = Self {
+            value: [0.0; ROOM],
+            slope: [0.0; ROOM],
+            curvature: [0.0; ROOM],
+        };
+        for k in 0..=p {
+            // Here b holds degree k.
+            if k + 2 == p && orders > 1 {
+                let f = (p * (p - 1)) as f64;
+                for i in 0..=k {
+                    let x = f * b[i];
+                    out.curvature[i] += x;
+                    out.curvature[i + 1] -= 2.0 * x;
+                    out.curvature[i + 2] += x;
+                }
+            }
+            if k + 1 == p && orders > 0 {
+                let f = p as f64;
+                out.slope[0] = -(f * b[0]);
+                for i in 1..=k {
+                    out.slope[i] = f * (b[i - 1] - b[i]);
+                }
+                out.slope[p] = f * b[k];
+            }
+            if k < p {
+                raise(&mut b, k, t, s);
+            }
+        }
+        out.value = b;
+        out
+    }
+}
+
+#[inline]
+fn add(sum: &mut [f64; 4], factor: f64, p: &[f64; 4]) {
+    for c in 0..4 {
+        sum[c] += factor * p[c];
+    }
+}
+
+/// Value, `_s`, `_t`, `_ss`, `_st`, `_tt` of the homogeneous point, without a bound.
+pub(crate) fn jet2(net: &Net<f64>, s: f64, t: f64) -> [[f64; 4]; 6] {
+    let (bu, bv) = (
+        Basis::new(net.degree.u, s, 2),
+        Basis::new(net.degree.v, t, 2),
+    );
+    let mut out = [[0.0; 4]; 6];
+    for (i, row) in net.plain.chunks_exact(net.degree.v + 1).enumerate() {
+        let mut r = [[0.0; 4]; 3];
+        if let [p] = row {
+            r[0] = *p;
+        } else {
+            for (j, p) in row.iter().enumerate() {
+                add(&mut r[0], bv.value[j], p);
+                add(&mut r[1], bv.slope[j], p);
+                add(&mut r[2], bv.curvature[j], p);
+            }
+        }
+        add(&mut out[0], bu.value[i], &r[0]);
+        add(&mut out[1], bu.slope[i], &r[0]);
+        add(&mut out[2], bu.value[i], &r[1]);
+        add(&mut out[3], bu.curvature[i], &r[0]);
+        add(&mut out[4], bu.slope[i], &r[1]);
+        add(&mut out[5], bu.value[i], &r[2]);
+    }
+    out
+}
+
+/// The homogeneous point alone, without a bound.
+pub(crate) fn value(net: &Net<f64>, s: f64, t: f64) -> [f64; 4] {
+    let (bu, bv) = (
+        Basis::new(net.degree.u, s, 0),
+        Basis::new(net.degree.v, t, 0),
+    );
+    let mut out = [0.0; 4];
+    for (i, row) in net.plain.chunks_exact(net.degree.v + 1).enumerate() {
+        let mut r = [0.0; 4];
+        for (j, p) in row.iter().enumerate() {
+            add(&mut r, bv.value[j], p);
+        }
+        add(&mut out, bu.value[i], &r);
+    }
+    out
+}
+
+/// Value, `_s` and `_t` of the homogeneous point, with bounds.
+pub(crate) fn jet(net: &Net<f64>, s: f64, t: f64) -> [[Ball<f64>; 4]; 3] {
+    let (bu, bv) = (
+        Basis::new(net.degree.u, s, 1),
+        Basis::new(net.degree.v, t, 1),
+    );
+    let mut sums = [[0.0; 4]; 3];
+    for (i, row) in net.plain.chunks_exact(net.degree.v + 1).enumerate() {
+        let mut r = [[0.0; 4]; 2];
+        for (j, p) in row.iter().enumerate() {
+            add(&mut r[0], bv.value[j], p);
+            add(&mut r[1], bv.slope[j], p);
+        }
+        add(&mut sums[0], bu.value[i], &r[0]);
+        add(&mut sums[1], bu.slope[i], &r[0]);
+        add(&mut sums[2], bu.value[i], &r[1]);
+    }
+    let (p, q) = (net.degree.u, net.degree.v);
+    let units = (4 * (p + q) + 4 + UNITS) as f64 * f64::UNIT;
+    let factors = [1.0, 2.0 * p as f64, 2.0 * q as f64];
+    std::array::from_fn(|k| {
+        std::array::from_fn(|c| {
+            if c == 3 && net.unit_weights {
+                return if k == 0 { Ball::ONE } else { Ball::ZERO };
+            }
+            let rad = factors[k] * (units * net.largest[c] + net.spread[c]);
+            Ball {
+                mid: sums[k][c],
+                rad: rad * (1.0 + 8.0 * f64::EPSILON) + TINY,
+            }
+        })
+    })
+}
+
+/// The Bernstein polynomials of degree `p` at the exact number `t` in double-double: each level has two products and
+/// a sum, so each is off by at most `3 p` units, relatively.
+fn fine_basis(p: usize, t: f64) -> [Dd; ROOM] {
+    let (t, s) = (Dd::from(t), Dd::difference(1.0, t));
+    let mut b = [Dd::ZERO; ROOM];
+    b[0] = Dd::ONE;
+    for k in 0..p {
+        let mut carry = Dd::ZERO;
+        for x in &mut b[..=k] {
+            let old = *x;
+            *x = carry + s * old;
+            carry = t * old;
+        }
+        b[k + 1] = carry;
+    }
+    b
+}
+
+/// The homogeneous point in double-double.
+///
+/// The sum over all `n` coefficients is a compensated dot product (T. Ogita, S. Rump, S. Oishi, *Accurate sum and dot product*,
+/// SISC 26 (2005), algorithm 5.3, with factors that are double-doubles themselves). With `b = b_i b_j` and `P` split in
+/// high and low parts: `b_h P_h = h + r` exactly, the sum of all `h` is `sigma + sum z` exactly, and what is added to `e` is
+/// `z + (r + (b_h P_l + b_l P_h))`. Magnitudes: `|r|, |b_h P_l|, |b_l P_h| <= u |b P|`, `|z| <= u S` with `S = sum |b P| <= A`; so
+/// all terms of `e` together are at most `(n + 3) u S`, and each passes at most `n + 4` roundings: off by
+/// `(n + 4)(n + 3) u^2 S`. Left out is `b_l P_l`, at most `u^2 S` in all. Products `b_i b_j` are off by `3 (p + q) + 1` units of
+/// double-double, relatively.
+pub(crate) fn fine_value(net: &Net<Dd>, s: f64, t: f64) -> [Ball<Dd>; 4] {
+    let (p, q) = (net.degree.u, net.degree.v);
+    let (bu, bv) = (fine_basis(p, s), fine_basis(q, t));
+    let (mut sums, mut rests) = ([0.0; 4], [0.0; 4]);
+    let coordinates = if net.unit_weights { 3 } else { 4 };
+    for (i, row) in net.points.chunks_exact(q + 1).enumerate() {
+        for (j, p) in row.iter().enumerate() {
+            let b = if q == 0 { bu[i] } else { bu[i] * bv[j] };
+            for c in 0..coordinates {
+                let x = p[c].mid;
+                let (h, r) = two_prod(b.hi, x.hi);
+                let (sum, z) = two_sum(sums[c], h);
+                sums[c] = sum;
+                rests[c] += z + (r + (b.hi * x.lo + b.lo * x.hi));
+            }
+        }
+    }
+    let n = net.points.len() as f64;
+    // Second order: n u is far below one.
+    let compensated = 1.01 * ((n + 4.0) * (n + 3.0) + 1.0) * (f64::UNIT * f64::UNIT);
+    let units = compensated + (3 * (p + q) + 1 + UNITS) as f64 * Dd::UNIT;
+    std::array::from_fn(|c| {
+        if c == 3 && net.unit_weights {
+            return Ball::ONE;
+        }
+        let rad = units * net.largest[c] + net.spread[c];
+        Ball {
+            mid: Dd::new(sums[c], rests[c]),
+            rad: rad * (1.0 + 8.0 * f64::EPSILON) + TINY * n,
+        }
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::numeric::Ball;
+
+    fn random(seed: &mut u64) -> f64 {
+        *seed ^= *seed << 13;
+        *seed ^= *seed >> 7;
+        *seed ^= *seed << 17;
+        (*seed >> 11) as f64 / (1u64 << 53) as f64
+    }
+
+    fn nets(p: usize, q: usize, seed: &mut u64) -> (Net<f64>, Net<Dd>) {
+        let degree = Bidegree { u: p, v: q };
+        let mut fine = Vec::new();
+        for _ in 0..degree.count() {
+            let w = if seed.is_multiple_of(3) {
+                1.0
+            } else {
+                10f64.powf(4.0 * random(seed) - 2.0)
+            };
+            let x = |seed: &mut u64| {
+                Dd::new(w * (random(seed) - 0.5), 1e-17 * w * (random(seed) - 0.5))
+            };
+            let p: [Dd; 4] = [x(seed), x(seed), x(seed), Dd::from(w)];
+            fine.push(p.map(|mid| Ball { mid, rad: 0.0 }));
+        }
+        let coarse = fine
+            .iter()
+            .map(|p| p.map(|b: Ball<Dd>| Ball::from_dd(b.mid, 0.0)))
+            .collect();
+        (
+            Net::new(degree, coarse, [0.0; 3]),
+            Net::new(degree, fine, [0.0; 3]),
+        )
+    }
+
+    /// What is computed here holds what running bounds on de Casteljau's algorithm in double-double hold.
+    #[test]
+    fn bounds_hold() {
+        let mut seed = 0x853c_49e6_748f_ea9b;
+        for (p, q) in [
+            (1, 1),
+            (2, 2),
+            (3, 3),
+            (2, 5),
+            (15, 15),
+            (7, 0),
+            (1, 0),
+            (0, 3),
+        ] {
+            for k in 0..200 {
+                let (coarse, fine) = nets(p, q, &mut seed);
+                let at = |seed: &mut u64| match k % 4 {
+                    0 => (random(seed) < 0.5).into(),
+                    1 => random(seed) * 1e-12,
+                    _ => random(seed),
+                };
+                let (s, t) = (at(&mut seed), if q == 0 { 0.0 } else { at(&mut seed) });
+                let truth = fine.jet(Ball::exact(s), Ball::exact(t));
+                let (value, rough) = (fine_value(&fine, s, t), jet(&coarse, s, t));
+                let plain = jet2(&coarse, s, t);
+                for c in 0..4 {
+                    let holds = |x: Ball<Dd>, y: Ball<Dd>, more: f64| {
+                        assert!(
+                            (x.mid - y.mid).magnitude() <= x.rad * more + y.rad,
+                            "{x:?} {y:?} {p} {q}"
+                        );
+                    };
+                    holds(value[c], truth.value[c], 1.0);
+                    for (x, y) in rough.iter().zip([truth.value, truth.s, truth.t]) {
+                        holds(
+                            Ball {
+                                mid: Dd::from(x[c].mid),
+                                rad: x[c].rad,
+                            },
+                            y[c],
+                            1.0,
+                        );
+                    }
+                    for (x, y) in plain.iter().zip(&rough) {
+                        // Unit weights are known without rounding.
+                        let rad = if y[c].rad == 0.0 { 1e-14 } else { y[c].rad };
+                        assert!((x[c] - y[c].mid).abs() <= 2.0 * rad);
+                    }
+                }
+            }
+        }
+    }
+}
