@@ -112,14 +112,7 @@ pub fn contact(
     let continuum = is_continuum(&found, &objective, slack, reach)
         || (found.left_open && spreads(brep, &found, &objective, slack, reach));
     let mut contacts = contacts(
-        brep,
-        probe,
-        options,
-        &found,
-        &objective,
-        separation,
-        continuum,
-        material.unwrap_or(false),
+        brep, probe, options, &found, &objective, separation, continuum, material,
     );
     if material.is_none() {
         // The normal may be the opposite one.
@@ -277,7 +270,7 @@ fn contacts(
     objective: &Objective,
     separation: Separation,
     continuum: bool,
-    material: bool,
+    material: Option<bool>,
 ) -> Vec<Contact> {
     let mut out: Vec<Contact> = Vec::new();
     if options.contacts == Contacts::None || separation.bounds.lo > options.prediction {
@@ -291,7 +284,7 @@ fn contacts(
             spot: foot.spot,
             uv: foot.uv,
         };
-        if let Some(mut c) = make_contact(brep, probe, &place, separation, material) {
+        if let Some(mut c) = make_contact(brep, probe, &place, separation, material == Some(true)) {
             bound_contact(&mut c, found, foot, brep, continuum);
             out.push(c);
         }
@@ -311,17 +304,21 @@ fn contacts(
             );
         }
         out[usize::from(with_deepest)..].sort_by(|a, b| {
-            let by_depth = a.separation.value.total_cmp(&b.separation.value);
-            // In material the nearest comes first: its depth is the separation's.
-            let by_depth = if material {
-                by_depth.reverse()
-            } else {
-                by_depth
-            };
-            by_depth.then(a.feature.cmp(&b.feature))
+            let by_distance = nearness(a, material).total_cmp(&nearness(b, material));
+            by_distance.then(a.feature.cmp(&b.feature))
         });
     }
     out
+}
+
+/// What grows with the distance of a contact's foot. In material the nearest has the largest separation; where the side is not
+/// known the bounds are those of both, and their upper end is as on the outside.
+fn nearness(c: &Contact, material: Option<bool>) -> f64 {
+    match material {
+        Some(false) => c.separation.value,
+        Some(true) => -c.separation.value,
+        None => c.separation.bounds.hi,
+    }
 }
 
 /// Adds the local minimum of a settled node, if it is one and a new one.
@@ -332,7 +329,7 @@ fn other_contact(
     options: &Options,
     objective: &Objective,
     s: &Settled,
-    material: bool,
+    material: Option<bool>,
     with_deepest: bool,
     out: &mut Vec<Contact>,
 ) {
@@ -374,8 +371,8 @@ fn other_contact(
     if f.mid - Dd::from(f.rad) > most {
         return;
     }
-    let near = separation([s.lo, hi], objective, radius, Some(material));
-    let Some(c) = make_contact(brep, probe, &place, near, material) else {
+    let near = separation([s.lo, hi], objective, radius, material);
+    let Some(c) = make_contact(brep, probe, &place, near, material == Some(true)) else {
         return;
     };
     let apart = SAME_CONTACT * brep.size();
@@ -387,7 +384,7 @@ fn other_contact(
         Some(0) if with_deepest => {}
         // The lower one is the contact's foot. (With the centre in material the nearer one.)
         Some(i) => {
-            if (c.separation.value < out[i].separation.value) != material {
+            if nearness(&c, material) < nearness(&out[i], material) {
                 out[i] = c;
             }
         }
