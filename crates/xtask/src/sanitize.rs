@@ -44,13 +44,15 @@ impl Sanitizer {
 
 /// The tests of the oracle's functions one by one. Left out are those that ask the same functions about many models,
 /// and those of the second method, which is Rust alone.
-const TESTS: [&str; 14] = [
+const TESTS: [&str; 16] = [
     "arcs",
     "contacts",
+    "contacts_native",
     "core",
     "derivative_roots",
     "distance",
     "edges",
+    "extremes",
     "line_in_face",
     "line_tangency",
     "native",

@@ -116,21 +116,30 @@ fn region(p: &closed::V3, slack: f64) -> Box3 {
     })
 }
 
-/// A box around a segment.
-fn segment_region(shape: &CurveShape, slack: f64) -> Option<Box3> {
-    let CurveShape::Segment(s) = shape else {
-        return None;
-    };
-    let [a, b] = [&s.a, &s.b].map(|p| region(p, slack));
-    Some(std::array::from_fn(|c| {
-        [a[c][0].min(b[c][0]), a[c][1].max(b[c][1])]
-    }))
+/// Circles of at most this part of the model's size are boxed whole: the arcs that poles are, but for rounding.
+const SMALL_CIRCLE: f64 = 1.0 / (1u64 << 40) as f64;
+
+/// A box around a segment or the circle of a small arc; `size` is the model's.
+fn curve_region(shape: &CurveShape, slack: f64, size: f64) -> Option<Box3> {
+    match shape {
+        CurveShape::Segment(s) => {
+            let [a, b] = [&s.a, &s.b].map(|p| region(p, slack));
+            Some(std::array::from_fn(|c| {
+                [a[c][0].min(b[c][0]), a[c][1].max(b[c][1])]
+            }))
+        }
+        CurveShape::Arc(a) if a.radius.upper() <= SMALL_CIRCLE * size => {
+            // The axes are of length one, up to rounding.
+            Some(region(&a.center, (slack + a.radius.upper()) * UP))
+        }
+        CurveShape::Arc(_) => None,
+    }
 }
 
 /// A box around the image of the segment that joins a trim to the next, if there is one: `Some(None)` where none is known.
-fn join_region<T: Real>(
+fn join_region<'a, T: Real + 'a>(
     brep: &PreparedBrep,
-    geometry: &FaceGeometry<T>,
+    geometry: impl FnOnce() -> &'a FaceGeometry<T>,
     face: usize,
     trim: usize,
 ) -> Option<Option<Box3>> {
@@ -138,28 +147,28 @@ fn join_region<T: Real>(
         && let Ok(join) = form.join_of(trim)
     {
         let (curve, slack) = join?;
-        if let Some(region) = segment_region(&curve.shape, slack) {
+        if let Some(region) = curve_region(&curve.shape, slack, brep.size()) {
             return Some(Some(region));
         }
     }
-    join(geometry, trim).map(|image| Some(image?.bounds()))
+    join(geometry(), trim).map(|image| Some(image?.bounds()))
 }
 
 /// A box around the image of a trim.
-fn trim_region<T: Real>(
+fn trim_region<'a, T: Real + 'a>(
     brep: &PreparedBrep,
-    geometry: &FaceGeometry<T>,
+    geometry: impl FnOnce() -> &'a FaceGeometry<T>,
     trim: usize,
 ) -> Option<Box3> {
     let closed = brep.closed_image(trim);
-    let region = closed.and_then(|(curve, slack)| segment_region(&curve.shape, slack));
-    region.or_else(|| Some(image(geometry, trim)?.bounds()))
+    let region = closed.and_then(|(curve, slack)| curve_region(&curve.shape, slack, brep.size()));
+    region.or_else(|| Some(image(geometry(), trim)?.bounds()))
 }
 
 /// Boxes around the ends of the image of a trim.
-fn end_regions<T: Real>(
+fn end_regions<'a, T: Real + 'a>(
     brep: &PreparedBrep,
-    geometry: &FaceGeometry<T>,
+    geometry: impl FnOnce() -> &'a FaceGeometry<T>,
     trim: usize,
 ) -> Option<[Box3; 2]> {
     if let Some((curve, slack)) = brep.closed_image(trim) {
@@ -174,6 +183,7 @@ fn end_regions<T: Real>(
             [first, last]
         });
     }
+    let geometry = geometry();
     Some([end(geometry, trim, false)?, end(geometry, trim, true)?])
 }
 
@@ -195,6 +205,8 @@ pub(super) fn vertex_regions<'a, T: Real + 'a>(
     }
     let mut found: Vec<(usize, Box3)> = Vec::new();
     for l in &parts.loops {
+        // Made only where a closed form does not tell.
+        let geometry = || geometry(l.face);
         for (i, &t) in l.trims.iter().enumerate() {
             let trim = &parts.trims[t];
             let next = &parts.trims[l.trims[(i + 1) % l.trims.len()]];
@@ -203,7 +215,7 @@ pub(super) fn vertex_regions<'a, T: Real + 'a>(
                 root(&mut class, next.vertices[0]),
             );
             class[a] = b;
-            if let Some(region) = join_region(brep, geometry(l.face), l.face, t) {
+            if let Some(region) = join_region(brep, geometry, l.face, t) {
                 found.push((b, region?));
             }
             if trim.edge.is_none() {
@@ -212,13 +224,10 @@ pub(super) fn vertex_regions<'a, T: Real + 'a>(
                     root(&mut class, trim.vertices[1]),
                 );
                 class[a] = b;
-                found.push((b, trim_region(brep, geometry(l.face), t)?));
+                found.push((b, trim_region(brep, geometry, t)?));
                 continue;
             }
-            for (k, region) in end_regions(brep, geometry(l.face), t)?
-                .into_iter()
-                .enumerate()
-            {
+            for (k, region) in end_regions(brep, geometry, t)?.into_iter().enumerate() {
                 found.push((trim.vertices[k], region));
             }
         }
