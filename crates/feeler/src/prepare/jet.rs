@@ -174,10 +174,10 @@ pub(crate) fn jet(net: &Net<f64>, s: f64, t: f64) -> [[Ball<f64>; 4]; 3] {
     })
 }
 
-/// The Bernstein polynomials of degree `p` at the exact number `t` in double-double: each level has two products and
-/// a sum, so each is off by at most `3 p` units, relatively.
-fn fine_basis(p: usize, t: f64) -> [Dd; ROOM] {
-    let (t, s) = (Dd::from(t), Dd::difference(1.0, t));
+/// The Bernstein polynomials of degree `p` at a double-double `t` in [0, 1]: a level has two products and a sum, and `1 - t`
+/// is rounded, so each is off by at most `4 p` units, relatively.
+fn fine_basis(p: usize, t: Dd) -> [Dd; ROOM] {
+    let s = Dd::ONE - t;
     let mut b = [Dd::ZERO; ROOM];
     b[0] = Dd::ONE;
     for k in 0..p {
@@ -192,18 +192,24 @@ fn fine_basis(p: usize, t: f64) -> [Dd; ROOM] {
     b
 }
 
-/// The homogeneous point in double-double.
+/// The homogeneous point in double-double; `None` for points that may be outside of the unit square, and degrees that do not fit.
 ///
 /// The sum over all `n` coefficients is a compensated dot product (T. Ogita, S. Rump, S. Oishi, *Accurate sum and dot product*,
 /// SISC 26 (2005), algorithm 5.3, with factors that are double-doubles themselves). With `b = b_i b_j` and `P` split in
 /// high and low parts: `b_h P_h = h + r` exactly, the sum of all `h` is `sigma + sum z` exactly, and what is added to `e` is
 /// `z + (r + (b_h P_l + b_l P_h))`. Magnitudes: `|r|, |b_h P_l|, |b_l P_h| <= u |b P|`, `|z| <= u S` with `S = sum |b P| <= A`; so
 /// all terms of `e` together are at most `(n + 3) u S`, and each passes at most `n + 4` roundings: off by
-/// `(n + 4)(n + 3) u^2 S`. Left out is `b_l P_l`, at most `u^2 S` in all. Products `b_i b_j` are off by `3 (p + q) + 1` units of
-/// double-double, relatively.
-pub(crate) fn fine_value(net: &Net<Dd>, s: f64, t: f64) -> [Ball<Dd>; 4] {
+/// `(n + 4)(n + 3) u^2 S`. Left out is `b_l P_l`, at most `u^2 S` in all. Products `b_i b_j` are off by `4 (p + q) + 1` units of
+/// double-double, relatively. A parameter known within `r` moves the point by at most `2 p r A` (a slope is `p` times a mean of
+/// differences).
+pub(crate) fn fine_value(net: &Net<Dd>, local: [Ball<Dd>; 2]) -> Option<[Ball<Dd>; 4]> {
+    let [s, t] = local;
+    let within = |x: Ball<Dd>| x.mid >= Dd::ZERO && x.mid <= Dd::ONE;
+    if !(fits(net.degree) && within(s) && within(t)) {
+        return None;
+    }
     let (p, q) = (net.degree.u, net.degree.v);
-    let (bu, bv) = (fine_basis(p, s), fine_basis(q, t));
+    let (bu, bv) = (fine_basis(p, s.mid), fine_basis(q, t.mid));
     let (mut sums, mut rests) = ([0.0; 4], [0.0; 4]);
     let coordinates = if net.unit_weights { 3 } else { 4 };
     for (i, row) in net.points.chunks_exact(q + 1).enumerate() {
@@ -221,17 +227,18 @@ pub(crate) fn fine_value(net: &Net<Dd>, s: f64, t: f64) -> [Ball<Dd>; 4] {
     let n = net.points.len() as f64;
     // Second order: n u is far below one.
     let compensated = 1.01 * ((n + 4.0) * (n + 3.0) + 1.0) * (f64::UNIT * f64::UNIT);
-    let units = compensated + (3 * (p + q) + 1 + UNITS) as f64 * Dd::UNIT;
-    std::array::from_fn(|c| {
+    let moved = 2.0 * (p as f64 * s.rad + q as f64 * t.rad);
+    let units = compensated + (4 * (p + q) + 1 + UNITS) as f64 * Dd::UNIT + moved;
+    Some(std::array::from_fn(|c| {
         if c == 3 && net.unit_weights {
             return Ball::ONE;
         }
-        let rad = units * net.largest[c] + net.spread[c];
+        let rad = units * (net.largest[c] + net.spread[c]) + net.spread[c];
         Ball {
             mid: Dd::new(sums[c], rests[c]),
-            rad: rad * (1.0 + 8.0 * f64::EPSILON) + TINY * n,
+            rad: rad * (1.0 + 16.0 * f64::EPSILON) + TINY * n,
         }
-    })
+    }))
 }
 
 #[cfg(test)]
@@ -294,7 +301,15 @@ mod tests {
                 };
                 let (s, t) = (at(&mut seed), if q == 0 { 0.0 } else { at(&mut seed) });
                 let truth = fine.jet(Ball::exact(s), Ball::exact(t));
-                let (value, rough) = (fine_value(&fine, s, t), jet(&coarse, s, t));
+                // A place known less exactly: the bound must reach back to the true one.
+                let off = [s, t].map(|x| {
+                    let rad = if k % 3 == 0 { 1e-25 } else { 0.0 };
+                    let moved = Dd::new(x, if x < 1.0 { 0.9 * rad } else { -0.9 * rad });
+                    Ball { mid: moved, rad }
+                });
+                let off = if q == 0 { [off[0], Ball::ZERO] } else { off };
+                let value = fine_value(&fine, off).unwrap();
+                let rough = jet(&coarse, s, t);
                 let plain = jet2(&coarse, s, t);
                 for c in 0..4 {
                     let holds = |x: Ball<Dd>, y: Ball<Dd>, more: f64| {

@@ -437,12 +437,8 @@ fn point_of(brep: &PreparedBrep, place: &Place) -> V3 {
     match place.spot {
         Locus::Patch { patch, local } => {
             let net = &brep.double_double(place.face).patches[patch].net;
-            let exact = local.iter().all(|x| x.rad == 0.0 && x.mid.lo == 0.0);
-            let value = if exact && jet::fits(net.degree) {
-                jet::fine_value(net, local[0].mid.hi, local[1].mid.hi)
-            } else {
-                net.jet(local[0], local[1]).value
-            };
+            let value = jet::fine_value(net, local);
+            let value = value.unwrap_or_else(|| net.jet(local[0], local[1]).value);
             std::array::from_fn(|c| value[c] / value[3] + Ball::exact(net.origin[c]))
         }
         Locus::Closed { point, .. } => point,

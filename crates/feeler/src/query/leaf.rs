@@ -240,10 +240,11 @@ impl Search<'_> {
                 return Some(leaf);
             }
             let net = self.net_dd(source)?;
-            let sample = self.objective.fine_sample(coarse, net, start);
-            let leaf = self.prove(node, shape, p, &sample)?;
-            if self.hopeless(leaf.lo) || self.serves(&leaf) {
-                return Some(leaf);
+            if let Some(sample) = self.objective.fine_sample(coarse, net, start) {
+                let leaf = self.prove(node, shape, p, &sample)?;
+                if self.hopeless(leaf.lo) || self.serves(&leaf) {
+                    return Some(leaf);
+                }
             }
         }
         let net = self.net_dd(source)?;

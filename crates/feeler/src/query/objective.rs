@@ -145,13 +145,29 @@ impl Objective {
     }
 
     /// The same with values in double-double, derivatives in f64.
-    pub(crate) fn fine_sample(&self, coarse: &Net<f64>, net: &Net<Dd>, p: [f64; 2]) -> Sample {
-        let value = jet::fine_value(net, p[0], p[1]);
+    pub(crate) fn fine_sample(
+        &self,
+        coarse: &Net<f64>,
+        net: &Net<Dd>,
+        p: [f64; 2],
+    ) -> Option<Sample> {
+        let value = jet::fine_value(net, p.map(Ball::exact))?;
         let [_, s, t] = jet::jet(coarse, p[0], p[1]);
         let rounded = value.map(|b| Ball::<f64>::from_dd(b.mid, b.rad));
         let slopes = self.slopes(&net.origin, &[rounded, s, t]);
         let (n, c) = self.values(&net.origin, &value);
-        Sample { n, c, ..slopes }
+        Some(Sample { n, c, ..slopes })
+    }
+
+    /// `f` at a local point of a net, in double-double.
+    pub(crate) fn value(&self, net: &Net<Dd>, local: [Ball<Dd>; 2]) -> Ball<Dd> {
+        match jet::fine_value(net, local) {
+            Some(value) => {
+                let (n, c) = self.values(&net.origin, &value);
+                n / c
+            }
+            None => self.sample(net, local[0], local[1]).value(),
+        }
     }
 
     fn combined<T: Real>(&self, origin: &[f64; 3], jet: &[[Ball<T>; 4]; 3]) -> Sample {

@@ -150,7 +150,7 @@ impl Search<'_> {
             (foot.found, foot.spot)
         {
             let net = &self.brep.double_double(face).patches[index].net;
-            let value = self.objective.sample(net, local[0], local[1]).value();
+            let value = self.objective.value(net, local);
             self.keep(value, foot);
         }
     }
@@ -206,7 +206,7 @@ impl Search<'_> {
                 continue;
             }
             let local = [0, 1].map(|k| surface.maps[k].to_local(Ball::<Dd>::exact(uv[k])));
-            let sample = self.objective.sample(&surface.net, local[0], local[1]);
+            let value = self.objective.value(&surface.net, local);
             let foot = Foot {
                 face,
                 trim,
@@ -217,7 +217,7 @@ impl Search<'_> {
                     local.map(|x| x.mid.hi),
                 )),
             };
-            return self.keep(sample.value(), foot);
+            return self.keep(value, foot);
         }
     }
 
@@ -236,7 +236,7 @@ impl Search<'_> {
 
     fn keep_patch_point(&mut self, face: usize, patch: usize, local: [Ball<Dd>; 2]) {
         let net = &self.brep.double_double(face).patches[patch].net;
-        let value = self.objective.sample(net, local[0], local[1]).value();
+        let value = self.objective.value(net, local);
         let foot = self.patch_foot(face, patch, local);
         self.keep(value, foot);
     }
