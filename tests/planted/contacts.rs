@@ -3,7 +3,8 @@
 //! The truth of the suite is a list of boxes with an enclosure each, of which those that are `due` must be answered.
 
 use crate::found_where;
-use feeler_corpus::{Answer, Body, Claim, ContactLine, Truth};
+use feeler::query::Probe;
+use feeler_corpus::{Answer, Ask, Body, Claim, ContactLine, Truth};
 
 /// How far a contact is put where there is none, in model units (mm): 1e-4 of the size of the smallest model, and far
 /// above what counts as the same place.
@@ -113,6 +114,9 @@ fn a_contact_of_another_depth() {
     });
 }
 
+/// A distance in model units at which roundings of a foot turn the direction to it by far less than 1e-6.
+const TELLING: f64 = 1e-6;
+
 /// Of the deepest contact, in suites that ask for it alone.
 #[test]
 fn a_foot_or_a_normal_of_the_deepest_off_by_more_than_its_bound() {
@@ -124,7 +128,16 @@ fn a_foot_or_a_normal_of_the_deepest_off_by_more_than_its_bound() {
                 Some(())
             })
         };
-        let normal: crate::Mistake = |_, _, answer, _| {
+        let normal: crate::Mistake = |_, query, answer, _| {
+            if let (Ask::Contact(Probe::Sphere(s)), Body::Contact { contacts, .. }) =
+                (&query.ask, &answer.body)
+            {
+                // From a centre next to it a foot in f64 does not tell the direction to 1e-6.
+                let foot = contacts.first()?.on_brep;
+                if (0..3).all(|k| (s.center[k] - foot[k]).abs() < TELLING) {
+                    return None;
+                }
+            }
             with_contacts(answer, |all| {
                 let foot = all.first_mut()?;
                 // Turned about an axis that it is not near to, by twice the bound and 1e-6 more.
@@ -138,7 +151,10 @@ fn a_foot_or_a_normal_of_the_deepest_off_by_more_than_its_bound() {
                 Some(())
             })
         };
-        for (called, mistake) in [("the foot is off", foot), ("the normal is off", normal)] {
+        // A half-space's normal is the probe's own: no bound is claimed for it.
+        let mistakes = [("the foot is off", foot), ("the normal is off", normal)];
+        let count = if suite == "contact-sphere" { 2 } else { 1 };
+        for (called, mistake) in mistakes.into_iter().take(count) {
             let reasons = found_where(suite, called, sole_foot, mistake);
             assert!(reasons.iter().all(|r| r.contains(called)), "{reasons:?}");
         }

@@ -657,7 +657,10 @@ fn bound_contact(
     }
     let geometry = brep.double(place.face);
     let net = &geometry.patches[patch].net;
-    let at = local.map(|x| x.mid.hi);
+    // The place is rounded, twice at most, and so moved by this much.
+    let at = local.map(|x| x.mid.hi.clamp(0.0, 1.0));
+    let [along_u, along_v] = geometry.patch_speeds(patch);
+    let rounded = 2.0 * f64::EPSILON * (along_u + along_v);
     let value = if jet::fits(net.degree) {
         jet::jet(net, at[0], at[1])[0]
     } else {
@@ -669,7 +672,7 @@ fn bound_contact(
         let x = value[k] / value[3] + Ball::exact(net.origin[k]);
         apart += (x - Ball::exact(c.on_brep[k])).magnitude().powi(2);
     }
-    set_bound(c, (radius + apart.sqrt()) * BOUND_UP, found);
+    set_bound(c, (radius + rounded + apart.sqrt()) * BOUND_UP, found);
 }
 
 /// A bound is off by a few roundings.
