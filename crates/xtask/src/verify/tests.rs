@@ -29,7 +29,12 @@ fn mistakes(truth: &Truth) -> Vec<Truth> {
     let mut all = Vec::new();
     match truth {
         // Far below an ulp.
-        Truth::Separation(e) => {
+        Truth::Separation(e)
+        | Truth::Contact {
+            separation: e,
+            contacts: None,
+            ..
+        } => {
             all.extend([1e-25, -1e-25].map(|by| Truth::Separation(moved(e, by))));
             if e.lo.approximate().abs() > 1e-6 {
                 let lo = -&e.hi;
