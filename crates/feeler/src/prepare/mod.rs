@@ -15,6 +15,7 @@ mod matching;
 mod net;
 mod param;
 mod patch;
+mod quotient;
 mod recognise;
 mod shortcuts;
 mod spline;
@@ -28,6 +29,7 @@ pub use shortcuts::Shortcuts;
 pub(crate) use boundary::restrict;
 pub(crate) use image::{Image, Stretch};
 pub(crate) use net::{Products, curve_jet};
+pub(crate) use quotient::Quotient;
 pub(crate) use recognise::Shell;
 pub(crate) use spline::Homogeneous;
 

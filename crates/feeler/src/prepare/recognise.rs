@@ -3,14 +3,14 @@
 //! # What is proven
 //! A centre `c` is fitted to samples of the surface; that it is off by a little costs sharpness, not truth. On each patch
 //! `|S - c|^2 = N / C`, the quotient that a distance to `c` searches, is a convex combination of the quotients of its coefficients
-//! (see [`Node`](crate::query)). Their least and their largest over all patches, in double-double with their errors, bound the
+//! (weights are positive). Their least and their largest over all patches, in double-double with their errors, bound the
 //! radius: all of the surface lies between two spheres about `c`, for a sphere written as NURBS some 1e-16 of its radius
 //! apart. So no point of it is nearer to `q` than `max(|q - c| - outer, inner - |q - c|)`. Nothing is claimed about which points of the
 //! shell are on the surface: an upper bound is always a point of the surface itself.
 
-use super::PreparedBrep;
+use super::closed::Target;
+use super::{PreparedBrep, Quotient};
 use crate::numeric::{Dd, Real};
-use crate::query::Objective;
 use nalgebra::{Matrix4, Point3, Vector3, Vector4};
 
 /// Two spheres about one centre with a surface between them.
@@ -41,9 +41,8 @@ impl Shell {
         }
         let geometry = brep.double_double(face);
         let (mut low, mut high) = (f64::INFINITY, 0.0f64);
-        let objective = Objective::SquaredDistance(center);
         for (index, patch) in geometry.patches.iter().enumerate() {
-            let f = objective.quotient(&patch.net, || geometry.patch_products(index));
+            let f = Quotient::squared_distance(&center, &patch.net, geometry.patch_products(index));
             let [a, b] = f.range()?;
             low = low.min(a);
             high = high.max(b);
@@ -60,24 +59,30 @@ impl Shell {
         })
     }
 
-    /// A lower bound of an objective on the surface.
+    /// A lower bound of the target on the surface.
     ///
-    /// Rounding: a distance of differences is off by less than 8 units, heights by 8 units of their parts.
-    pub(crate) fn least(&self, objective: &Objective) -> Dd {
+    /// Rounding: a distance of differences is off by less than 8 units, heights by 8 units of their parts. What a target's
+    /// numbers are beyond their leading parts moves the distance by as much, and the height by that times the point's size.
+    pub(crate) fn least(&self, target: &Target) -> Dd {
         const SLACK: f64 = 8.0 * f64::EPSILON;
-        match objective {
-            Objective::SquaredDistance(q) => {
-                let d = (q - self.center).norm();
-                let off = d * SLACK;
+        let (Target::Point(v) | Target::Height(v, _)) = target;
+        let x = Vector3::from_fn(|c, _| v[c].mid.hi);
+        let rest: f64 = v.iter().map(|b| b.mid.lo.abs() + b.rad).sum();
+        match target {
+            Target::Point(_) => {
+                let d = (x - self.center.coords).norm();
+                let off = d * SLACK + 2.0 * rest;
                 let gap = (d - off - self.outer).max(self.inner - d - off);
                 // Two roundings of numbers no larger than these.
                 let gap = (gap - f64::EPSILON * (d + self.outer)).max(0.0);
                 Dd::product(gap, gap) - Dd::from(4.0 * Dd::UNIT * gap * gap)
             }
-            Objective::Height(n, h) => {
-                let reach = n.norm() * self.outer;
-                let size = n.norm() * self.center.coords.norm() + reach + h.abs();
-                Dd::from(n.dot(&self.center.coords) - h - reach - SLACK * size)
+            Target::Height(_, h) => {
+                let far = self.center.coords.norm() + self.outer;
+                let reach = x.norm() * self.outer;
+                let size = x.norm() * far + h.magnitude();
+                let off = SLACK * size + 2.0 * rest * far + h.mid.lo.abs() + h.rad;
+                Dd::from(x.dot(&self.center.coords) - h.mid.hi - reach - off)
             }
         }
     }

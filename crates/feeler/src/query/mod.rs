@@ -23,8 +23,6 @@ pub use contact::contact;
 pub use inside::inside;
 pub use line::line;
 
-pub(crate) use objective::Objective;
-
 use crate::nurbs::SurfacePoint;
 use crate::prepare::PreparedBrep;
 use crate::trim::{AxisSplit, trim_split};

@@ -1,8 +1,8 @@
 //! A box of the search: part of a patch or of a boundary piece.
 
-use super::objective::Quotient;
 use crate::numeric::bernstein::{Bidegree, largest, split, split_error};
 use crate::numeric::{Dd, Real};
+use crate::prepare::Quotient;
 
 /// `f = N / C` on a box `[u] x [v]` of a patch's local square (a curve has `degree.v = 0`; a dimension
 /// that was collapsed onto a border has degree 0 and `u[0] = u[1]`).

@@ -424,7 +424,7 @@ impl Search<'_> {
         lo: Dd,
     ) {
         let geometry = T::geometry(self.brep, face);
-        let lo = match self.brep.shell(face).map(|s| s.least(self.objective)) {
+        let lo = match self.brep.shell(face).map(|s| s.least(&self.target)) {
             Some(least) if least > lo => least,
             _ => lo,
         };

@@ -1,0 +1,78 @@
+//! Functions on a patch as quotients of polynomials.
+
+use super::{Net, Products};
+use crate::numeric::bernstein::Bidegree;
+use crate::numeric::{Ball, Dd, Real};
+use nalgebra::Point3;
+
+/// The bound on a sum of a few parts is itself rounded a few times.
+const BOUND_UP: f64 = 1.0 + 32.0 * f64::EPSILON;
+
+/// `f = N / C` on a patch or piece: coefficients, and a bound on the error of those of each.
+#[derive(Clone, Debug)]
+pub(crate) struct Quotient<T> {
+    pub(crate) degree: Bidegree,
+    pub(crate) n: Vec<T>,
+    /// Empty where `C` is 1, exactly.
+    pub(crate) c: Vec<T>,
+    pub(crate) n_error: f64,
+    pub(crate) c_error: f64,
+}
+
+impl Quotient<Dd> {
+    /// Bounds on `f` by the convex hull of its coefficients' quotients; `None` where a denominator may not be positive.
+    pub(crate) fn range(&self) -> Option<[f64; 2]> {
+        let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
+        for (i, n) in self.n.iter().enumerate() {
+            let n = Ball::<Dd>::from_dd(*n, self.n_error);
+            let q = match self.c.get(i) {
+                Some(c) => n / Ball::from_dd(*c, self.c_error),
+                None => n,
+            };
+            low = low.min(q.lower());
+            high = high.max(q.upper());
+        }
+        // A ball around zero divides to an infinite one; one below zero is no weight.
+        let positive = self.c.iter().all(|c| c.hi > self.c_error);
+        (positive && low.is_finite() && high.is_finite()).then_some([low, high])
+    }
+}
+
+impl<T: Real> Quotient<T> {
+    /// `|S - q|^2` on a net, from its products.
+    pub(crate) fn squared_distance(q: &Point3<f64>, net: &Net<T>, products: &Products<T>) -> Self {
+        let q: [Ball<T>; 3] = std::array::from_fn(|c| Ball::difference(q[c], net.origin[c]));
+        let q2 = q[0].square() + q[1].square() + q[2].square();
+        let two = T::from_f64(2.0);
+        let values = (0..products.degree.count())
+            .map(|i| {
+                let cross = q[0].mid * products.b[0].values[i]
+                    + q[1].mid * products.b[1].values[i]
+                    + q[2].mid * products.b[2].values[i];
+                (products.a.values[i] - two * cross) + q2.mid * products.c.values[i]
+            })
+            .collect();
+        let mut size = products.a.largest + q2.magnitude() * products.c.largest;
+        let mut error =
+            products.a.error + q2.magnitude() * products.c.error + q2.rad * products.c.largest;
+        for (q, b) in q.iter().zip(&products.b) {
+            size += 2.0 * q.magnitude() * b.largest;
+            error += 2.0 * (q.magnitude() * b.error + q.rad * b.largest);
+        }
+        Self {
+            degree: products.degree,
+            n: values,
+            n_error: (error + 8.0 * T::UNIT * size) * BOUND_UP,
+            c: if net.unit_weights {
+                Vec::new()
+            } else {
+                products.c.values.clone()
+            },
+            c_error: if net.unit_weights {
+                0.0
+            } else {
+                products.c.error
+            },
+        }
+    }
+}
