@@ -22,10 +22,10 @@ pub(crate) struct Args {
     /// One suite alone, and nothing but it.
     #[arg(long)]
     suite: Option<String>,
-    /// How many queries of each suite are asked [default: 400; 24 with --quick].
+    /// How many queries of each suite are asked [default: 400; 16 with --quick].
     #[arg(long, value_name = "COUNT")]
     sample: Option<usize>,
-    /// How many seconds an engine may spend on one model of a suite [default: 10; 0.15 with --quick].
+    /// How many seconds an engine may spend on one model of a suite [default: 10; 0.05 with --quick].
     #[arg(long, value_name = "SECONDS", value_parser = seconds)]
     seconds: Option<f64>,
     /// The corpus.
@@ -34,9 +34,9 @@ pub(crate) struct Args {
 }
 
 const QUICK: Plan = Plan {
-    sample: 24,
+    sample: 16,
     repetitions: 3,
-    seconds: 0.15,
+    seconds: 0.05,
 };
 const WHOLE: Plan = Plan {
     sample: 400,

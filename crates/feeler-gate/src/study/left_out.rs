@@ -36,6 +36,8 @@ pub struct LeftOut {
 const ROUNDS: usize = 3;
 /// The part of a plan's seconds that a comparison may spend on one model: there are many of both.
 const SHARE: f64 = 0.25;
+/// A comparison may take this many times a plan's seconds; models left then are not asked.
+const PATIENCE: f64 = 20.0;
 
 /// One way to ask, of a model of this size.
 type Way = fn(&Query, f64) -> Query;
@@ -330,7 +332,13 @@ fn row(
 ) -> Option<LeftOut> {
     let mut undecided = [0; 2];
     let (mut times, mut ratios) = ([Vec::new(), Vec::new()], Vec::new());
-    for group in pairs.chunk_by(|a, b| a.0 == b.0 && a.1 == b.1) {
+    let begun = Instant::now();
+    let groups: Vec<_> = pairs.chunk_by(|a, b| a.0 == b.0 && a.1 == b.1).collect();
+    for k in scattered(groups.len()) {
+        if begun.elapsed().as_secs_f64() > PATIENCE * plan.seconds {
+            break;
+        }
+        let group = groups[k];
         let names = [&group.first()?.0, &group.first()?.1];
         for (engine, name) in engines.iter_mut().zip(names) {
             engine.open(&models.get(name)?.model).ok()?;
@@ -390,8 +398,30 @@ fn row(
     })
 }
 
+/// 0 to `count` in an order whose every beginning is spread over all of them: by the digits in base two, read backwards
+/// (van der Corput's sequence). A comparison that ends early has then seen models of every kind, not the first by name.
+fn scattered(count: usize) -> impl Iterator<Item = usize> {
+    let all = count.next_power_of_two();
+    let shift = usize::BITS - all.trailing_zeros();
+    (0..all)
+        .map(move |k| k.reverse_bits().checked_shr(shift).unwrap_or(0))
+        .filter(move |k| *k < count)
+}
+
 fn is_native(loaded: &Loaded) -> bool {
     let breps = &loaded.model.breps;
     let mut surfaces = breps.iter().flat_map(|b| &b.parts().surfaces);
     surfaces.any(|s| !matches!(s, Surface::Nurbs(_)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::scattered;
+
+    #[test]
+    fn every_model_comes_once_and_early_ones_lie_apart() {
+        assert_eq!(scattered(0).count(), 0);
+        assert_eq!(scattered(1).collect::<Vec<_>>(), [0]);
+        assert_eq!(scattered(6).collect::<Vec<_>>(), [0, 4, 2, 1, 5, 3]);
+    }
 }
