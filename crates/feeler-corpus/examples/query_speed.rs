@@ -1,5 +1,5 @@
 //! How long queries take, by kind and by file:
-//! `cargo run --release -p feeler-corpus --example query_speed [-- [-n QUERIES] [--slowest] FILE...]`.
+//! `cargo run --release -p feeler-corpus --example query_speed [-- [-n QUERIES] [--kind KIND] [--slowest] FILE...]`.
 //!
 //! Without files: the thesis's native parts. Half of the probes are anywhere about the part, half are near its
 //! surface. Times are of one query, on one thread, with everything prepared that a first pass prepared.
@@ -56,6 +56,9 @@ fn near_point(brep: &PreparedBrep, random: &mut Random) -> Point3<f64> {
     surface_point(brep, random) + random.direction() * off
 }
 
+/// A probe that is not near the surface is so far from it, relative to the size.
+const FAR: f64 = 0.05;
+
 struct Times {
     kind: &'static str,
     all: Vec<(f64, String)>,
@@ -98,7 +101,7 @@ impl Times {
     }
 }
 
-fn measure(path: &Path, queries: usize, slowest: bool) {
+fn measure(path: &Path, queries: usize, only: Option<&str>, slowest: bool) {
     let model = match Model::load(path, None) {
         Ok(model) => model,
         Err(e) => return eprintln!("{e}"),
@@ -116,11 +119,19 @@ fn measure(path: &Path, queries: usize, slowest: bool) {
     );
     let mut random = Random(0x2545_f491_4f6c_dd1d);
     let w = || Workspace::default();
-    let kinds = ["sphere", "coarse", "half-space", "inside", "line"];
+    let kinds = ["sphere", "far", "coarse", "half-space", "inside", "line"];
     for kind in kinds {
+        if only.is_some_and(|o| o != kind) {
+            continue;
+        }
         let mut times = Times::new(kind);
         for _ in 0..queries {
-            let p = near_point(&brep, &mut random);
+            let p = match kind {
+                "far" => {
+                    surface_point(&brep, &mut random) + random.direction() * (FAR * brep.size())
+                }
+                _ => near_point(&brep, &mut random),
+            };
             let n = random.direction();
             let x = [p.x, p.y, p.z].map(|x| x.to_string()).join(",");
             let y = [n.x, n.y, n.z].map(|x| x.to_string()).join(",");
@@ -134,7 +145,7 @@ fn measure(path: &Path, queries: usize, slowest: bool) {
                 ..Options::default()
             };
             match kind {
-                "sphere" | "coarse" => {
+                "sphere" | "far" | "coarse" => {
                     let Ok(s) = Sphere::new(p, 0.1 * brep.size()) else {
                         continue;
                     };
@@ -173,7 +184,7 @@ fn measure(path: &Path, queries: usize, slowest: bool) {
 
 fn main() {
     let mut files: Vec<PathBuf> = Vec::new();
-    let (mut queries, mut slowest) = (200, false);
+    let (mut queries, mut slowest, mut kind) = (200, false, None);
     let mut arguments = std::env::args().skip(1);
     while let Some(a) = arguments.next() {
         match a.as_str() {
@@ -183,6 +194,7 @@ fn main() {
                     .and_then(|n| n.parse().ok())
                     .unwrap_or(queries)
             }
+            "--kind" => kind = arguments.next(),
             "--slowest" => slowest = true,
             _ => files.push(a.into()),
         }
@@ -203,6 +215,6 @@ fn main() {
         .to_vec();
     }
     for f in files {
-        measure(&f, queries, slowest);
+        measure(&f, queries, kind.as_deref(), slowest);
     }
 }

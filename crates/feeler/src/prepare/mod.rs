@@ -333,7 +333,8 @@ impl PreparedBrep {
             return None;
         }
         let slot = &self.faces[face].closed;
-        let make = || ClosedFace::new(&self.brep, face, self.region(face), self.size);
+        let recognise = self.shortcuts.recognition;
+        let make = || ClosedFace::new(&self.brep, face, self.region(face), self.size, recognise);
         slot.get_or_init(make).as_ref()
     }
 

@@ -10,7 +10,7 @@ use super::{Workspace, inside};
 use crate::numeric::{Ball, Dd, Enclosure, Real};
 use crate::prepare::closed::V3;
 use crate::prepare::{Patch, PreparedBrep, jet};
-use crate::trim::Side;
+use crate::trim::{PieceOrigin, Side};
 use nalgebra::{Point2, Point3, Vector3};
 
 /// The floor of full accuracy, relative to the model's size (module docs of the crate).
@@ -581,21 +581,34 @@ fn feature(brep: &PreparedBrep, place: &Place, point: &Point3<f64>) -> Feature {
     }
 }
 
-/// The trim that a foot on the border of its region lies on: the one that comes nearest in uv.
+/// The trim that a foot on the border of its region lies on: the one that comes nearest in uv, of those whose pieces
+/// have it in their boxes. (A foot exactly on a trim is in the box of the piece that it is on.)
 fn trim_at(brep: &PreparedBrep, place: &Place) -> Option<usize> {
-    if brep.region(place.face).side(place.uv).side != Some(Side::Boundary) {
+    let region = brep.region(place.face);
+    if region.side(place.uv).side != Some(Side::Boundary) {
         return None;
     }
     let parts = brep.brep().parts();
-    let loops = parts.faces[place.face].loops.as_ref()?;
-    let trims = loops.iter().flat_map(|l| &parts.loops[*l].trims);
+    let at = [place.uv.x, place.uv.y];
+    let mut near: Vec<usize> = Vec::new();
+    for piece in region.pieces() {
+        let holds = (0..2).all(|k| piece.hull[k][0] <= at[k] && at[k] <= piece.hull[k][1]);
+        let (PieceOrigin::Trim { trim, .. } | PieceOrigin::Join { trim, .. }) = piece.origin else {
+            continue;
+        };
+        if holds && near.last() != Some(&trim) {
+            near.push(trim);
+        }
+    }
+    if near.len() < 2 {
+        return near.first().copied();
+    }
     let distance = |t: usize| {
         let trim = &parts.trims[t];
         let curve = &parts.curves2[trim.curve];
-        let at = |s: f64| (curve.point(trim.span.lerp(s)) - place.uv).norm();
-        nearest(at)
+        nearest(|s: f64| (curve.point(trim.span.lerp(s)) - place.uv).norm())
     };
-    let all = trims.map(|t| (distance(*t), *t));
+    let all = near.iter().map(|t| (distance(*t), *t));
     all.min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, t)| t)
 }
 

@@ -45,7 +45,7 @@ pub(crate) struct ClosedFace {
 }
 
 impl ClosedFace {
-    /// The closed form of a face; `None` where its surface has none.
+    /// The closed form of a face; `None` where its surface has none. With `recognise`, NURBS that are planes have one.
     ///
     /// *Loops that leave the domain.* A point x of the domain's border that is in the region without a loop through it has
     /// odd parity beside it. On the way from x straight out of the domain the parity becomes even: a loop is met, at a
@@ -53,12 +53,21 @@ impl ClosedFace {
     /// nearest points in the domain. A straight segment stays one if it is moved as a whole; others that leave the
     /// domain are not in closed form, and then nor is the face. What was moved need not be in the region: such
     /// curves give lower bounds, and upper ones only where a test says so.
-    pub(crate) fn new(brep: &Brep, face: usize, region: &TrimRegion, size: f64) -> Option<Self> {
+    pub(crate) fn new(
+        brep: &Brep,
+        face: usize,
+        region: &TrimRegion,
+        size: f64,
+        recognise: bool,
+    ) -> Option<Self> {
         let whole_domain = brep.faces()[face].loops.is_none();
         let surface = match brep.surface(face) {
             Surface::Plane(s) => ClosedSurface::Plane(Box::new(PlaneForm::new(s)?)),
             Surface::Revolution(s) => {
                 ClosedSurface::Revolution(Box::new(RevolutionForm::new(s, size)?))
+            }
+            Surface::Nurbs(s) if recognise => {
+                ClosedSurface::Plane(Box::new(PlaneForm::recognised(s)?))
             }
             Surface::Sum(_) | Surface::Nurbs(_) => return None,
         };

@@ -5,7 +5,8 @@ use super::form::{
     Critical, Extent, Linear, Minimum, Target, V3, along, distance_range, dot, exact, range, sub,
 };
 use crate::numeric::{Ball, Dd, Dyadic, Interval, sin_cos};
-use crate::nurbs::{Arc, Plane};
+use crate::nurbs::{Arc, NurbsSurface, Plane};
+use nalgebra::Vector4;
 
 /// `origin + a x + b y`, what is needed to project onto it.
 #[derive(Clone, Debug)]
@@ -29,7 +30,42 @@ pub(crate) struct PlaneForm {
 
 impl PlaneForm {
     pub(super) fn new(s: &Plane) -> Option<Self> {
-        let (x, y) = (exact(s.x.as_slice()), exact(s.y.as_slice()));
+        let axes = [exact(s.x.as_slice()), exact(s.y.as_slice())];
+        let origin = [s.origin.x, s.origin.y, s.origin.z];
+        Self::spanned(origin, axes, s.domain, s.extents, similar(s))
+    }
+
+    /// The plane that a NURBS surface is, exactly: a bilinear patch without weights whose control points are the corners of
+    /// a parallelogram, `P00 + P11 = P01 + P10`, is `P00 + a (P10 - P00) + b (P01 - P00)` for `a` and `b` in `[0, 1]`. Sums and
+    /// differences of two f64 are exact in double-double, so nothing is rounded.
+    pub(super) fn recognised(s: &NurbsSurface) -> Option<Self> {
+        let degrees = [s.knots_u().degree(), s.knots_v().degree()];
+        let [p00, p01, p10, p11] = s.control_net() else {
+            return None;
+        };
+        if degrees != [1, 1] || [p00, p01, p10, p11].iter().any(|p| p.w != 1.0) {
+            return None;
+        }
+        if (0..3).any(|c| Dd::sum(p00[c], p11[c]) != Dd::sum(p01[c], p10[c])) {
+            return None;
+        }
+        let axis = |p: &Vector4<f64>| std::array::from_fn(|c| Ball::difference(p[c], p00[c]));
+        let unit = Interval {
+            start: 0.0,
+            end: 1.0,
+        };
+        let origin = [p00.x, p00.y, p00.z];
+        let axes = [axis(p10), axis(p01)];
+        Self::spanned(origin, axes, s.domain(), [unit, unit], None)
+    }
+
+    fn spanned(
+        origin: [f64; 3],
+        [x, y]: [V3; 2],
+        domain: [Interval; 2],
+        extents: [Interval; 2],
+        similar: Option<f64>,
+    ) -> Option<Self> {
         let normal = std::array::from_fn(|c| {
             let (i, j) = ((c + 1) % 3, (c + 2) % 3);
             x[i] * y[j] - x[j] * y[i]
@@ -41,14 +77,14 @@ impl PlaneForm {
             return None;
         }
         let maps = [0, 1].map(|k| Linear {
-            from: s.domain[k],
-            to: s.extents[k],
+            from: domain[k],
+            to: extents[k],
         });
-        let o = exact(s.origin.coords.as_slice());
+        let o = exact(&origin);
         let corner = |a: f64, b: f64| along(&along(&o, Ball::exact(a), &x), Ball::exact(b), &y);
-        let [a, b] = s.extents;
+        let [a, b] = extents;
         Some(Self {
-            origin: [s.origin.x, s.origin.y, s.origin.z],
+            origin,
             corners: [
                 corner(a.start, b.start),
                 corner(a.start, b.end),
@@ -56,13 +92,13 @@ impl PlaneForm {
                 corner(a.end, b.end),
             ],
             length: gram[3].sqrt(),
-            similar: similar(s),
+            similar,
             x,
             y,
             normal,
             gram,
             maps,
-            domain: s.domain,
+            domain,
         })
     }
 
