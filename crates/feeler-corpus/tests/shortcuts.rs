@@ -31,7 +31,7 @@ fn load(model: &str, shortcuts: Shortcuts) -> PreparedBrep {
     PreparedBrep::with_shortcuts(brep, shortcuts)
 }
 
-fn each_off() -> [Shortcuts; 7] {
+fn each_off() -> [Shortcuts; 8] {
     let all = Shortcuts::ALL;
     [
         Shortcuts {
@@ -60,6 +60,10 @@ fn each_off() -> [Shortcuts; 7] {
         },
         Shortcuts {
             trim_cells: false,
+            ..all
+        },
+        Shortcuts {
+            side_cells: false,
             ..all
         },
     ]
@@ -162,4 +166,47 @@ fn memory_is_what_was_made() {
     assert_eq!(brep.bytes(), after);
     // 10 MB would be a leak: the file has 25 kB.
     assert!(after < 10_000_000, "{after}");
+}
+
+/// The side of a centre that is far from the surface is taken from the middle of a cell: it is the side that a ray finds.
+#[test]
+fn kept_sides_are_those_of_rays() {
+    let mut random = Random(11);
+    let (mut compared, mut inner) = (0, 0);
+    // Trims that leave their domains by roundings, along many sides of them.
+    let strays = [
+        "thesis/geneva4_wheel_nurbs.3dm",
+        "thesis/shift_gate_nurbs.3dm",
+    ];
+    for model in MODELS.into_iter().chain(strays) {
+        let brep = load(model, Shortcuts::ALL);
+        assert!(brep.brep().is_closed(), "{model}");
+        let options = Options {
+            accuracy: Accuracy::Length(1e-9 * brep.size()),
+            contacts: Contacts::None,
+            ..Options::default()
+        };
+        for _ in 0..400 {
+            // Between two points of the part's surface, or beyond one of them.
+            let on = points(&brep, &mut random);
+            let mix = |random: &mut Random| on[(random.unit() * on.len() as f64) as usize];
+            let (a, b, t) = (mix(&mut random), mix(&mut random), random.unit());
+            let center = a + (b - a) * (1.4 * t - 0.2);
+            let ray = inside(&brep, center, &mut Workspace::default());
+            let probe = Probe::Sphere(Sphere::new(center, 0.0).expect("a ball"));
+            let answer = contact(&brep, &probe, &options, &mut Workspace::default());
+            let bounds = answer.separation.bounds;
+            let (Some(side), false) = (ray.side, bounds.lo <= 0.0 && bounds.hi >= 0.0) else {
+                continue;
+            };
+            assert_eq!(
+                side == feeler::trim::Side::Inside,
+                bounds.hi < 0.0,
+                "{model} at {center}: {side:?}, {answer:?}"
+            );
+            compared += 1;
+            inner += usize::from(bounds.hi < 0.0);
+        }
+    }
+    assert!(compared > 1500 && inner > 500, "{compared} {inner}");
 }

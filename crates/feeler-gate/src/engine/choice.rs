@@ -39,7 +39,7 @@ pub enum EngineChoice {
 /// | name | way |
 /// |---|---|
 /// | `nurbs` | native surfaces are turned into NURBS first: see [`as_nurbs`](super::as_nurbs()) |
-/// | `no-closed-forms`, `no-recognition`, `no-boxes`, `no-convex-leaves`, `no-monotone-borders`, `no-double-first`, `no-trim-cells` | without that one of the [`Shortcuts`] |
+/// | `no-closed-forms`, `no-recognition`, `no-boxes`, `no-convex-leaves`, `no-monotone-borders`, `no-double-first`, `no-trim-cells`, `no-side-cells` | without that one of the [`Shortcuts`] |
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct FeelerWay {
     /// Whether native surfaces are turned into NURBS.
@@ -52,7 +52,7 @@ const NURBS: &str = "nurbs";
 /// One of the switches.
 type Switch = fn(&mut Shortcuts) -> &mut bool;
 /// Each shortcut, by the name of its absence.
-const OFF: [(&str, Switch); 7] = [
+const OFF: [(&str, Switch); 8] = [
     ("no-closed-forms", |s| &mut s.closed_forms),
     ("no-recognition", |s| &mut s.recognition),
     ("no-boxes", |s| &mut s.boxes),
@@ -60,6 +60,7 @@ const OFF: [(&str, Switch); 7] = [
     ("no-monotone-borders", |s| &mut s.monotone_borders),
     ("no-double-first", |s| &mut s.double_first),
     ("no-trim-cells", |s| &mut s.trim_cells),
+    ("no-side-cells", |s| &mut s.side_cells),
 ];
 
 impl FeelerWay {

@@ -161,7 +161,7 @@ const CELLS: Shortcuts = Shortcuts {
 const FORMULAS: &str = "formulas for native surfaces, against the search";
 const GRID: &str = "a grid of cells over trims, against one cell";
 
-const WITHOUTS: [Without; 11] = [
+const WITHOUTS: [Without; 12] = [
     without(FORMULAS, "contact-sphere", true, CLOSED),
     without(FORMULAS, "line", true, CLOSED),
     Without {
@@ -192,7 +192,7 @@ const WITHOUTS: [Without; 11] = [
         },
     ),
     without(
-        "spheres recognised in NURBS, against their coefficients alone",
+        "planes and spheres recognised in NURBS, against their coefficients alone",
         "contact-sphere",
         false,
         Shortcuts {
@@ -224,6 +224,15 @@ const WITHOUTS: [Without; 11] = [
         false,
         Shortcuts {
             double_first: false,
+            ..ALL
+        },
+    ),
+    without(
+        "sides kept for cells of space, against a ray for each centre",
+        "contact-sphere",
+        false,
+        Shortcuts {
+            side_cells: false,
             ..ALL
         },
     ),

@@ -1,6 +1,6 @@
 //! How much memory a prepared BREP holds.
 
-use super::{FaceGeometry, Image, Net, PreparedBrep, PreparedFace, Products};
+use super::{FaceGeometry, Image, Net, PreparedBrep, PreparedFace, Products, SideCells};
 use std::sync::OnceLock;
 
 /// Of the elements that a list has room for; not of what these hold elsewhere.
@@ -57,7 +57,9 @@ impl PreparedBrep {
     pub fn bytes(&self) -> usize {
         let faces: usize = self.faces.iter().map(face).sum();
         let cracks = list(&self.cracks) + list(&self.fine_cracks);
+        let kept = self.side_cells.get().and_then(Option::as_ref);
         size_of::<Self>()
+            + kept.map_or(0, SideCells::bytes)
             + list(&self.faces)
             + faces
             + cracks

@@ -140,8 +140,8 @@ pub(crate) fn value(net: &Net<f64>, s: f64, t: f64) -> [f64; 4] {
     out
 }
 
-/// Value, `_s` and `_t` of the homogeneous point, with bounds.
-pub(crate) fn jet(net: &Net<f64>, s: f64, t: f64) -> [[Ball<f64>; 4]; 3] {
+/// Value, `_s` and `_t` of the homogeneous point, without a bound.
+pub(crate) fn jet1(net: &Net<f64>, s: f64, t: f64) -> [[f64; 4]; 3] {
     let (bu, bv) = (
         Basis::new(net.degree.u, s, 1),
         Basis::new(net.degree.v, t, 1),
@@ -157,6 +157,12 @@ pub(crate) fn jet(net: &Net<f64>, s: f64, t: f64) -> [[Ball<f64>; 4]; 3] {
         add(&mut sums[1], bu.slope[i], &r[0]);
         add(&mut sums[2], bu.value[i], &r[1]);
     }
+    sums
+}
+
+/// The same with bounds, for `s` and `t` in [0, 1].
+pub(crate) fn jet(net: &Net<f64>, s: f64, t: f64) -> [[Ball<f64>; 4]; 3] {
+    let sums = jet1(net, s, t);
     let (p, q) = (net.degree.u, net.degree.v);
     let units = (4 * (p + q) + 4 + UNITS) as f64 * f64::UNIT;
     let factors = [1.0, 2.0 * p as f64, 2.0 * q as f64];

@@ -18,6 +18,7 @@ mod patch;
 mod quotient;
 mod recognise;
 mod shortcuts;
+mod side_cells;
 mod spline;
 
 pub use boundary::Piece;
@@ -31,6 +32,7 @@ pub(crate) use image::{Image, Stretch};
 pub(crate) use net::{Products, curve_jet};
 pub(crate) use quotient::Quotient;
 pub(crate) use recognise::Shell;
+pub(crate) use side_cells::SideCells;
 pub(crate) use spline::Homogeneous;
 
 use crate::brep::Brep;
@@ -191,6 +193,7 @@ pub struct PreparedBrep {
     cracks: Vec<OnceLock<f64>>,
     /// The same in double-double.
     fine_cracks: Vec<OnceLock<f64>>,
+    side_cells: OnceLock<Option<SideCells>>,
 }
 
 impl PreparedBrep {
@@ -227,6 +230,7 @@ impl PreparedBrep {
             fine_images: brep.parts().trims.iter().map(|_| OnceLock::new()).collect(),
             vertex_regions: OnceLock::new(),
             fine_vertex_regions: OnceLock::new(),
+            side_cells: OnceLock::new(),
             brep,
             shortcuts,
             faces,
@@ -309,6 +313,16 @@ impl PreparedBrep {
             .fine_vertex_regions
             .get_or_init(|| crack::vertex_regions(self, |face| self.double_double(face)));
         made.as_deref()
+    }
+
+    /// Sides of points in space that are kept, where they are wanted and can be.
+    pub(crate) fn side_cells(&self) -> Option<&SideCells> {
+        if !self.shortcuts.side_cells {
+            return None;
+        }
+        self.side_cells
+            .get_or_init(|| SideCells::new(self))
+            .as_ref()
     }
 
     /// A box around the face's surface; `None` where none is known.

@@ -113,6 +113,19 @@ impl<T: Real> Net<T> {
         }
     }
 
+    /// The control points of one side: of the curve at the start or the end of s (or of t).
+    pub(crate) fn side(&self, of_s: bool, end: bool) -> Vec<Homogeneous<T, 4>> {
+        let row = self.degree.v + 1;
+        let last = |degree: usize| if end { degree } else { 0 };
+        if of_s {
+            let first = last(self.degree.u) * row;
+            self.points[first..first + row].to_vec()
+        } else {
+            let lines = self.points.chunks_exact(row);
+            lines.map(|l| l[last(self.degree.v)]).collect()
+        }
+    }
+
     /// The box of the net in space by the convex hull of its control points; `None` where a
     /// weight is not proven to be positive.
     pub(crate) fn bounding_box(&self) -> Option<[[f64; 2]; 3]> {

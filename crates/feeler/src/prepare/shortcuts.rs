@@ -23,6 +23,9 @@ pub struct Shortcuts {
     pub double_first: bool,
     /// A grid of cells over the loops of a face; without, one cell that holds all of them.
     pub trim_cells: bool,
+    /// The side of a sphere's centre that is far from the surface is that of the middle of a cell around it, which is kept; without,
+    /// a ray is cast for each centre.
+    pub side_cells: bool,
 }
 
 impl Shortcuts {
@@ -35,6 +38,7 @@ impl Shortcuts {
         monotone_borders: true,
         double_first: true,
         trim_cells: true,
+        side_cells: true,
     };
 }
 

@@ -68,11 +68,7 @@ pub fn contact(
     // The side matters for a sphere about a closed solid only.
     let material = match probe {
         Probe::Sphere(s) if brep.brep().is_closed() => {
-            match inside(brep, s.center, workspace).side {
-                Some(Side::Inside) => Some(true),
-                Some(Side::Outside | Side::Boundary) => Some(false),
-                None => None,
-            }
+            in_material(brep, s.center, found.lo, workspace)
         }
         _ => Some(false),
     };
@@ -124,6 +120,26 @@ pub fn contact(
         contacts,
         undecided,
     }
+}
+
+/// Whether a point is in the material of a closed solid, given a lower bound of its squared distance from the faces; `None` where
+/// that is undecided.
+fn in_material(
+    brep: &PreparedBrep,
+    point: Point3<f64>,
+    squared: Dd,
+    workspace: &mut Workspace,
+) -> Option<bool> {
+    let mut find = |p: Point3<f64>| match inside(brep, p, workspace).side {
+        Some(Side::Inside) => Some(true),
+        Some(Side::Outside | Side::Boundary) => Some(false),
+        None => None,
+    };
+    // The root is correctly rounded.
+    let distance = squared.floor_f64().max(0.0).sqrt().next_down();
+    let kept = brep.side_cells();
+    let kept = kept.and_then(|cells| cells.in_material(&point, distance, &mut find));
+    kept.or_else(|| find(point))
 }
 
 /// The bounds of the separation from those of `f`.

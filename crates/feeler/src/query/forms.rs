@@ -367,9 +367,11 @@ pub(super) fn restrict_along<T: Real>(c: &[T], d: Bidegree, along_u: bool, r: [f
         (1, d.v, d.u + 1, d.v + 1)
     };
     let mut out = c.to_vec();
+    let mut row = Vec::with_capacity(count + 1);
     for line in 0..lines {
         for k in 0..=count {
-            let mut row: Vec<T> = (0..=count).map(|i| c[line * step + i * stride]).collect();
+            row.clear();
+            row.extend((0..=count).map(|i| c[line * step + i * stride]));
             for level in 0..count {
                 let x = T::from_f64(if level < count - k { r[0] } else { r[1] });
                 let y = T::ONE - x;

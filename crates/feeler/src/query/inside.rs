@@ -3,7 +3,7 @@
 use super::answer::{LineKind, LineProbe, SideAnswer, Undecided};
 use super::forms::{Stabber, range};
 use super::line::all_hits;
-use super::zeros::{NOISE_FACTOR, face_hits};
+use super::zeros::{Digits, NOISE_FACTOR, RawHit, face_hits};
 use crate::numeric::Real;
 use crate::numeric::bernstein::largest;
 use crate::prepare::{Box3, Image, Net, PreparedBrep, Stretch};
@@ -60,12 +60,17 @@ pub fn inside(
             why = Undecided::Crack;
             continue;
         }
-        let (hits, undecided) = all_hits(brep, &stab, &mut budget);
+        let on_surface = |hits: &[RawHit]| hits.iter().any(|h| h.t.lower() <= 0.0);
+        let (mut hits, mut undecided) = all_hits(brep, &stab, Digits::Double, &mut budget);
+        if undecided.is_some() || on_surface(&hits) {
+            // f64 sees only so far.
+            (hits, undecided) = all_hits(brep, &stab, Digits::All, &mut budget);
+        }
         if undecided.is_some() {
             why = Undecided::Degenerate;
             continue;
         }
-        if hits.iter().any(|h| h.t.lower() <= 0.0) {
+        if on_surface(&hits) {
             // On the surface, up to the enclosure: no direction will tell.
             return answer(None, Some(Undecided::Degenerate));
         }
@@ -92,7 +97,7 @@ fn on_level_face(brep: &PreparedBrep, point: Point3<f64>) -> bool {
             return false;
         };
         let mut budget = PARITY_BUDGET;
-        let found = face_hits(brep, &Stabber::new(&probe), face, &mut budget);
+        let found = face_hits(brep, &Stabber::new(&probe), face, Digits::All, &mut budget);
         found.is_some_and(|f| f.hits.iter().any(|h| h.inside))
     })
 }

@@ -3,7 +3,7 @@
 use super::answer::{Feature, Hit, LineAnswer, LineProbe, Options, Separation, Undecided};
 use super::forms::Stabber;
 use super::inside::{PARITY_BUDGET, near_edges};
-use super::zeros::{HitAt, RawHit, face_hits};
+use super::zeros::{Digits, HitAt, RawHit, face_hits};
 use crate::numeric::{Ball, Dd, Enclosure};
 use crate::prepare::PreparedBrep;
 use nalgebra::{Point2, Vector3};
@@ -28,7 +28,7 @@ pub fn line(
 ) -> LineAnswer {
     let stab = Stabber::new(probe);
     let mut budget = options.node_budget / NODE_COST;
-    let (raw, mut undecided) = all_hits(brep, &stab, &mut budget);
+    let (raw, mut undecided) = all_hits(brep, &stab, Digits::All, &mut budget);
     // A closed range of t: a hit whose enclosure holds an end of it is not settled.
     let at_end = |h: &RawHit| {
         stab.range.iter().any(|e| {
@@ -66,6 +66,7 @@ pub fn line(
 pub(super) fn all_hits(
     brep: &PreparedBrep,
     stab: &Stabber,
+    digits: Digits,
     budget: &mut usize,
 ) -> (Vec<RawHit>, Option<Undecided>) {
     let mut raw: Vec<RawHit> = Vec::new();
@@ -75,7 +76,7 @@ pub(super) fn all_hits(
         if brep.face_box(face).is_some_and(|b| !stab.meets(b)) {
             continue;
         }
-        let Some(found) = face_hits(brep, stab, face, budget) else {
+        let Some(found) = face_hits(brep, stab, face, digits, budget) else {
             undecided = Some(Undecided::Degenerate);
             continue;
         };

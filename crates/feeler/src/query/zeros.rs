@@ -18,11 +18,10 @@
 
 use super::closed::boxes_side;
 use super::forms::{Forms, Stabber, contraction, narrow, parameter_slope, range, restrict};
-use super::search::Arithmetic;
 use crate::numeric::bernstein::largest;
 use crate::numeric::{Ball, Dd, Real};
-use crate::prepare::PreparedBrep;
 use crate::prepare::closed::{ClosedLine, V3, exact};
+use crate::prepare::{FaceGeometry, Net, PreparedBrep, jet};
 use crate::trim::BoxSide;
 use nalgebra::Vector3;
 
@@ -32,8 +31,10 @@ const UP: f64 = 1.0 + 64.0 * f64::EPSILON;
 pub(super) const NOISE_FACTOR: f64 = 8.0;
 /// Boxes are not split below this width in local parameters.
 const LEAST_WIDTH: f64 = 1.0 / (1u64 << 40) as f64;
-/// Steps of Newton's method; each double-double step gains about 50 bits.
+/// Steps of Newton's method.
 const NEWTON_STEPS: usize = 12;
+/// Steps in double-double with the Jacobian in f64: each gains about 50 bits.
+const POLISHING_STEPS: usize = 3;
 /// So many boxes of a face are tried again in double-double at most: at a tangency some tens are left open.
 const MOST_OPEN: usize = 4096;
 
@@ -67,11 +68,21 @@ pub(super) struct FaceHits {
     pub(super) open: Vec<(usize, [f64; 2], [f64; 2])>,
 }
 
+/// How narrow the enclosures of hits are. Which hits there are is proven with either.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Digits {
+    /// As f64 gives them: to count hits.
+    Double,
+    /// All that double-double gives.
+    All,
+}
+
 /// Finds the hits of a line with one face.
 pub(super) fn face_hits(
     brep: &PreparedBrep,
     stab: &Stabber,
     face: usize,
+    digits: Digits,
     budget: &mut usize,
 ) -> Option<FaceHits> {
     let mut out = FaceHits {
@@ -90,8 +101,14 @@ pub(super) fn face_hits(
         {
             continue;
         }
-        let roots = vec![stab.forms(&patch.net)];
-        patch_hits(brep, stab, face, index, roots, budget, &mut out);
+        let root = stab.forms(&patch.net);
+        let at = Place {
+            face,
+            patch: index,
+            root: &root,
+            digits,
+        };
+        patch_hits(brep, stab, &at, vec![root.clone()], budget, &mut out);
     }
     // What f64 cannot settle (a line nearly tangent to the face) is tried again in double-double; not where so
     // much is open that a whole curve of the face must be on the line (a pole's row, a ruling).
@@ -105,8 +122,14 @@ pub(super) fn face_hits(
             continue;
         }
         let root = stab.forms(&brep.double_double(face).patches[index].net);
-        let roots = boxes.iter().map(|o| narrow(&root, o.1, o.2)).collect();
-        patch_hits(brep, stab, face, index, roots, budget, &mut out);
+        let starts = boxes.iter().map(|o| narrow(&root, o.1, o.2)).collect();
+        let at = Place {
+            face,
+            patch: index,
+            root: &root,
+            digits: Digits::All,
+        };
+        patch_hits(brep, stab, &at, starts, budget, &mut out);
     }
     Some(out)
 }
@@ -165,15 +188,23 @@ struct Solved {
     v: [f64; 2],
 }
 
-fn patch_hits<T: Real + Arithmetic>(
-    brep: &PreparedBrep,
-    stab: &Stabber,
+/// A patch, the forms on all of it, and how its hits are wanted.
+struct Place<'a, T> {
     face: usize,
     patch: usize,
-    roots: Vec<Forms<T>>,
+    root: &'a Forms<T>,
+    digits: Digits,
+}
+
+fn patch_hits<T: Real>(
+    brep: &PreparedBrep,
+    stab: &Stabber,
+    at: &Place<T>,
+    starts: Vec<Forms<T>>,
     budget: &mut usize,
     out: &mut FaceHits,
 ) {
+    let (face, patch) = (at.face, at.patch);
     let geometry = brep.double(face);
     let maps = &geometry.patches[patch].maps;
     let classify = |u: [f64; 2], v: [f64; 2]| {
@@ -183,7 +214,7 @@ fn patch_hits<T: Real + Arithmetic>(
         )
     };
     let mut solved: Vec<Solved> = Vec::new();
-    let mut stack: Vec<_> = roots.into_iter().map(|r| (r, false)).collect();
+    let mut stack: Vec<_> = starts.into_iter().map(|r| (r, false)).collect();
     while let Some((node, mut inside)) = stack.pop() {
         let within = |s: &Solved| {
             s.u[0] <= node.u[0] && node.u[1] <= s.u[1] && s.v[0] <= node.v[0] && node.v[1] <= s.v[1]
@@ -238,7 +269,7 @@ fn patch_hits<T: Real + Arithmetic>(
                 continue;
             }
             if contraction(&node, &y) < 1.0
-                && let Some((hit, zone)) = certify(brep, stab, face, patch, &node)
+                && let Some((hit, zone)) = certify(brep, stab, at, &node)
             {
                 let settled = within(&zone);
                 if let Some((hit, local, rho)) = hit {
@@ -309,53 +340,83 @@ fn accept(
 /// A certified zero, its local parameters and the bound on them.
 type Found = (RawHit, [Dd; 2], f64);
 
-/// The zero near a node, and a box about it in which it is the only one.
-fn certify<T: Real + Arithmetic>(
-    brep: &PreparedBrep,
+/// `L_1`, `L_2` at a point of a patch near the unit square, and the point, with bounds.
+fn forms_at(
     stab: &Stabber,
-    face: usize,
+    geometry: &FaceGeometry<Dd>,
     patch: usize,
-    node: &Forms<T>,
-) -> Option<(Option<Found>, Solved)> {
-    let geometry = brep.double_double(face);
+    offsets: &[Ball<Dd>; 2],
+    p: [Dd; 2],
+) -> ([Ball<Dd>; 4], [Ball<Dd>; 2]) {
     let net = &geometry.patches[patch].net;
-    let offsets = [0, 1].map(|k| stab.offset(k, &net.origin));
-    let mut p = [
-        Dd::from(0.5 * (node.u[0] + node.u[1])),
-        Dd::from(0.5 * (node.v[0] + node.v[1])),
-    ];
+    let p = p.map(ball);
+    let value = jet::fine_value(net, p).unwrap_or_else(|| net.jet(p[0], p[1]).value);
+    (value, stab.apply(&value, offsets))
+}
+
+/// Near a zero: the point where Newton's method in f64 ends, and the inverse of the Jacobian there. No bound: what is made of it
+/// is proven afterwards.
+fn newton(
+    stab: &Stabber,
+    net: &Net<f64>,
+    offsets: &[Ball<Dd>; 2],
+    start: [f64; 2],
+) -> Option<([f64; 2], [[f64; 2]; 2])> {
+    let offsets = offsets.map(|x| x.mid.hi);
+    let apply = |h: &[f64; 4]| -> [f64; 2] {
+        std::array::from_fn(|k| {
+            let n = &stab.normals[k];
+            n[0] * h[0] + n[1] * h[1] + n[2] * h[2] + offsets[k] * h[3]
+        })
+    };
+    let (mut p, mut last) = (start, f64::INFINITY);
     let mut y = [[0.0; 2]; 2];
     for _ in 0..NEWTON_STEPS {
-        let jet = net.jet(ball(p[0]), ball(p[1]));
-        let l = stab.apply(&jet.value, &offsets);
-        let (ls, lt) = (stab.apply(&jet.s, &offsets), stab.apply(&jet.t, &offsets));
-        let j = [[ls[0].mid.hi, lt[0].mid.hi], [ls[1].mid.hi, lt[1].mid.hi]];
-        let det = j[0][0] * j[1][1] - j[0][1] * j[1][0];
+        let h: [[f64; 4]; 3] = if jet::fits(net.degree) {
+            jet::jet1(net, p[0], p[1])
+        } else {
+            let j = net.jet(Ball::exact(p[0]), Ball::exact(p[1]));
+            [j.value, j.s, j.t].map(|v| v.map(|x| x.mid))
+        };
+        let [l, ls, lt] = h.map(|h| apply(&h));
+        let det = ls[0] * lt[1] - lt[0] * ls[1];
         if det == 0.0 || !det.is_finite() {
             return None;
         }
-        y = [
-            [j[1][1] / det, -j[0][1] / det],
-            [-j[1][0] / det, j[0][0] / det],
-        ];
+        y = [[lt[1] / det, -lt[0] / det], [-ls[1] / det, ls[0] / det]];
         let mut moved: f64 = 0.0;
         for k in 0..2 {
-            let step = -(y[k][0] * l[0].mid.hi + y[k][1] * l[1].mid.hi);
-            let next = p[k] + Dd::from(step);
+            let step = y[k][0] * l[0] + y[k][1] * l[1];
             // Stay near the patch: zeros far off are of no use.
-            p[k] = if next.hi < -0.5 * EXTENSION {
-                Dd::from(-0.5 * EXTENSION)
-            } else if next.hi > 1.0 + 0.5 * EXTENSION {
-                Dd::from(1.0 + 0.5 * EXTENSION)
-            } else {
-                next
-            };
+            p[k] = (p[k] - step).clamp(-0.5 * EXTENSION, 1.0 + 0.5 * EXTENSION);
             moved = moved.max(step.abs());
         }
-        if moved < f64::EPSILON * f64::EPSILON {
+        // In the end rounding moves it to and fro.
+        if moved <= f64::EPSILON || (moved < SETTLED && moved >= 0.5 * last) {
             break;
         }
+        last = moved;
     }
+    Some((p, y))
+}
+
+/// Steps below this are near rounding.
+const SETTLED: f64 = 1.0 / (1u64 << 32) as f64;
+
+/// The zero near a node, and a box about it in which it is the only one.
+fn certify<T: Real>(
+    brep: &PreparedBrep,
+    stab: &Stabber,
+    at: &Place<T>,
+    node: &Forms<T>,
+) -> Option<(Option<Found>, Solved)> {
+    let (face, patch) = (at.face, at.patch);
+    let coarse = &brep.double(face).patches[patch];
+    let net = &coarse.net;
+    let offsets = [0, 1].map(|k| stab.offset(k, &net.origin));
+    let middle = [node.u, node.v].map(|r| 0.5 * (r[0] + r[1]));
+    let (start, y) = newton(stab, net, &offsets, middle)?;
+    let mut p = start.map(Dd::from);
     // The zone: twice the node's width about p, within the extended patch.
     let zone = |k: usize, r: [f64; 2]| {
         let h = r[1] - r[0];
@@ -366,19 +427,42 @@ fn certify<T: Real + Arithmetic>(
     };
     let (u, v) = (zone(0, node.u), zone(1, node.v));
     let widths = [u[1] - u[0], v[1] - v[0]];
-    let near = restrict(
-        &stab.forms(&T::geometry(brep, face).patches[patch].net),
-        u,
-        v,
-    );
+    let near = restrict(at.root, u, v);
     // Y for coordinates that run over the zone from 0 to 1.
     let scaled = [0, 1].map(|k| y[k].map(|x| x / widths[k]));
     let e = contraction(&near, &scaled);
     if !(e < 1.0) {
         return None;
     }
-    let jet = net.jet(ball(p[0]), ball(p[1]));
-    let l = stab.apply(&jet.value, &offsets);
+    let on_patch = start.iter().all(|x| (0.0..=1.0).contains(x));
+    let (value, l) = if at.digits == Digits::Double && on_patch && jet::fits(net.degree) {
+        let [value, ..] = jet::jet(net, start[0], start[1]);
+        let value = value.map(|x| Ball {
+            mid: Dd::from(x.mid),
+            rad: x.rad,
+        });
+        (value, stab.apply(&value, &offsets))
+    } else {
+        let geometry = brep.double_double(face);
+        let mut found = forms_at(stab, geometry, patch, &offsets, p);
+        for _ in 0..POLISHING_STEPS {
+            let l = found.1;
+            let mut moved: f64 = 0.0;
+            for k in 0..2 {
+                let step = Dd::from(y[k][0]) * l[0].mid + Dd::from(y[k][1]) * l[1].mid;
+                p[k] = p[k] - step;
+                moved = moved.max(step.hi.abs());
+            }
+            if !(moved < SETTLED) {
+                return None;
+            }
+            found = forms_at(stab, geometry, patch, &offsets, p);
+            if moved < f64::EPSILON * f64::EPSILON {
+                break;
+            }
+        }
+        found
+    };
     let mut residual: f64 = 0.0;
     for row in &scaled {
         let k = Ball::exact(row[0]) * l[0] + Ball::exact(row[1]) * l[1];
@@ -409,13 +493,13 @@ fn certify<T: Real + Arithmetic>(
     // Within rounding of the border of the whole surface the hit cannot be settled; on a joint it is
     // found on both sides and listed once.
     let domain = brep.brep().surface(face).domain();
-    let maps = &geometry.patches[patch].maps;
+    let maps = &coarse.maps;
     let on_edge = (0..2).any(|k| {
         let low = p[k] - reach(k) < Dd::ZERO && maps[k].start == domain[k].start;
         let high = p[k] + reach(k) > Dd::ONE && maps[k].end == domain[k].end;
         low || high
     });
-    let t = stab.parameter(&jet.value, &net.origin);
+    let t = stab.parameter(&value, &net.origin);
     // t moves with the point: bounded by the slopes over the zone.
     let reach = parameter_slope(&near, stab) * rho * UP;
     let t = Ball {
