@@ -597,8 +597,9 @@ fn feature(brep: &PreparedBrep, place: &Place, point: &Point3<f64>) -> Feature {
     }
 }
 
-/// The trim that a foot on the border of its region lies on: the one that comes nearest in uv, of those whose pieces
-/// have it in their boxes. (A foot exactly on a trim is in the box of the piece that it is on.)
+/// The trim that a foot on the border of its region lies on: the one that comes nearest in uv. Only those are looked at whose
+/// pieces have the foot near their boxes, if there are any. (A foot on the border of the domain may be beside the
+/// trim that bounds the face there, by a rounding or more.)
 fn trim_at(brep: &PreparedBrep, place: &Place) -> Option<usize> {
     let region = brep.region(place.face);
     if region.side(place.uv).side != Some(Side::Boundary) {
@@ -606,18 +607,24 @@ fn trim_at(brep: &PreparedBrep, place: &Place) -> Option<usize> {
     }
     let parts = brep.brep().parts();
     let at = [place.uv.x, place.uv.y];
+    let slack = region.domain().map(|d| NEAR_TRIM * (d.end - d.start));
     let mut near: Vec<usize> = Vec::new();
     for piece in region.pieces() {
-        let holds = (0..2).all(|k| piece.hull[k][0] <= at[k] && at[k] <= piece.hull[k][1]);
         let (PieceOrigin::Trim { trim, .. } | PieceOrigin::Join { trim, .. }) = piece.origin else {
             continue;
         };
-        if holds && near.last() != Some(&trim) {
+        let close =
+            |k: usize| piece.hull[k][0] - slack[k] <= at[k] && at[k] <= piece.hull[k][1] + slack[k];
+        if close(0) && close(1) && near.last() != Some(&trim) {
             near.push(trim);
         }
     }
-    if near.len() < 2 {
-        return near.first().copied();
+    if let [only] = near.as_slice() {
+        return Some(*only);
+    }
+    if near.is_empty() {
+        let loops = parts.faces[place.face].loops.as_ref()?;
+        near.extend(loops.iter().flat_map(|l| &parts.loops[*l].trims));
     }
     let distance = |t: usize| {
         let trim = &parts.trims[t];
@@ -627,6 +634,9 @@ fn trim_at(brep: &PreparedBrep, place: &Place) -> Option<usize> {
     let all = near.iter().map(|t| (distance(*t), *t));
     all.min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, t)| t)
 }
+
+/// A foot nearer to a trim's box than this part of the domain may be on the trim.
+const NEAR_TRIM: f64 = 1.0 / (1u64 << 24) as f64;
 
 /// The least value of a function on [0, 1], roughly: the best of some samples, narrowed down.
 fn nearest(f: impl Fn(f64) -> f64) -> f64 {

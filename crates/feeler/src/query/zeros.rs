@@ -21,7 +21,7 @@ use super::forms::{Forms, Stabber, contraction, narrow, parameter_slope, range, 
 use crate::numeric::bernstein::largest;
 use crate::numeric::{Ball, Dd, Real};
 use crate::prepare::closed::{ClosedLine, V3, exact};
-use crate::prepare::{FaceGeometry, Net, PreparedBrep, jet};
+use crate::prepare::{Net, PreparedBrep, jet};
 use crate::trim::BoxSide;
 use nalgebra::Vector3;
 
@@ -340,15 +340,13 @@ fn accept(
 /// A certified zero, its local parameters and the bound on them.
 type Found = (RawHit, [Dd; 2], f64);
 
-/// `L_1`, `L_2` at a point of a patch near the unit square, and the point, with bounds.
+/// The point of a net at local parameters near the unit square, and `L_1`, `L_2` there, with bounds.
 fn forms_at(
     stab: &Stabber,
-    geometry: &FaceGeometry<Dd>,
-    patch: usize,
+    net: &Net<Dd>,
     offsets: &[Ball<Dd>; 2],
     p: [Dd; 2],
 ) -> ([Ball<Dd>; 4], [Ball<Dd>; 2]) {
-    let net = &geometry.patches[patch].net;
     let p = p.map(ball);
     let value = jet::fine_value(net, p).unwrap_or_else(|| net.jet(p[0], p[1]).value);
     (value, stab.apply(&value, offsets))
@@ -403,6 +401,56 @@ fn newton(
 /// Steps below this are near rounding.
 const SETTLED: f64 = 1.0 / (1u64 << 32) as f64;
 
+/// The same in double-double throughout, for lines next to tangent: the Jacobian in f64 is then not near enough to the true one.
+fn newton_fine(
+    stab: &Stabber,
+    net: &Net<Dd>,
+    offsets: &[Ball<Dd>; 2],
+    start: [f64; 2],
+) -> Option<([Dd; 2], [[f64; 2]; 2])> {
+    let mut p = start.map(Dd::from);
+    let mut y = [[0.0; 2]; 2];
+    for _ in 0..NEWTON_STEPS {
+        let jet = net.jet(ball(p[0]), ball(p[1]));
+        let l = stab.apply(&jet.value, offsets);
+        let (ls, lt) = (stab.apply(&jet.s, offsets), stab.apply(&jet.t, offsets));
+        let j = [[ls[0].mid.hi, lt[0].mid.hi], [ls[1].mid.hi, lt[1].mid.hi]];
+        let det = j[0][0] * j[1][1] - j[0][1] * j[1][0];
+        if det == 0.0 || !det.is_finite() {
+            return None;
+        }
+        y = [
+            [j[1][1] / det, -j[0][1] / det],
+            [-j[1][0] / det, j[0][0] / det],
+        ];
+        let mut moved: f64 = 0.0;
+        for k in 0..2 {
+            let step = -(y[k][0] * l[0].mid.hi + y[k][1] * l[1].mid.hi);
+            let next = p[k] + Dd::from(step);
+            p[k] = if next.hi < -0.5 * EXTENSION {
+                Dd::from(-0.5 * EXTENSION)
+            } else if next.hi > 1.0 + 0.5 * EXTENSION {
+                Dd::from(1.0 + 0.5 * EXTENSION)
+            } else {
+                next
+            };
+            moved = moved.max(step.abs());
+        }
+        if moved < f64::EPSILON * f64::EPSILON {
+            break;
+        }
+    }
+    Some((p, y))
+}
+
+/// The point and `L_1`, `L_2` at a place of a patch, with bounds.
+struct Sample {
+    value: [Ball<Dd>; 4],
+    l: [Ball<Dd>; 2],
+    /// What the point is relative to: each arithmetic's net has its own.
+    origin: [f64; 3],
+}
+
 /// The zero near a node, and a box about it in which it is the only one.
 fn certify<T: Real>(
     brep: &PreparedBrep,
@@ -411,12 +459,76 @@ fn certify<T: Real>(
     node: &Forms<T>,
 ) -> Option<(Option<Found>, Solved)> {
     let (face, patch) = (at.face, at.patch);
-    let coarse = &brep.double(face).patches[patch];
-    let net = &coarse.net;
-    let offsets = [0, 1].map(|k| stab.offset(k, &net.origin));
     let middle = [node.u, node.v].map(|r| 0.5 * (r[0] + r[1]));
-    let (start, y) = newton(stab, net, &offsets, middle)?;
-    let mut p = start.map(Dd::from);
+    let coarse = &brep.double(face).patches[patch].net;
+    let offsets = |origin: &[f64; 3]| [0, 1].map(|k| stab.offset(k, origin));
+    let near = newton(stab, coarse, &offsets(&coarse.origin), middle);
+    let on_patch = |p: &[f64; 2]| p.iter().all(|x| (0.0..=1.0).contains(x));
+    if at.digits == Digits::Double
+        && jet::fits(coarse.degree)
+        && let Some((p, y)) = near
+        && on_patch(&p)
+    {
+        let [value, ..] = jet::jet(coarse, p[0], p[1]);
+        let value = value.map(|x| Ball {
+            mid: Dd::from(x.mid),
+            rad: x.rad,
+        });
+        let sample = Sample {
+            l: stab.apply(&value, &offsets(&coarse.origin)),
+            value,
+            origin: coarse.origin,
+        };
+        return prove(brep, stab, at, node, p.map(Dd::from), y, &sample);
+    }
+    let fine = &brep.double_double(face).patches[patch].net;
+    let offsets = offsets(&fine.origin);
+    let sample_at = |p: [Dd; 2]| {
+        let (value, l) = forms_at(stab, fine, &offsets, p);
+        Sample {
+            value,
+            l,
+            origin: fine.origin,
+        }
+    };
+    if let Some((start, y)) = near {
+        let mut p = start.map(Dd::from);
+        let mut sample = sample_at(p);
+        for _ in 0..POLISHING_STEPS {
+            let mut moved: f64 = 0.0;
+            for k in 0..2 {
+                let step =
+                    Dd::from(y[k][0]) * sample.l[0].mid + Dd::from(y[k][1]) * sample.l[1].mid;
+                p[k] = p[k] - step;
+                moved = moved.max(step.hi.abs());
+            }
+            if !(moved < SETTLED) {
+                break;
+            }
+            sample = sample_at(p);
+            if moved < f64::EPSILON * f64::EPSILON {
+                if let Some(found) = prove(brep, stab, at, node, p, y, &sample) {
+                    return Some(found);
+                }
+                break;
+            }
+        }
+    }
+    let (p, y) = newton_fine(stab, fine, &offsets, middle)?;
+    prove(brep, stab, at, node, p, y, &sample_at(p))
+}
+
+/// That there is one zero near a point: see the module. `y` is about the inverse of the Jacobian there.
+fn prove<T: Real>(
+    brep: &PreparedBrep,
+    stab: &Stabber,
+    at: &Place<T>,
+    node: &Forms<T>,
+    p: [Dd; 2],
+    y: [[f64; 2]; 2],
+    sample: &Sample,
+) -> Option<(Option<Found>, Solved)> {
+    let (face, patch) = (at.face, at.patch);
     // The zone: twice the node's width about p, within the extended patch.
     let zone = |k: usize, r: [f64; 2]| {
         let h = r[1] - r[0];
@@ -434,38 +546,9 @@ fn certify<T: Real>(
     if !(e < 1.0) {
         return None;
     }
-    let on_patch = start.iter().all(|x| (0.0..=1.0).contains(x));
-    let (value, l) = if at.digits == Digits::Double && on_patch && jet::fits(net.degree) {
-        let [value, ..] = jet::jet(net, start[0], start[1]);
-        let value = value.map(|x| Ball {
-            mid: Dd::from(x.mid),
-            rad: x.rad,
-        });
-        (value, stab.apply(&value, &offsets))
-    } else {
-        let geometry = brep.double_double(face);
-        let mut found = forms_at(stab, geometry, patch, &offsets, p);
-        for _ in 0..POLISHING_STEPS {
-            let l = found.1;
-            let mut moved: f64 = 0.0;
-            for k in 0..2 {
-                let step = Dd::from(y[k][0]) * l[0].mid + Dd::from(y[k][1]) * l[1].mid;
-                p[k] = p[k] - step;
-                moved = moved.max(step.hi.abs());
-            }
-            if !(moved < SETTLED) {
-                return None;
-            }
-            found = forms_at(stab, geometry, patch, &offsets, p);
-            if moved < f64::EPSILON * f64::EPSILON {
-                break;
-            }
-        }
-        found
-    };
     let mut residual: f64 = 0.0;
     for row in &scaled {
-        let k = Ball::exact(row[0]) * l[0] + Ball::exact(row[1]) * l[1];
+        let k = Ball::exact(row[0]) * sample.l[0] + Ball::exact(row[1]) * sample.l[1];
         residual = residual.max(k.magnitude());
     }
     let rho = residual / (1.0 - e) * UP / (1.0 - f64::EPSILON);
@@ -493,13 +576,13 @@ fn certify<T: Real>(
     // Within rounding of the border of the whole surface the hit cannot be settled; on a joint it is
     // found on both sides and listed once.
     let domain = brep.brep().surface(face).domain();
-    let maps = &coarse.maps;
+    let maps = &brep.double(face).patches[patch].maps;
     let on_edge = (0..2).any(|k| {
         let low = p[k] - reach(k) < Dd::ZERO && maps[k].start == domain[k].start;
         let high = p[k] + reach(k) > Dd::ONE && maps[k].end == domain[k].end;
         low || high
     });
-    let t = stab.parameter(&value, &net.origin);
+    let t = stab.parameter(&sample.value, &sample.origin);
     // t moves with the point: bounded by the slopes over the zone.
     let reach = parameter_slope(&near, stab) * rho * UP;
     let t = Ball {
