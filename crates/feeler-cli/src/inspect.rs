@@ -1,6 +1,6 @@
 //! `feeler inspect`.
 
-use crate::{Bad, Outcome, write_error};
+use crate::{Bad, Outcome, plan, write_error};
 use feeler::brep::Brep;
 use feeler::nurbs::Curve;
 use feeler_corpus::{MODEL_FILE_VERSION, Model};
@@ -20,6 +20,9 @@ pub(crate) struct Args {
     /// One JSON object instead of text.
     #[arg(long)]
     json: bool,
+    /// What queries keep of each face and what they leave out, and why. Makes all of it, to weigh it.
+    #[arg(long)]
+    plan: bool,
 }
 
 pub(crate) fn run(args: &Args) -> Result<Outcome, Bad> {
@@ -29,9 +32,9 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Bad> {
     let document = feeler_io::read_file(&args.file).map_err(|e| Bad(e.to_string()))?;
     let mut out = std::io::stdout().lock();
     let text = if args.json {
-        format!("{}\n", as_json(&document))
+        format!("{}\n", as_json(&document, args.plan))
     } else {
-        as_text(&document)
+        as_text(&document, args.plan)
     };
     out.write_all(text.as_bytes()).map_err(write_error)?;
     Ok(Outcome::Good)
@@ -44,7 +47,7 @@ fn own(args: &Args) -> Result<Outcome, Bad> {
         let objects = model.breps.iter().map(|b| {
             let mut o = Map::new();
             o.insert("kind".into(), json!("brep"));
-            brep_json(b, &mut o);
+            brep_json(b, args.plan, &mut o);
             Value::Object(o)
         });
         let all = json!({
@@ -60,7 +63,7 @@ fn own(args: &Args) -> Result<Outcome, Bad> {
         )];
         for (i, brep) in model.breps.iter().enumerate() {
             lines.push(format!("object {i}: brep"));
-            brep_text(brep, &mut lines);
+            brep_text(brep, args.plan, &mut lines);
         }
         lines.join("\n") + "\n"
     };
@@ -102,8 +105,9 @@ fn contents(brep: &Brep) -> Contents {
     }
 }
 
-fn as_json(document: &Document) -> Value {
-    let objects: Vec<Value> = document.objects.iter().map(object_json).collect();
+fn as_json(document: &Document, plan: bool) -> Value {
+    let objects = document.objects.iter().map(|o| object_json(o, plan));
+    let objects: Vec<Value> = objects.collect();
     json!({
         "format": "3dm",
         "version": document.version,
@@ -113,13 +117,13 @@ fn as_json(document: &Document) -> Value {
     })
 }
 
-fn object_json(object: &Object) -> Value {
+fn object_json(object: &Object, plan: bool) -> Value {
     let mut o = Map::new();
     o.insert("kind".into(), json!(object.kind.name()));
     o.insert("name".into(), json!(object.name));
     o.insert("layer".into(), json!(object.layer));
     match &object.kind {
-        ObjectKind::Brep(brep) | ObjectKind::Surface(brep) => brep_json(brep, &mut o),
+        ObjectKind::Brep(brep) | ObjectKind::Surface(brep) => brep_json(brep, plan, &mut o),
         ObjectKind::Curve(curve) => {
             o.insert("curve".into(), json!(curve.type_name()));
             o.insert("supported".into(), json!(false));
@@ -139,7 +143,7 @@ fn object_json(object: &Object) -> Value {
     Value::Object(o)
 }
 
-fn brep_json(brep: &Brep, o: &mut Map<String, Value>) {
+fn brep_json(brep: &Brep, plan: bool, o: &mut Map<String, Value>) {
     let p = brep.parts();
     let c = contents(brep);
     let defects: Vec<String> = brep.defects().iter().map(ToString::to_string).collect();
@@ -157,6 +161,9 @@ fn brep_json(brep: &Brep, o: &mut Map<String, Value>) {
     ] {
         o.insert(key.into(), value);
     }
+    if plan {
+        o.insert("plan".into(), plan::json(brep));
+    }
 }
 
 fn list(counts: &Counts) -> String {
@@ -164,7 +171,7 @@ fn list(counts: &Counts) -> String {
     all.join(", ")
 }
 
-fn as_text(document: &Document) -> String {
+fn as_text(document: &Document, plan: bool) -> String {
     let mut lines = vec![format!(
         "3dm version {}, units {}, {} objects",
         document.version,
@@ -183,7 +190,7 @@ fn as_text(document: &Document) -> String {
         match &object.kind {
             ObjectKind::Brep(brep) | ObjectKind::Surface(brep) => {
                 lines.push(head);
-                brep_text(brep, &mut lines);
+                brep_text(brep, plan, &mut lines);
             }
             ObjectKind::Refused { class, reason } => {
                 lines.push(format!("{head} ({class}): {reason}"));
@@ -198,7 +205,7 @@ fn as_text(document: &Document) -> String {
     lines.join("\n") + "\n"
 }
 
-fn brep_text(brep: &Brep, lines: &mut Vec<String>) {
+fn brep_text(brep: &Brep, plan: bool, lines: &mut Vec<String>) {
     let p = brep.parts();
     let c = contents(brep);
     lines.push(format!(
@@ -225,5 +232,8 @@ fn brep_text(brep: &Brep, lines: &mut Vec<String>) {
             "  and {} more; --json lists them all",
             defects.len() - SHOWN
         ));
+    }
+    if plan {
+        plan::text(brep, lines);
     }
 }

@@ -7,6 +7,7 @@
 mod contact;
 mod gate;
 mod inspect;
+mod plan;
 mod report;
 
 use clap::error::ErrorKind;

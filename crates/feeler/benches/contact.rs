@@ -8,7 +8,7 @@ use feeler::brep::{Brep, BrepBuilder, TrimSpec};
 use feeler::numeric::Interval;
 use feeler::nurbs::{Arc, Curve, NurbsCurve, NurbsSurface, Revolution, Surface};
 use feeler::prepare::PreparedBrep;
-use feeler::query::{Accuracy, Options, Probe, Sphere, Workspace, contact};
+use feeler::query::{Accuracy, Contacts, Options, Probe, Sphere, Workspace, contact, overlap};
 use nalgebra::{Point3, Vector3, Vector4};
 
 fn main() {
@@ -252,5 +252,59 @@ fn ball_joint_native(bencher: Bencher, name: &str) {
         2.49,
         accuracy(name),
         &off_center(1e-12, 1.25),
+    );
+}
+
+/// The questions that ask less, about the same places: whether the ball overlaps, and the separation alone.
+const QUESTIONS: [&str; 3] = ["overlap", "separation", "deepest contact"];
+
+fn asked(bencher: Bencher, brep: Brep, radius: f64, question: &str, centers: &[Point3<f64>]) {
+    let brep = PreparedBrep::new(brep);
+    let options = Options {
+        prediction: f64::INFINITY,
+        contacts: match question {
+            "separation" => Contacts::None,
+            _ => Contacts::Deepest,
+        },
+        ..Options::default()
+    };
+    let mut workspace = Workspace::default();
+    let mut ask = |center: Point3<f64>| {
+        let probe = Probe::Sphere(Sphere::new(center, radius).expect("a sphere"));
+        if question == "overlap" {
+            black_box(overlap(&brep, &probe, &options, &mut workspace));
+        } else {
+            black_box(contact(&brep, &probe, &options, &mut workspace));
+        }
+    };
+    centers.iter().for_each(|c| ask(*c));
+    let mut next = 0;
+    bencher.bench_local(|| {
+        for _ in 0..QUERIES {
+            next = (next + 1) % centers.len();
+            ask(black_box(centers[next]));
+        }
+    });
+}
+
+#[divan::bench(args = QUESTIONS)]
+fn question_bicubic_8x8(bencher: Bencher, question: &str) {
+    let brep = Brep::from_surface(Surface::Nurbs(bicubic())).expect("a BREP");
+    asked(bencher, brep, 0.1, question, &over_the_wave());
+}
+
+#[divan::bench(args = QUESTIONS)]
+fn question_bicubic_8x8_trimmed(bencher: Bencher, question: &str) {
+    asked(bencher, trimmed_bicubic(), 0.1, question, &over_the_wave());
+}
+
+#[divan::bench(args = QUESTIONS)]
+fn question_ball_joint_nurbs(bencher: Bencher, question: &str) {
+    asked(
+        bencher,
+        nurbs_sphere(),
+        2.0,
+        question,
+        &off_center(1e-3, 1.25),
     );
 }

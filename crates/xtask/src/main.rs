@@ -2,6 +2,7 @@
 
 mod agree;
 mod generate;
+mod instructions;
 mod random;
 mod sanitize;
 mod scenes;
@@ -36,6 +37,8 @@ enum Task {
     Agree(agree::Args),
     /// Run the oracle's tests with its C++ under the address, undefined-behaviour and thread sanitizers.
     Sanitize(sanitize::Args),
+    /// Count the instructions of some queries under valgrind, and hold them against the stored counts.
+    Instructions(instructions::Args),
     /// Hold the oracle's C++ to clang-format and clang-tidy.
     Tidy,
 }
@@ -50,6 +53,7 @@ fn main() -> ExitCode {
         Task::Truth(args) => truth::run(&args),
         Task::Agree(args) => agree::run(&args),
         Task::Sanitize(args) => sanitize::run(&args),
+        Task::Instructions(args) => instructions::run(&args),
         Task::Tidy => tidy::run(),
     };
     match result {

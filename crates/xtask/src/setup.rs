@@ -3,8 +3,8 @@
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
-/// Debian packages: the oracle's libraries, and Python for the cross-check of the reader.
-const PACKAGES: [&str; 8] = [
+/// Debian packages: the oracle's libraries, Python for the cross-check of the reader, and what counts instructions.
+const PACKAGES: [&str; 9] = [
     "g++",
     "libcgal-dev",
     "libgmp-dev",
@@ -13,6 +13,7 @@ const PACKAGES: [&str; 8] = [
     "libboost-dev",
     "libeigen3-dev",
     "python3-venv",
+    "valgrind",
 ];
 
 /// PyPI packages of the cross-check, pinned: an independent reader of .3dm files.
@@ -42,7 +43,7 @@ fn is_root() -> bool {
 pub(crate) fn install_packages() -> Result<(), String> {
     if !succeeds(Command::new("dpkg-query").arg("--version")) {
         println!(
-            "No dpkg here: install CGAL 5.5 or newer, GMP, MPFR, MPFI, Boost and Eigen headers \
+            "No dpkg here: install CGAL 5.5 or newer, GMP, MPFR, MPFI, Boost and Eigen headers, and valgrind \
              yourself (on Debian: {}).",
             PACKAGES.join(" ")
         );

@@ -5,8 +5,8 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::time::Instant;
 
-/// The feature that builds the oracle.
-const ORACLE: &str = "feeler-oracle/cgal,xtask/cgal";
+/// The features that build the oracle and run batches on several threads.
+const ORACLE: &str = "feeler-oracle/cgal,xtask/cgal,feeler/rayon";
 
 /// Installs what is missing and runs all checks, in order of what fails fastest.
 pub(crate) fn run() -> Result<(), String> {
@@ -61,6 +61,10 @@ pub(crate) fn run() -> Result<(), String> {
     step(
         "a sample of the truth against the second method",
         &mut cargo("run --release --quiet --package xtask -- truth --verify --sample 4"),
+    )?;
+    step(
+        "instructions of some queries",
+        &mut cargo("run --release --quiet --package xtask -- instructions"),
     )?;
     step("the gate", &mut cargo("run --release --quiet -- gate"))?;
     release_is_free_of_the_oracle(&root)?;

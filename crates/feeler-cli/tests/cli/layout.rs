@@ -17,3 +17,56 @@ fn inspect_as_json() {
     assert_eq!(run.code, Some(0), "{run:?}");
     insta::assert_snapshot!(run.out);
 }
+
+/// A native torus.
+const NATIVE: &str = "corpora/models/analytic/torus.json.gz";
+
+/// Sizes hang on the compiler's layout of structures: of what follows the last semicolon, only the words.
+fn without_sizes(text: &str) -> String {
+    let lines = text.lines().map(|line| {
+        let from = if line.starts_with("  face ") {
+            line.rfind("; ")
+        } else {
+            line.find("plan: ")
+        };
+        let (plain, sizes) = line.split_at(from.unwrap_or(line.len()));
+        let mut out = plain.to_owned();
+        for c in sizes.chars() {
+            if !c.is_ascii_digit() {
+                out.push(c);
+            } else if !out.ends_with('#') {
+                out.push('#');
+            }
+        }
+        out + "\n"
+    });
+    lines.collect()
+}
+
+#[test]
+fn plan_as_text() {
+    for (name, part) in [("nurbs", PART), ("native", NATIVE)] {
+        let run = feeler(&["inspect", part, "--plan"], "");
+        assert_eq!(run.code, Some(0), "{run:?}");
+        insta::assert_snapshot!(format!("plan_as_text_{name}"), without_sizes(&run.out));
+    }
+}
+
+#[test]
+fn plan_as_json() {
+    let run = feeler(&["inspect", PART, "--plan", "--json"], "");
+    assert_eq!(run.code, Some(0), "{run:?}");
+    let mut all: serde_json::Value = serde_json::from_str(&run.out).unwrap();
+    let plan = &mut all["objects"][0]["plan"];
+    let at_once = plan["bytes_at_once"].take();
+    assert!(at_once.as_u64().unwrap() > 0);
+    let faces = plan["faces"].as_array_mut().unwrap();
+    assert_eq!(faces.len(), 7);
+    for face in faces {
+        let bytes = face["bytes"].as_object_mut().unwrap();
+        for size in bytes.values_mut() {
+            assert!(size.take().is_u64());
+        }
+    }
+    insta::assert_snapshot!(format!("{plan:#}"));
+}

@@ -5,11 +5,11 @@ use super::{Engine, FeelerWay, value_alone};
 use feeler::numeric::Enclosure;
 use feeler::prepare::PreparedBrep;
 use feeler::query::{
-    self, Accuracy, ContactAnswer, Contacts, Feature, Hit, LineAnswer, LineProbe, Options, Probe,
-    Separation, SideAnswer, Undecided, Workspace,
+    self, Accuracy, ContactAnswer, Contacts, Feature, Hit, LineAnswer, LineProbe, Options,
+    OverlapAnswer, Probe, Separation, SideAnswer, Undecided, Workspace,
 };
 use feeler::trim::Side;
-use feeler_corpus::{Answer, Ask, Body, Claim, Hits, Model, Query};
+use feeler_corpus::{Answer, Ask, Body, Claim, HitLine, Hits, Model, Query};
 use nalgebra::{Point2, Point3};
 
 /// One BREP, and where the numbers of its features start.
@@ -136,6 +136,48 @@ impl FeelerEngine {
         }
         all.hits.sort_by(|a, b| a.t.value.total_cmp(&b.t.value));
         all
+    }
+
+    /// With any BREP.
+    fn overlap(&mut self, probe: &Probe, options: &Options) -> OverlapAnswer {
+        let mut all = OverlapAnswer {
+            overlap: Some(false),
+            undecided: None,
+        };
+        for part in &self.parts {
+            let one = query::overlap(&part.brep, probe, options, &mut self.workspace);
+            match one.overlap {
+                Some(true) => return one,
+                Some(false) => {}
+                None => all = one,
+            }
+        }
+        all
+    }
+
+    /// A certain hit with any BREP; of the answer to a line, only that.
+    fn any_hit(&mut self, line: &LineProbe, options: &Options) -> Body {
+        let mut undecided = None;
+        let mut hits = Vec::new();
+        for part in &self.parts {
+            let one = query::any_hit(&part.brep, line, options, &mut self.workspace);
+            if let Some(hit) = one.hit {
+                hits.push(HitLine::from(&Hit {
+                    feature: part.feature(hit.feature),
+                    face: hit.face + part.faces,
+                    ..hit
+                }));
+                undecided = None;
+                break;
+            }
+            undecided = undecided.or(one.undecided);
+        }
+        Body::Line {
+            hits,
+            crossings: None,
+            in_crack: None,
+            undecided: undecided.map(|u| u.to_string()),
+        }
     }
 
     fn side(&self, face: usize, uv: Point2<f64>) -> Option<SideAnswer> {
@@ -271,22 +313,16 @@ impl Engine for FeelerEngine {
         };
         let body = match query.ask {
             Ask::Contact(probe) if query.overlap => {
-                let options = Options {
-                    contacts: Contacts::None,
-                    ..options
-                };
-                overlap(&self.contact(&probe, &options))
+                let asked = self.overlap(&probe, &options);
+                Body::Overlap {
+                    overlap: asked.overlap,
+                    undecided: asked.undecided.map(|u| u.to_string()),
+                }
             }
             Ask::Contact(probe) if self.way.nurbs => self.as_nurbs(&probe, options),
             Ask::Contact(probe) => Body::from(&self.contact(&probe, &options)),
-            Ask::Line(line) => {
-                let mut answer = self.line(&line, &options);
-                if query.hits != Hits::All {
-                    // The hits are in the order of t: the first serves as any.
-                    answer.hits.truncate(1);
-                }
-                Body::from(&answer)
-            }
+            Ask::Line(line) if query.hits != Hits::All => self.any_hit(&line, &options),
+            Ask::Line(line) => Body::from(&self.line(&line, &options)),
             Ask::Side(face, uv) => match self.side(face, uv) {
                 Some(side) => side.into(),
                 None => self.no_face(face),
@@ -349,20 +385,4 @@ fn about_native(mut body: Body, bounds: bool, size: f64) -> Body {
         }
     }
     body
-}
-
-fn overlap(answer: &ContactAnswer) -> Body {
-    let bounds = answer.separation.bounds;
-    let overlap = if bounds.hi < 0.0 {
-        Some(true)
-    } else if bounds.lo >= 0.0 {
-        Some(false)
-    } else {
-        None
-    };
-    let why = answer.undecided.unwrap_or(Undecided::Precision);
-    Body::Overlap {
-        overlap,
-        undecided: overlap.is_none().then(|| why.to_string()),
-    }
 }

@@ -44,22 +44,49 @@ fn images<T>(slots: &Vec<OnceLock<Option<Image<T>>>>) -> usize {
     list(slots) + made.map(one).sum::<usize>()
 }
 
-fn face(f: &PreparedFace) -> usize {
-    let region = f.region.get().map_or(0, |r| r.bytes());
-    let closed = f.closed.get().and_then(Option::as_ref);
-    let closed = closed.map_or(0, |c| list(&c.curves) + size_of_val(&c.surface));
-    region + closed + f.double.get().map_or(0, geometry) + f.double_double.get().map_or(0, geometry)
+/// Bytes of what is made of one face, by what it is for; 0 for what has not been made.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct FaceBytes {
+    /// The boxes and slots that are there from the start.
+    pub at_once: usize,
+    /// The trimmed region: made when a query first asks for a side on the face.
+    pub region: usize,
+    /// The closed form of surface and boundary.
+    pub closed: usize,
+    /// Patches, boundary pieces and their products in f64: made when the face is first searched.
+    pub patches: usize,
+    /// The same in double-double: made when f64 first does not suffice.
+    pub fine_patches: usize,
+}
+
+impl FaceBytes {
+    pub(super) fn of(f: &PreparedFace) -> Self {
+        let closed = f.closed.get().and_then(Option::as_ref);
+        Self {
+            at_once: size_of::<PreparedFace>(),
+            region: f.region.get().map_or(0, |r| r.bytes()),
+            closed: closed.map_or(0, |c| list(&c.curves) + size_of_val(&c.surface)),
+            patches: f.double.get().map_or(0, geometry),
+            fine_patches: f.double_double.get().map_or(0, geometry),
+        }
+    }
+
+    /// What has been made since the BREP was prepared.
+    fn later(&self) -> usize {
+        self.region + self.closed + self.patches + self.fine_patches
+    }
 }
 
 impl PreparedBrep {
     /// Bytes that it holds now besides the BREP itself: what queries had it make so far. Counted are the lists that grow
     /// with the model, as large as they were reserved; what the allocator adds is not known.
     pub fn bytes(&self) -> usize {
-        let faces: usize = self.faces.iter().map(face).sum();
+        let faces: usize = self.faces.iter().map(|f| FaceBytes::of(f).later()).sum();
         let cracks = list(&self.cracks) + list(&self.fine_cracks);
         let kept = self.side_cells.get().and_then(Option::as_ref);
         size_of::<Self>()
             + kept.map_or(0, SideCells::bytes)
+            // Of the faces: what they have at once.
             + list(&self.faces)
             + faces
             + cracks

@@ -15,6 +15,7 @@ mod matching;
 mod net;
 mod param;
 mod patch;
+mod plan;
 mod quotient;
 mod recognise;
 mod shortcuts;
@@ -22,9 +23,11 @@ mod side_cells;
 mod spline;
 
 pub use boundary::Piece;
+pub use bytes::FaceBytes;
 pub use net::Net;
 pub use param::ParamMap;
 pub use patch::Patch;
+pub use plan::{FacePlan, Form, Searched};
 pub use shortcuts::Shortcuts;
 
 pub(crate) use boundary::restrict;
@@ -182,6 +185,10 @@ pub struct PreparedBrep {
     shortcuts: Shortcuts,
     faces: Vec<PreparedFace>,
     size: f64,
+    /// A box around all faces; `None` where none is known.
+    bounding_box: Option<Box3>,
+    /// That box with all cracks.
+    room: OnceLock<Option<Box3>>,
     /// Of each trim: its image.
     images: Vec<OnceLock<Option<Image<f64>>>>,
     /// The same in double-double.
@@ -214,6 +221,15 @@ impl PreparedBrep {
                 double_double: OnceLock::new(),
             })
             .collect();
+        let boxes: Option<Vec<Box3>> = faces.iter().map(|f| f.bounding_box).collect();
+        let bounding_box = boxes.map(|boxes| {
+            std::array::from_fn(|c| {
+                let start = [f64::INFINITY, f64::NEG_INFINITY];
+                boxes.iter().fold(start, |r: [f64; 2], b| {
+                    [r[0].min(b[c][0]), r[1].max(b[c][1])]
+                })
+            })
+        });
         let mut size: f64 = 0.0;
         for c in 0..3 {
             let boxes = faces.iter().filter_map(|f| f.bounding_box);
@@ -235,6 +251,8 @@ impl PreparedBrep {
             shortcuts,
             faces,
             size,
+            bounding_box,
+            room: OnceLock::new(),
         }
     }
 
@@ -323,6 +341,28 @@ impl PreparedBrep {
         self.side_cells
             .get_or_init(|| SideCells::new(self))
             .as_ref()
+    }
+
+    /// Whether a point is so far out that it is proven to be outside.
+    ///
+    /// Let `B` be a box around all faces and `d` the widest crack. All images of edges are in `B`, so all cracks are within `d` of
+    /// it; and so are, without `d`, the vertex regions: smallest boxes around points of `B`. A point beyond `B`, in some coordinate and
+    /// by more than `d`, starts a ray away from `B` along that coordinate that meets neither face nor crack nor vertex region: its
+    /// parity, 0, is the side.
+    pub(crate) fn is_beyond(&self, point: &Point3<f64>) -> bool {
+        let beyond = |b: &Box3| (0..3).any(|c| point[c] < b[c][0] || point[c] > b[c][1]);
+        // The box first: cracks are made when something comes near it.
+        if !self.bounding_box.as_ref().is_some_and(beyond) {
+            return false;
+        }
+        let room = self.room.get_or_init(|| {
+            let edges = self.brep.parts().edges.iter().enumerate();
+            let shared = edges.filter(|(_, e)| e.trims.len() > 1);
+            let widest = shared.fold(0.0, |w: f64, (edge, _)| w.max(self.crack_width(edge)));
+            let wide = |r: [f64; 2]| [(r[0] - widest).next_down(), (r[1] + widest).next_up()];
+            self.bounding_box.map(|b| b.map(wide))
+        });
+        room.as_ref().is_some_and(beyond)
     }
 
     /// A box around the face's surface; `None` where none is known.

@@ -167,6 +167,8 @@ fn nurbs_patches<T: Real>(surface: &NurbsSurface) -> Vec<Patch<T>> {
         v: kv.degree(),
     };
     let count_v = kv.control_points();
+    // Pieces are affine combinations of the control points: where all weights are 1, so are those of the pieces, exactly.
+    let polynomial = surface.control_net().iter().all(|p| p[3] == 1.0);
     let mut patches = Vec::new();
     for (iu, ua, ub) in ku.spans() {
         // Bezier in u first: for each column of the net, p + 1 points.
@@ -182,6 +184,10 @@ fn nurbs_patches<T: Real>(surface: &NurbsSurface) -> Vec<Patch<T>> {
             let mut net = Vec::with_capacity(degree.count());
             for i in 0..=degree.u {
                 net.extend(bezier_of_span(kv, iv, va, vb, |j| columns[j][i]));
+            }
+            if polynomial {
+                net.iter_mut()
+                    .for_each(|p: &mut Homogeneous<T, 4>| p[3] = Ball::ONE);
             }
             let maps = [
                 ParamMap { start: ua, end: ub },

@@ -59,6 +59,11 @@ impl Shell {
         })
     }
 
+    /// The radii of the two spheres.
+    pub(super) fn radii(&self) -> [f64; 2] {
+        [self.inner, self.outer]
+    }
+
     /// A lower bound of the target on the surface.
     ///
     /// Rounding: a distance of differences is off by less than 8 units, heights by 8 units of their parts. What a target's

@@ -88,7 +88,7 @@ pub enum Accuracy {
 /// Which contacts to report.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Contacts {
-    /// None: the separation alone.
+    /// None: the separation alone. No foot and no normal is made, and whether the minimum is a continuum is not looked at.
     None,
     /// The deepest one.
     Deepest,
@@ -187,11 +187,29 @@ pub struct Contact {
 pub struct ContactAnswer {
     /// The separation from the whole BREP.
     pub separation: Separation,
-    /// Whether the closest points reach beyond one foot box.
+    /// Whether the closest points reach beyond one foot box; `false` where no contacts were asked for.
     pub continuum: bool,
     /// Contacts within the prediction, deepest first.
     pub contacts: Vec<Contact>,
     /// Set when the enclosure is wider than the accuracy asked for.
+    pub undecided: Option<Undecided>,
+}
+
+/// Whether a sphere or half-space overlaps a BREP.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct OverlapAnswer {
+    /// `Some(true)`: the separation is proven to be below 0. `Some(false)`: proven to be 0 or more. `None` with `undecided`.
+    pub overlap: Option<bool>,
+    /// Set when the sign could not be settled.
+    pub undecided: Option<Undecided>,
+}
+
+/// Whether a line meets a BREP.
+#[derive(Clone, Debug, PartialEq)]
+pub struct AnyHit {
+    /// A certain hit; not in general the first.
+    pub hit: Option<Hit>,
+    /// Set when there may be a hit but none is certain. Neither: proven to meet no face.
     pub undecided: Option<Undecided>,
 }
 

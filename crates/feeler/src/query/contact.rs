@@ -5,8 +5,8 @@ use super::answer::{
 };
 use super::local::{Spot, Surroundings};
 use super::objective::Objective;
-use super::search::{Foot, Goal, Locus, Outcome, Settled, Source, Width, minimize};
-use super::{Workspace, inside};
+use super::search::{Foot, Goal, Hint, Locus, Memory, Outcome, Settled, Source, Width, minimize};
+use super::{Work, Workspace, inside};
 use crate::numeric::{Ball, Dd, Enclosure, Real};
 use crate::prepare::closed::V3;
 use crate::prepare::{Patch, PreparedBrep, jet};
@@ -14,7 +14,7 @@ use crate::trim::{PieceOrigin, Side};
 use nalgebra::{Point2, Point3, Vector3};
 
 /// The floor of full accuracy, relative to the model's size (module docs of the crate).
-const FULL_FLOOR: f64 = 1.0 / (1u128 << 96) as f64;
+pub(super) const FULL_FLOOR: f64 = 1.0 / (1u128 << 96) as f64;
 /// The minimum is a continuum when points within max(accuracy, this times the size) of it...
 const CONTINUUM_SLACK: f64 = 1.0 / (1u64 << 44) as f64;
 /// ...reach farther than this times the size from one foot.
@@ -37,6 +37,36 @@ pub fn contact(
     options: &Options,
     workspace: &mut Workspace,
 ) -> ContactAnswer {
+    answer(brep, probe, None, options, workspace)
+}
+
+/// The same, for a probe that has moved a little since `last` was its contact.
+///
+/// The last contact is only where the search looks first: a good one saves some of it, a bad one (of another place, or of another
+/// BREP) costs a descent. What is certified is certified for this query, so the bounds hold as those of
+/// [`contact`] do and are as narrow; but where in them the value lies may differ in the last digits, as may the foot within its
+/// bound. On closed forms there is nothing to look for, and the answer is the same.
+pub fn contact_from(
+    brep: &PreparedBrep,
+    probe: &Probe,
+    last: &Contact,
+    options: &Options,
+    workspace: &mut Workspace,
+) -> ContactAnswer {
+    let hint = Hint {
+        face: last.face,
+        uv: last.uv,
+    };
+    answer(brep, probe, Some(hint), options, workspace)
+}
+
+fn answer(
+    brep: &PreparedBrep,
+    probe: &Probe,
+    hint: Option<Hint>,
+    options: &Options,
+    workspace: &mut Workspace,
+) -> ContactAnswer {
     let (objective, radius) = match probe {
         Probe::Sphere(s) => (Objective::SquaredDistance(s.center), s.radius),
         Probe::HalfSpace(h) => (Objective::Height(h.normal, h.offset), 0.0),
@@ -55,16 +85,20 @@ pub fn contact(
         (Contacts::All, Probe::HalfSpace(_)) => Some(options.prediction),
         _ => None,
     };
-    let search = |closed: bool| {
+    let search = |closed: bool, memory: &mut Memory| {
         let goal = Goal {
             width,
             all_below,
+            threshold: None,
             budget: options.node_budget,
             closed,
+            hint,
         };
-        minimize(brep, &objective, goal)
+        minimize(brep, &objective, goal, memory)
     };
-    let mut found = search(true);
+    workspace.work = Work::default();
+    let mut found = search(true, &mut workspace.memory);
+    workspace.work.nodes += found.nodes;
     // The side matters for a sphere about a closed solid only.
     let material = match probe {
         Probe::Sphere(s) if brep.brep().is_closed() => {
@@ -85,7 +119,8 @@ pub fn contact(
     let (mut separation, mut target) = settle(&found);
     if material.is_some() && found.used_closed && separation.bounds.width() > target {
         // A surface that is not quite what its closed form takes it for, or digits lost next to a focal point.
-        found = search(false);
+        found = search(false, &mut workspace.memory);
+        workspace.work.nodes += found.nodes;
         (separation, target) = settle(&found);
     }
     // Contacts may be missing where the search for all of them was cut short.
@@ -99,6 +134,15 @@ pub fn contact(
     } else {
         Some(Undecided::Precision)
     };
+    if options.contacts == Contacts::None {
+        workspace.memory.keep(found);
+        return ContactAnswer {
+            separation,
+            continuum: false,
+            contacts: Vec::new(),
+            undecided,
+        };
+    }
     let slack = CONTINUUM_SLACK * brep.size();
     let slack = match options.accuracy {
         Accuracy::Length(a) => slack.max(a),
@@ -110,6 +154,8 @@ pub fn contact(
     let mut contacts = contacts(
         brep, probe, options, &found, &objective, separation, continuum, material,
     );
+    workspace.work.contacts = contacts.len();
+    workspace.memory.keep(found);
     if material.is_none() {
         // The normal may be the opposite one.
         contacts.iter_mut().for_each(|c| c.normal_bound = None);
@@ -289,7 +335,7 @@ fn contacts(
     material: Option<bool>,
 ) -> Vec<Contact> {
     let mut out: Vec<Contact> = Vec::new();
-    if options.contacts == Contacts::None || separation.bounds.lo > options.prediction {
+    if separation.bounds.lo > options.prediction {
         return out;
     }
     // Where the enclosure holds the prediction, a contact too many is better than one lost.

@@ -36,7 +36,7 @@ pub(super) const PARITY_BUDGET: usize = 20_000;
 pub fn inside(
     brep: &PreparedBrep,
     point: Point3<f64>,
-    _workspace: &mut super::Workspace,
+    workspace: &mut super::Workspace,
 ) -> SideAnswer {
     let answer = |side, undecided| SideAnswer {
         side,
@@ -44,6 +44,9 @@ pub fn inside(
         undecided,
     };
     if !brep.brep().is_closed() {
+        return answer(Some(Side::Outside), None);
+    }
+    if brep.is_beyond(&point) {
         return answer(Some(Side::Outside), None);
     }
     if on_level_face(brep, point) {
@@ -54,6 +57,7 @@ pub fn inside(
         let Ok(probe) = LineProbe::new(point, Vector3::from(d), LineKind::Ray) else {
             return answer(None, Some(Undecided::Degenerate));
         };
+        workspace.work.rays += 1;
         let stab = Stabber::new(&probe);
         let mut budget = PARITY_BUDGET;
         if meets_vertex(brep, &stab) || near_edges(brep, &stab, &mut budget) {

@@ -1,9 +1,10 @@
 //! All hits of a line with a BREP; how they are found and proven is in the module `zeros`.
 
-use super::answer::{Feature, Hit, LineAnswer, LineProbe, Options, Separation, Undecided};
+use super::answer::{AnyHit, Feature, Hit, LineAnswer, LineProbe, Options, Separation, Undecided};
 use super::forms::Stabber;
 use super::inside::{PARITY_BUDGET, near_edges};
-use super::zeros::{Digits, HitAt, RawHit, face_hits};
+use super::zeros::{Digits, HitAt, RawHit, face_hits, one_hit};
+use super::{Work, Workspace};
 use crate::numeric::{Ball, Dd, Enclosure};
 use crate::prepare::PreparedBrep;
 use nalgebra::{Point2, Vector3};
@@ -24,10 +25,11 @@ pub fn line(
     brep: &PreparedBrep,
     probe: &LineProbe,
     options: &Options,
-    _workspace: &mut super::Workspace,
+    workspace: &mut Workspace,
 ) -> LineAnswer {
     let stab = Stabber::new(probe);
-    let mut budget = options.node_budget / NODE_COST;
+    let nodes = options.node_budget / NODE_COST;
+    let mut budget = nodes;
     let (raw, mut undecided) = all_hits(brep, &stab, Digits::All, &mut budget);
     // A closed range of t: a hit whose enclosure holds an end of it is not settled.
     let at_end = |h: &RawHit| {
@@ -54,12 +56,60 @@ pub fn line(
         .filter(|h| h.inside)
         .filter_map(|h| dress(brep, &stab, h))
         .collect();
+    workspace.work = Work {
+        nodes: nodes - budget + PARITY_BUDGET - near,
+        contacts: hits.len(),
+        rays: 0,
+    };
     LineAnswer {
         hits,
         crossings: raw.len(),
         in_crack: false,
         undecided,
     }
+}
+
+/// Whether the line meets any trimmed face, and a hit if it does.
+///
+/// Stops at the first hit that is certain; without one, either no face is met (proven), or it is `Undecided`. It counts no
+/// crossings, so it does not look at edges. Of the options only the node budget counts.
+pub fn any_hit(
+    brep: &PreparedBrep,
+    probe: &LineProbe,
+    options: &Options,
+    workspace: &mut Workspace,
+) -> AnyHit {
+    let stab = Stabber::new(probe);
+    let nodes = options.node_budget / NODE_COST;
+    let mut budget = nodes;
+    let mut undecided = None;
+    let mut hit = None;
+    for face in 0..brep.brep().faces().len() {
+        if brep.face_box(face).is_some_and(|b| !stab.meets(b)) {
+            continue;
+        }
+        let Some(found) = one_hit(brep, &stab, face, &mut budget) else {
+            undecided = Some(Undecided::Degenerate);
+            continue;
+        };
+        let certain = found.hits.iter().find(|h| h.is_certain(&stab));
+        hit = certain.and_then(|h| dress(brep, &stab, h));
+        if hit.is_some() {
+            undecided = None;
+            break;
+        }
+        if !found.open.is_empty() && budget == 0 {
+            undecided = Some(Undecided::Budget);
+        } else if !(found.open.is_empty() && found.hits.is_empty()) {
+            undecided = Some(Undecided::Degenerate);
+        }
+    }
+    workspace.work = Work {
+        nodes: nodes - budget,
+        contacts: usize::from(hit.is_some()),
+        rays: 0,
+    };
+    AnyHit { hit, undecided }
 }
 
 /// The hits with all faces in order of t, those on a shared border of two patches of a face once.

@@ -1,6 +1,7 @@
 //! Queries and their answers.
 
 mod answer;
+pub mod batch;
 mod closed;
 mod contact;
 mod forms;
@@ -10,18 +11,21 @@ mod line;
 mod local;
 mod node;
 mod objective;
+mod overlap;
 mod search;
 mod upper;
 mod zeros;
 
 pub use answer::{
-    Accuracy, Contact, ContactAnswer, Contacts, Feature, HalfSpace, Hit, LineAnswer, LineKind,
-    LineProbe, Options, Probe, ProbeError, Separation, SideAnswer, Sphere, Undecided,
+    Accuracy, AnyHit, Contact, ContactAnswer, Contacts, Feature, HalfSpace, Hit, LineAnswer,
+    LineKind, LineProbe, Options, OverlapAnswer, Probe, ProbeError, Separation, SideAnswer, Sphere,
+    Undecided,
 };
 
-pub use contact::contact;
+pub use contact::{contact, contact_from};
 pub use inside::inside;
-pub use line::line;
+pub use line::{any_hit, line};
+pub use overlap::overlap;
 
 use crate::nurbs::SurfacePoint;
 use crate::prepare::PreparedBrep;
@@ -30,7 +34,28 @@ use nalgebra::Point2;
 
 /// Memory that queries reuse; owned by the caller, one a thread.
 #[derive(Debug, Default)]
-pub struct Workspace {}
+pub struct Workspace {
+    pub(crate) work: Work,
+    pub(crate) memory: search::Memory,
+}
+
+impl Workspace {
+    /// What the last query of a sphere, half-space or line cost, in counts that are the same on any machine.
+    pub fn work(&self) -> Work {
+        self.work
+    }
+}
+
+/// What a query cost, counted. The counts are no promise: they change as the kernel gets better.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Work {
+    /// Boxes, faces and formulas that were looked at for a minimum, or boxes for hits.
+    pub nodes: usize,
+    /// Contacts or hits made, with foot and normal.
+    pub contacts: usize,
+    /// Rays cast to tell whether a point is in material.
+    pub rays: usize,
+}
 
 /// The side of a point of a face's parameter space; `None` if there is no such face. Exact: see
 /// [`trim`](crate::trim).

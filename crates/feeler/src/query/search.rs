@@ -186,18 +186,51 @@ pub(crate) struct Goal {
     pub(crate) width: Width,
     /// Find all minima with `f` up to this, not only the global one.
     pub(crate) all_below: Option<f64>,
+    /// Only whether the least `f` is below this is asked.
+    pub(crate) threshold: Option<Dd>,
     /// How many nodes may be visited.
     pub(crate) budget: usize,
     /// Whether closed forms may be used.
     pub(crate) closed: bool,
+    /// Where the minimum may be near.
+    pub(crate) hint: Option<Hint>,
 }
 
+/// A place to start from: a seed, of which nothing is believed.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Hint {
+    pub(crate) face: usize,
+    pub(crate) uv: Point2<f64>,
+}
+
+/// A node that f64 cannot settle: where it is, and its bound.
+type Noisy = (Source, [f64; 2], [f64; 2], Dd);
+
+/// Lists that one search leaves to the next, emptied.
+#[derive(Debug, Default)]
+pub(crate) struct Memory {
+    tasks: Vec<Task<f64>>,
+    fine_tasks: Vec<Task<Dd>>,
+    settled: Vec<Settled>,
+    noisy: Vec<Noisy>,
+}
+
+impl Memory {
+    /// Takes back what an outcome was kept in.
+    pub(crate) fn keep(&mut self, outcome: Outcome) {
+        self.settled = outcome.settled;
+        self.settled.clear();
+    }
+}
+
+#[derive(Debug)]
 pub(super) struct Task<T> {
     lo: Dd,
     order: usize,
     kind: Kind<T>,
 }
 
+#[derive(Debug)]
 enum Kind<T> {
     Face(usize),
     Closed(usize),
@@ -237,7 +270,8 @@ pub(super) struct Search<'a> {
     pub(super) goal: Goal,
     pub(super) out: Outcome,
     /// Nodes that f64 cannot settle.
-    noisy: Vec<(Source, [f64; 2], [f64; 2], Dd)>,
+    noisy: Vec<Noisy>,
+    memory: &'a mut Memory,
     order: usize,
 }
 
@@ -249,7 +283,12 @@ pub(super) const QUARTER: f64 = 0.25;
 const UP: f64 = 1.0 + 32.0 * f64::EPSILON;
 
 /// Runs the search.
-pub(crate) fn minimize(brep: &PreparedBrep, objective: &Objective, goal: Goal) -> Outcome {
+pub(crate) fn minimize(
+    brep: &PreparedBrep,
+    objective: &Objective,
+    goal: Goal,
+    memory: &mut Memory,
+) -> Outcome {
     let mut search = Search {
         brep,
         objective,
@@ -259,13 +298,14 @@ pub(crate) fn minimize(brep: &PreparedBrep, objective: &Objective, goal: Goal) -
             lo: Dd::from(f64::INFINITY),
             hi: Dd::from(f64::INFINITY),
             foot: None,
-            settled: Vec::new(),
+            settled: std::mem::take(&mut memory.settled),
             nodes: 0,
             budget_spent: false,
             left_open: false,
             used_closed: false,
         },
-        noisy: Vec::new(),
+        noisy: std::mem::take(&mut memory.noisy),
+        memory,
         order: 0,
     };
     if brep.shortcuts().double_first {
@@ -273,14 +313,16 @@ pub(crate) fn minimize(brep: &PreparedBrep, objective: &Objective, goal: Goal) -
     } else {
         search.run_all::<Dd>();
     }
-    let noisy = std::mem::take(&mut search.noisy);
+    let mut noisy = std::mem::take(&mut search.noisy);
     if !noisy.is_empty() && !search.out.budget_spent {
-        search.refine(noisy);
+        search.refine(&noisy);
     } else {
-        for (.., lo) in noisy {
-            search.lower(lo);
+        for (.., lo) in &noisy {
+            search.lower(*lo);
         }
     }
+    noisy.clear();
+    search.memory.noisy = noisy;
     let mut out = search.out;
     if out.hi < out.lo {
         out.lo = out.hi;
@@ -345,6 +387,14 @@ impl Search<'_> {
     /// Nodes with a bound from here on need no more work: the enclosure is narrow
     /// enough, given the upper bound so far.
     pub(super) fn enough(&self) -> Dd {
+        if let Some(t) = self.goal.threshold {
+            // Below: nothing that is left changes that. Else what is not below matters no more.
+            if self.out.hi < t {
+                return Dd::from(f64::NEG_INFINITY);
+            }
+            let near = self.near(self.out.hi, QUARTER);
+            return if t < near { t } else { near };
+        }
         let near = self.near(self.out.hi, QUARTER);
         match self.goal.all_below {
             Some(all) if Dd::from(all) > near => Dd::from(all),
@@ -373,13 +423,18 @@ impl Search<'_> {
 
     /// Runs over all faces.
     fn run_all<T: Real + Arithmetic>(&mut self) {
-        let mut heap = BinaryHeap::new();
+        if let Some(hint) = self.goal.hint {
+            self.try_hint(hint);
+        }
+        let mut heap = BinaryHeap::from(std::mem::take(T::tasks(self.memory)));
         for face in 0..self.brep.brep().faces().len() {
             let b = self.brep.face_box(face);
             let lo = b.map_or(self.nothing(), |b| self.box_bound(b));
             self.push(&mut heap, lo, Kind::<T>::Face(face));
         }
         self.run(&mut heap);
+        heap.clear();
+        *T::tasks(self.memory) = heap.into_vec();
     }
 
     fn run<T: Real + Arithmetic>(&mut self, heap: &mut BinaryHeap<Task<T>>) {
@@ -679,10 +734,10 @@ impl Search<'_> {
     }
 
     /// Searches the nodes that f64 left open again in double-double.
-    fn refine(&mut self, noisy: Vec<(Source, [f64; 2], [f64; 2], Dd)>) {
+    fn refine(&mut self, noisy: &[Noisy]) {
         self.sharpen();
-        let mut heap = BinaryHeap::new();
-        for (source, u, v, lo) in noisy {
+        let mut heap = BinaryHeap::from(std::mem::take(&mut self.memory.fine_tasks));
+        for &(source, u, v, lo) in noisy {
             if self.hopeless(lo) {
                 continue;
             }
@@ -708,6 +763,8 @@ impl Search<'_> {
             }
         }
         self.run(&mut heap);
+        heap.clear();
+        self.memory.fine_tasks = heap.into_vec();
         for (.., lo) in std::mem::take(&mut self.noisy) {
             self.lower(lo);
         }
@@ -764,16 +821,26 @@ fn split_along_u<T>(node: &Node<T>, shape: &Shape) -> bool {
 
 /// Which arithmetic's geometry a node type works on.
 pub(crate) trait Arithmetic: Sized {
+    /// The list that a search in this arithmetic keeps its heap in.
+    fn tasks(memory: &mut Memory) -> &mut Vec<Task<Self>>;
     fn geometry(brep: &PreparedBrep, face: usize) -> &FaceGeometry<Self>;
 }
 
 impl Arithmetic for f64 {
+    fn tasks(memory: &mut Memory) -> &mut Vec<Task<Self>> {
+        &mut memory.tasks
+    }
+
     fn geometry(brep: &PreparedBrep, face: usize) -> &FaceGeometry<Self> {
         brep.double(face)
     }
 }
 
 impl Arithmetic for Dd {
+    fn tasks(memory: &mut Memory) -> &mut Vec<Task<Self>> {
+        &mut memory.fine_tasks
+    }
+
     fn geometry(brep: &PreparedBrep, face: usize) -> &FaceGeometry<Self> {
         brep.double_double(face)
     }

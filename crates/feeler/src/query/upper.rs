@@ -1,9 +1,9 @@
 //! Upper bounds: points of the BREP where the objective is evaluated, and the descent that finds them.
 
 use super::objective::Objective;
-use super::search::{Foot, Locus, Search, Source};
+use super::search::{Foot, Hint, Locus, Search, Source};
 use crate::numeric::{Ball, Dd};
-use crate::prepare::{Seed, jet};
+use crate::prepare::{Patch, Seed, jet};
 use crate::trim::{BoxSide, Side};
 use nalgebra::Point2;
 
@@ -35,6 +35,34 @@ impl Search<'_> {
         // Half of it for a quadratic function; the whole, to be generous.
         let gain = g.slope[0] * step[0] + g.slope[1] * step[1];
         g.value + gain < hi
+    }
+
+    /// Descends from where an earlier query ended. What is no place of this BREP is passed over; a closed form needs no start.
+    pub(super) fn try_hint(&mut self, hint: Hint) {
+        let face = hint.face;
+        if face >= self.brep.brep().faces().len() || self.closed(face).is_some() {
+            return;
+        }
+        let uv = [hint.uv.x, hint.uv.y];
+        let patches = &self.brep.double(face).patches;
+        let holds = |p: &Patch<f64>| {
+            let within = |k: usize| p.maps[k].start <= uv[k] && uv[k] <= p.maps[k].end;
+            within(0) && within(1)
+        };
+        let Some(index) = patches.iter().position(holds) else {
+            return;
+        };
+        let local = [0, 1].map(|k| {
+            let map = &patches[index].maps[k];
+            ((uv[k] - map.start) / (map.end - map.start)).clamp(0.0, 1.0)
+        });
+        let source = Source::Patch { face, index };
+        let p = self.descend(source, local, [[0.0, 1.0]; 2]);
+        self.try_rough_point(source, p);
+        if self.out.foot.is_none() {
+            // The way down left the region: the place itself was on its border.
+            self.try_rough_point(source, local);
+        }
     }
 
     /// Descends from the best of a face's seeds.

@@ -66,6 +66,22 @@ pub(super) struct FaceHits {
     pub(super) hits: Vec<RawHit>,
     /// Local boxes that may hold hits that could not be settled: patch, u, v.
     pub(super) open: Vec<(usize, [f64; 2], [f64; 2])>,
+    /// Whether one certain hit is enough: see [`FaceHits::is_done`].
+    one: bool,
+}
+
+impl FaceHits {
+    /// Whether what was asked is found: the rest may be left unsearched.
+    fn is_done(&self, stab: &Stabber) -> bool {
+        self.one && self.hits.iter().any(|h| h.is_certain(stab))
+    }
+}
+
+impl RawHit {
+    /// Whether the line surely meets the face there, within its range.
+    pub(super) fn is_certain(&self, stab: &Stabber) -> bool {
+        self.inside && stab.range[0] <= self.t.lower() && self.t.upper() <= stab.range[1]
+    }
 }
 
 /// How narrow the enclosures of hits are. Which hits there are is proven with either.
@@ -85,9 +101,31 @@ pub(super) fn face_hits(
     digits: Digits,
     budget: &mut usize,
 ) -> Option<FaceHits> {
+    find_hits(brep, stab, face, digits, budget, false)
+}
+
+/// The same, but once one is certain the others may be missing.
+pub(super) fn one_hit(
+    brep: &PreparedBrep,
+    stab: &Stabber,
+    face: usize,
+    budget: &mut usize,
+) -> Option<FaceHits> {
+    find_hits(brep, stab, face, Digits::All, budget, true)
+}
+
+fn find_hits(
+    brep: &PreparedBrep,
+    stab: &Stabber,
+    face: usize,
+    digits: Digits,
+    budget: &mut usize,
+    one: bool,
+) -> Option<FaceHits> {
     let mut out = FaceHits {
         hits: Vec::new(),
         open: Vec::new(),
+        one,
     };
     if let Some(found) = closed_hits(brep, stab, face) {
         out.hits = found;
@@ -109,6 +147,9 @@ pub(super) fn face_hits(
             digits,
         };
         patch_hits(brep, stab, &at, vec![root.clone()], budget, &mut out);
+        if out.is_done(stab) {
+            return Some(out);
+        }
     }
     // What f64 cannot settle (a line nearly tangent to the face) is tried again in double-double; not where so
     // much is open that a whole curve of the face must be on the line (a pole's row, a ruling).
@@ -293,6 +334,9 @@ fn patch_hits<T: Real>(
                     });
                     if !known && !listed {
                         accept(stab, hit, local, rho, classify, inside, out);
+                        if out.is_done(stab) {
+                            return;
+                        }
                     }
                 }
                 solved.push(zone);

@@ -26,6 +26,7 @@ mod decide;
 mod derivative;
 mod piece;
 mod region;
+mod shape;
 mod source;
 mod spline;
 mod split;
@@ -33,6 +34,7 @@ mod turns;
 
 pub use derivative::{AxisRoots, PieceRoots, derivative_roots};
 pub use region::{BoundaryPiece, BoxSide, PieceOrigin, RegionSide, TrimRegion};
+pub use shape::RegionShape;
 pub use turns::{AxisSplit, Stationary, trim_split};
 
 /// Where a point of uv lies relative to the trimmed region of a face.

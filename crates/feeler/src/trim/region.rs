@@ -4,6 +4,7 @@ use super::Side;
 use super::cells::{Cells, Local};
 use super::decide::{Crossing, Part};
 use super::piece::Piece;
+use super::shape;
 use super::source::{End, Source, segment, trim_runs};
 use super::split::{Trend, split};
 use crate::brep::Brep;
@@ -78,12 +79,14 @@ pub struct BoundaryPiece {
 #[derive(Debug)]
 pub struct TrimRegion {
     domain: [Interval; 2],
-    untrimmed: bool,
+    pub(super) untrimmed: bool,
     pieces: Vec<Piece>,
     boundary: Vec<BoundaryPiece>,
     parts: Vec<Part>,
     /// Whether no two ends had to be joined.
-    gapless: bool,
+    pub(super) gapless: bool,
+    /// What the only loop runs around, where that is a rectangle.
+    pub(super) rectangle: Option<[[f64; 2]; 2]>,
     /// Whether these are a grid.
     grid: bool,
     cells: OnceLock<Cells>,
@@ -188,6 +191,7 @@ impl TrimRegion {
         if region.boundary.iter().any(|p| !p.inside_domain) {
             region.add_domain_border();
         }
+        region.rectangle = grid.then(|| region.find_rectangle()).flatten();
         region
     }
 
@@ -199,6 +203,7 @@ impl TrimRegion {
             boundary: Vec::new(),
             parts: Vec::new(),
             gapless: true,
+            rectangle: None,
             grid: true,
             cells: OnceLock::new(),
         }
@@ -224,6 +229,11 @@ impl TrimRegion {
             let ends = [corners[i], corners[(i + 1) % 4]];
             push_piece(self, PieceOrigin::Domain, Source::Segment(ends), [0.0, 1.0]);
         }
+    }
+
+    /// What `pieces` are made of.
+    pub(super) fn trim_pieces(&self) -> &[Piece] {
+        &self.pieces
     }
 
     /// The surface's domain.
@@ -302,6 +312,9 @@ impl TrimRegion {
     }
 
     fn parity(&self, q: [f64; 2]) -> Crossing {
+        if let Some(r) = &self.rectangle {
+            return shape::crossing(r, q);
+        }
         let cells = self.cells();
         if cells.beyond(q) {
             return Crossing::Even;
@@ -334,10 +347,12 @@ impl TrimRegion {
     }
 
     fn in_gap(&self, q: [f64; 2]) -> bool {
+        if self.gapless {
+            return false;
+        }
         // A gap's box is that of the segment that joins its ends.
         let cells = self.cells();
-        !self.gapless
-            && !cells.beyond(q)
+        !cells.beyond(q)
             && cells.near(q).iter().any(|k| {
                 let part = &self.parts[*k as usize];
                 part.join
@@ -359,6 +374,9 @@ impl TrimRegion {
         }
         if self.untrimmed {
             return BoxSide::Inside;
+        }
+        if let Some(r) = &self.rectangle {
+            return shape::box_side(r, &self.domain, [u, v]);
         }
         let mut along_border = false;
         for k in self.cells().meeting([u, v]).flatten() {

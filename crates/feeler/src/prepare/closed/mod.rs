@@ -61,16 +61,7 @@ impl ClosedFace {
         recognise: bool,
     ) -> Option<Self> {
         let whole_domain = brep.faces()[face].loops.is_none();
-        let surface = match brep.surface(face) {
-            Surface::Plane(s) => ClosedSurface::Plane(Box::new(PlaneForm::new(s)?)),
-            Surface::Revolution(s) => {
-                ClosedSurface::Revolution(Box::new(RevolutionForm::new(s, size)?))
-            }
-            Surface::Nurbs(s) if recognise => {
-                ClosedSurface::Plane(Box::new(PlaneForm::recognised(s)?))
-            }
-            Surface::Sum(_) | Surface::Nurbs(_) => return None,
-        };
+        let surface = ClosedSurface::new(brep.surface(face), size, recognise)?;
         let mut out = Self {
             surface,
             curves: Vec::new(),
@@ -234,6 +225,24 @@ fn segment(c: &UvCurve<Dd>) -> Option<[[Ball<Dd>; 2]; 2]> {
 }
 
 impl ClosedSurface {
+    /// The closed form of a surface; `None` where it has none.
+    pub(super) fn new(surface: &Surface, size: f64, recognise: bool) -> Option<Self> {
+        Some(match surface {
+            Surface::Plane(s) => Self::Plane(Box::new(PlaneForm::new(s)?)),
+            Surface::Revolution(s) => Self::Revolution(Box::new(RevolutionForm::new(s, size)?)),
+            Surface::Nurbs(s) if recognise => Self::Plane(Box::new(PlaneForm::recognised(s)?)),
+            Surface::Sum(_) | Surface::Nurbs(_) => return None,
+        })
+    }
+
+    /// What it is called; of what lies near two kinds, one.
+    pub(super) fn name(&self) -> &'static str {
+        match self {
+            Self::Plane(_) => "plane",
+            Self::Revolution(r) => r.name(),
+        }
+    }
+
     /// The image of a straight segment in uv, where it is a segment or an arc.
     fn image(&self, ends: [[Ball<Dd>; 2]; 2], trim: Option<usize>) -> Option<ClosedCurve> {
         match self {

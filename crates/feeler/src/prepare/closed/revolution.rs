@@ -174,6 +174,31 @@ impl RevolutionForm {
         })
     }
 
+    /// What it is called, by coordinates rounded to f64: nothing rests on it.
+    pub(super) fn name(&self) -> &'static str {
+        /// Of the profile's size: what is nearer counts as equal.
+        const SAME: f64 = 1.0 / (1u64 << 40) as f64;
+        match &self.profile {
+            Profile::Line([p, q]) => {
+                let [a, _, h] = [0, 1, 2].map(|c| (q[c].mid.hi - p[c].mid.hi).abs());
+                if a <= SAME * h {
+                    "cylinder"
+                } else if h <= SAME * a {
+                    "disc"
+                } else {
+                    "cone"
+                }
+            }
+            Profile::Arc { center, radius, .. } => {
+                if center[0].mid.hi.abs() <= SAME * radius {
+                    "sphere"
+                } else {
+                    "torus"
+                }
+            }
+        }
+    }
+
     /// Native angular parameter from an angle.
     fn angular(&self) -> Linear {
         Linear {

@@ -3,6 +3,7 @@
 mod against_reference;
 mod properties;
 mod reference;
+mod shape;
 mod shapes;
 mod sides;
 mod turns;

@@ -1,0 +1,160 @@
+//! Queries whose instructions `cargo xtask instructions` counts under valgrind.
+//!
+//! `counted NAME` makes the scene, asks every query once so that all that is made on demand is there, and asks them again
+//! within [`counted_queries`]: what is executed in there is counted, and nothing else. Without a name it lists them.
+
+#[path = "../tests/scenes/mod.rs"]
+mod scenes;
+
+use feeler::brep::Brep;
+use feeler::prepare::PreparedBrep;
+use feeler::query::{
+    Accuracy, Contact, HalfSpace, LineKind, LineProbe, Options, Probe, Sphere, Workspace, contact,
+    contact_from, line, overlap,
+};
+use nalgebra::{Point3, Vector3};
+use scenes::{Random, bicubic, cube, native_sphere, nurbs_sphere};
+use std::hint::black_box;
+
+/// One query, as a closure that keeps what it needs.
+type Query = Box<dyn FnMut()>;
+
+const NAMES: [&str; 11] = [
+    "ball_joint_native_full",
+    "ball_joint_nurbs_1e-12",
+    "bicubic_full",
+    "bicubic_overlap",
+    "bicubic_path",
+    "bicubic_path_warm",
+    "bicubic_half_space",
+    "bicubic_line",
+    "bicubic_prepare",
+    "cube_contact",
+    "sphere_line",
+];
+
+/// How many places each query is asked at.
+const PLACES: usize = 20;
+
+fn main() {
+    let name = std::env::args().nth(1);
+    let Some(mut query) = name.as_deref().and_then(query) else {
+        NAMES.iter().for_each(|n| println!("{n}"));
+        return;
+    };
+    query();
+    counted_queries(&mut query);
+}
+
+/// What valgrind counts: it finds this by its name.
+#[inline(never)]
+fn counted_queries(query: &mut Query) {
+    query();
+}
+
+fn query(name: &str) -> Option<Query> {
+    let mut random = Random::new(11);
+    let off_centre: Vec<Point3<f64>> = (0..PLACES)
+        .map(|_| Point3::from(random.direction() * random.between(1e-3, 1.25)))
+        .collect();
+    let over: Vec<Point3<f64>> = (0..PLACES)
+        .map(|_| {
+            let [x, y] = [0, 1].map(|_| random.between(0.1, 0.9));
+            Point3::new(x, y, random.between(-0.3, 0.3))
+        })
+        .collect();
+    let directions: Vec<Vector3<f64>> = (0..PLACES).map(|_| random.direction()).collect();
+    let coarse = Accuracy::Length(5e-12);
+    Some(match name {
+        "ball_joint_native_full" => balls(native_sphere(), 2.49, Accuracy::Full, off_centre),
+        "ball_joint_nurbs_1e-12" => balls(nurbs_sphere(), 2.49, coarse, off_centre),
+        "bicubic_full" => balls(bicubic(), 0.01, Accuracy::Full, over),
+        "cube_contact" => balls(cube(), 0.01, Accuracy::Full, over),
+        "bicubic_overlap" => {
+            let brep = PreparedBrep::new(bicubic());
+            let mut workspace = Workspace::default();
+            Box::new(move || {
+                for at in &over {
+                    let probe = ball(*at, 0.1);
+                    black_box(overlap(&brep, &probe, &Options::default(), &mut workspace));
+                }
+            })
+        }
+        "bicubic_half_space" => {
+            let brep = PreparedBrep::new(bicubic());
+            let mut workspace = Workspace::default();
+            Box::new(move || {
+                for n in &directions {
+                    let probe = HalfSpace::new(*n, -1.0).expect("a half-space");
+                    let probe = Probe::HalfSpace(probe);
+                    black_box(contact(&brep, &probe, &wide(), &mut workspace));
+                }
+            })
+        }
+        "bicubic_path" => path(over[0], directions[0], false),
+        "bicubic_path_warm" => path(over[0], directions[0], true),
+        "bicubic_line" => lines(bicubic(), over, directions),
+        "sphere_line" => lines(nurbs_sphere(), over, directions),
+        "bicubic_prepare" => {
+            let brep = bicubic();
+            Box::new(move || {
+                let brep = PreparedBrep::new(brep.clone());
+                let mut workspace = Workspace::default();
+                black_box(contact(&brep, &ball(over[0], 0.1), &wide(), &mut workspace));
+            })
+        }
+        _ => return None,
+    })
+}
+
+fn wide() -> Options {
+    Options {
+        prediction: f64::INFINITY,
+        ..Options::default()
+    }
+}
+
+fn ball(center: Point3<f64>, radius: f64) -> Probe {
+    Probe::Sphere(Sphere::new(center, radius).expect("a ball"))
+}
+
+fn balls(brep: Brep, radius: f64, accuracy: Accuracy, centers: Vec<Point3<f64>>) -> Query {
+    let brep = PreparedBrep::new(brep);
+    let mut workspace = Workspace::default();
+    let options = Options { accuracy, ..wide() };
+    Box::new(move || {
+        for c in &centers {
+            black_box(contact(&brep, &ball(*c, radius), &options, &mut workspace));
+        }
+    })
+}
+
+/// Small steps over the wave, each from the last contact if `warm`.
+fn path(from: Point3<f64>, direction: Vector3<f64>, warm: bool) -> Query {
+    const STEP: f64 = 1e-3;
+    let brep = PreparedBrep::new(bicubic());
+    let mut workspace = Workspace::default();
+    Box::new(move || {
+        let mut last: Option<Contact> = None;
+        for k in 0..PLACES {
+            let probe = ball(from + direction * (STEP * k as f64), 0.01);
+            let answer = match last {
+                Some(c) if warm => contact_from(&brep, &probe, &c, &wide(), &mut workspace),
+                _ => contact(&brep, &probe, &wide(), &mut workspace),
+            };
+            last = answer.contacts.first().copied();
+            black_box(&answer);
+        }
+    })
+}
+
+fn lines(brep: Brep, origins: Vec<Point3<f64>>, directions: Vec<Vector3<f64>>) -> Query {
+    let brep = PreparedBrep::new(brep);
+    let mut workspace = Workspace::default();
+    Box::new(move || {
+        for (o, d) in origins.iter().zip(&directions) {
+            let probe = LineProbe::new(*o, *d, LineKind::Line).expect("a line");
+            black_box(line(&brep, &probe, &Options::default(), &mut workspace));
+        }
+    })
+}

@@ -1,0 +1,99 @@
+//! What a query allocates when its workspace and its BREP have been used before. A test of its own: the counting allocator
+//! counts for all threads.
+
+#[path = "scenes/mod.rs"]
+mod scenes;
+
+use feeler::brep::Brep;
+use feeler::prepare::PreparedBrep;
+use feeler::query::{Accuracy, Contacts, Options, Probe, Sphere, Workspace, contact, overlap};
+use nalgebra::{Point3, Vector3};
+use scenes::{Random, bicubic, cube, native_sphere, nurbs_sphere};
+use stats_alloc::{INSTRUMENTED_SYSTEM, Region, StatsAlloc};
+use std::alloc::System;
+
+#[global_allocator]
+static COUNTING: &StatsAlloc<System> = &INSTRUMENTED_SYSTEM;
+
+/// Allocations of one piece of work, growing lists included.
+fn count(work: impl FnOnce()) -> usize {
+    let region = Region::new(COUNTING);
+    work();
+    let change = region.change();
+    change.allocations + change.reallocations
+}
+
+/// The most that any query allocates in a second round over the same places, and the most a node.
+fn second_round(brep: Brep, radius: f64, options: &Options, sign_only: bool) -> (usize, f64) {
+    let brep = PreparedBrep::new(brep);
+    let mut random = Random::new(41);
+    let mut workspace = Workspace::default();
+    let mut ask = |at: &Point3<f64>| {
+        let probe = Probe::Sphere(Sphere::new(*at, radius).unwrap());
+        if sign_only {
+            std::hint::black_box(overlap(&brep, &probe, options, &mut workspace));
+        } else {
+            std::hint::black_box(contact(&brep, &probe, options, &mut workspace));
+        }
+        workspace.work().nodes
+    };
+    let places: Vec<Point3<f64>> = (0..100)
+        .map(|_| Point3::from(Vector3::from_fn(|_, _| random.between(0.1, 0.9))))
+        .collect();
+    for p in &places {
+        ask(p);
+    }
+    let (mut most, mut a_node) = (0, 0.0f64);
+    for p in &places {
+        let mut nodes = 0;
+        let n = count(|| nodes = ask(p));
+        most = most.max(n);
+        a_node = a_node.max(n as f64 / nodes.max(1) as f64);
+    }
+    (most, a_node)
+}
+
+#[test]
+fn a_query_that_was_asked_before_allocates_little() {
+    let full = Options {
+        prediction: f64::INFINITY,
+        ..Options::default()
+    };
+    let none = Options {
+        contacts: Contacts::None,
+        ..full
+    };
+    let coarse = Options {
+        accuracy: Accuracy::Length(1e-12),
+        ..none
+    };
+    // Formulas: the answer's list, and a list of boxes a face. What is searched: the coefficients of each box, still.
+    const FORMULA: usize = 8;
+    const NODE: usize = 6;
+    let formulas: [(&str, Brep, f64, &Options, bool); 4] = [
+        ("native sphere", native_sphere(), 2.0, &full, false),
+        (
+            "native sphere, no contacts",
+            native_sphere(),
+            2.0,
+            &none,
+            false,
+        ),
+        ("native sphere, overlap", native_sphere(), 2.0, &none, true),
+        ("cube", cube(), 0.1, &full, false),
+    ];
+    for (name, brep, radius, options, sign_only) in formulas {
+        let (most, _) = second_round(brep, radius, options, sign_only);
+        assert!(most <= FORMULA, "{name}: {most}");
+    }
+    let searched: [(&str, Brep, f64, &Options, bool); 4] = [
+        ("bicubic", bicubic(), 0.1, &full, false),
+        ("bicubic, coarse", bicubic(), 0.1, &coarse, false),
+        ("bicubic, overlap", bicubic(), 0.1, &none, true),
+        ("nurbs sphere", nurbs_sphere(), 2.0, &full, false),
+    ];
+    for (name, brep, radius, options, sign_only) in searched {
+        let (_, a_node) = second_round(brep, radius, options, sign_only);
+        assert!(a_node <= NODE as f64, "{name}: {a_node}");
+    }
+}

@@ -1,0 +1,215 @@
+//! A question that asks less is answered with less work, and the same.
+
+#[path = "scenes/mod.rs"]
+mod scenes;
+
+use feeler::prepare::PreparedBrep;
+use feeler::query::{
+    Contacts, HalfSpace, LineKind, LineProbe, Options, Probe, Sphere, Undecided, Work, Workspace,
+    any_hit, contact, line, overlap,
+};
+use nalgebra::{Point3, Vector3};
+use scenes::{Random, bicubic, cube, nurbs_sphere};
+
+const WIDE: Options = Options {
+    prediction: f64::INFINITY,
+    accuracy: feeler::query::Accuracy::Full,
+    contacts: Contacts::Deepest,
+    node_budget: 200_000,
+};
+
+fn ball(center: Point3<f64>, radius: f64) -> Probe {
+    Probe::Sphere(Sphere::new(center, radius).unwrap())
+}
+
+/// The sign that `overlap` finds, and what it and `contact` cost.
+fn both(brep: &PreparedBrep, probe: &Probe) -> (Option<bool>, Work, Work) {
+    let mut workspace = Workspace::default();
+    let full = contact(brep, probe, &WIDE, &mut workspace);
+    let dear = workspace.work();
+    let sign = overlap(brep, probe, &WIDE, &mut workspace);
+    let cheap = workspace.work();
+    assert_eq!(sign.overlap.is_none(), sign.undecided.is_some());
+    let bounds = full.separation.bounds;
+    match sign.overlap {
+        Some(true) => assert!(bounds.lo < 0.0, "{probe:?} {full:?}"),
+        Some(false) => assert!(bounds.hi >= 0.0, "{probe:?} {full:?}"),
+        // What the whole separation settles, its sign must settle too.
+        None => assert!(bounds.lo < 0.0 && bounds.hi >= 0.0, "{probe:?} {full:?}"),
+    }
+    assert_eq!(cheap.contacts, 0);
+    (sign.overlap, cheap, dear)
+}
+
+#[test]
+fn overlap_of_balls_with_a_cube_is_what_geometry_says() {
+    let cube = PreparedBrep::new(cube());
+    let mut random = Random::new(3);
+    for _ in 0..300 {
+        let c = Point3::from(Vector3::from_fn(|_, _| random.between(-1.0, 2.0)));
+        let radius = random.between(0.0, 0.8);
+        let out = Vector3::from_fn(|k, _| (-c[k]).max(c[k] - 1.0).max(0.0)).norm();
+        let inside = out == 0.0;
+        if (out - radius).abs() < 1e-9 {
+            continue;
+        }
+        let (sign, ..) = both(&cube, &ball(c, radius));
+        assert_eq!(sign, Some(inside || out < radius), "{c} {radius}");
+    }
+    // A ball deep inside, far from every face; one that is only a point; one beyond everything.
+    assert_eq!(both(&cube, &ball([0.5; 3].into(), 0.01)).0, Some(true));
+    assert_eq!(both(&cube, &ball([0.5; 3].into(), 0.0)).0, Some(true));
+    assert_eq!(both(&cube, &ball([7.0; 3].into(), 0.0)).0, Some(false));
+    // Touching exactly: the separation is 0, which is no overlap, where it can be proven.
+    let touching = overlap(
+        &cube,
+        &ball([1.5, 0.5, 0.5].into(), 0.5),
+        &WIDE,
+        &mut Workspace::default(),
+    );
+    assert_ne!(touching.overlap, Some(true));
+    // A radius whose square underflows.
+    let tiny = ball([0.5; 3].into(), 1e-200);
+    assert_eq!(both(&cube, &tiny).0, Some(true));
+    let tiny = ball([1.5, 0.5, 0.5].into(), 1e-200);
+    assert_eq!(both(&cube, &tiny).0, Some(false));
+}
+
+#[test]
+fn overlap_of_half_spaces() {
+    let cube = PreparedBrep::new(cube());
+    let at = |h: f64| Probe::HalfSpace(HalfSpace::new(Vector3::x(), h).unwrap());
+    assert_eq!(both(&cube, &at(-0.25)).0, Some(false));
+    assert_eq!(both(&cube, &at(0.25)).0, Some(true));
+    assert_eq!(both(&cube, &at(5.0)).0, Some(true));
+}
+
+#[test]
+fn overlap_costs_less_on_a_search() {
+    let wave = PreparedBrep::new(bicubic());
+    let hole = PreparedBrep::new(nurbs_sphere());
+    let mut random = Random::new(5);
+    let (mut cheap, mut dear) = (0, 0);
+    for _ in 0..200 {
+        let over = Point3::new(
+            random.between(0.1, 0.9),
+            random.between(0.1, 0.9),
+            random.between(-0.3, 0.3),
+        );
+        let (sign, less, more) = both(&wave, &ball(over, 0.1));
+        assert_ne!(sign, None);
+        assert!(less.nodes <= more.nodes, "{over} {less:?} {more:?}");
+        (cheap, dear) = (cheap + less.nodes, dear + more.nodes);
+        // Off the centre of a ball of radius 2.5 by `off`.
+        let off = random.between(0.01, 1.0);
+        let radius = random.between(1.0, 3.0);
+        if (2.5 - off - radius).abs() < 1e-9 {
+            continue;
+        }
+        let at = Point3::from(random.direction() * off);
+        let (sign, ..) = both(&hole, &ball(at, radius));
+        // An open sheet, whatever it encloses.
+        assert_eq!(sign, Some(2.5 - off < radius), "{at} {radius}");
+    }
+    assert!(2 * cheap < dear, "{cheap} of {dear}");
+}
+
+#[test]
+fn a_centre_beyond_everything_casts_no_ray() {
+    let cube = PreparedBrep::new(cube());
+    let mut workspace = Workspace::default();
+    let far = contact(
+        &cube,
+        &ball([2.0, 0.5, 0.5].into(), 0.25),
+        &WIDE,
+        &mut workspace,
+    );
+    assert_eq!(far.separation.value, 0.75);
+    assert_eq!(workspace.work().rays, 0);
+    contact(
+        &cube,
+        &ball([0.5, 0.25, 0.5].into(), 0.25),
+        &WIDE,
+        &mut workspace,
+    );
+    assert!(workspace.work().rays > 0);
+    // The first face found nearer than the radius says all.
+    overlap(
+        &cube,
+        &ball([0.5, 0.25, 0.5].into(), 0.5),
+        &WIDE,
+        &mut workspace,
+    );
+    assert_eq!(workspace.work().rays, 0);
+}
+
+#[test]
+fn without_contacts_the_separation_is_the_same() {
+    let mut random = Random::new(9);
+    for brep in [bicubic(), nurbs_sphere(), cube()] {
+        let brep = PreparedBrep::new(brep);
+        for _ in 0..50 {
+            let at = Point3::from(Vector3::from_fn(|_, _| random.between(-0.5, 1.5)));
+            let probe = ball(at, 0.1);
+            let mut workspace = Workspace::default();
+            let deepest = contact(&brep, &probe, &WIDE, &mut workspace);
+            assert_eq!(workspace.work().contacts, 1);
+            let none = Options {
+                contacts: Contacts::None,
+                ..WIDE
+            };
+            let bare = contact(&brep, &probe, &none, &mut workspace);
+            assert_eq!(workspace.work().contacts, 0);
+            assert_eq!(bare.separation, deepest.separation);
+            assert_eq!(bare.undecided, deepest.undecided);
+            assert!(bare.contacts.is_empty());
+        }
+    }
+}
+
+#[test]
+fn any_hit_is_one_of_all() {
+    let mut random = Random::new(17);
+    for brep in [bicubic(), nurbs_sphere(), cube()] {
+        let brep = PreparedBrep::new(brep);
+        let (mut cheap, mut dear, mut met) = (0, 0, 0);
+        for _ in 0..200 {
+            let from = Point3::from(Vector3::from_fn(|_, _| random.between(-0.5, 1.5)));
+            let kind = [LineKind::Line, LineKind::Ray, LineKind::Segment][random.below(3)];
+            let probe = LineProbe::new(from, random.direction() * 3.0, kind).unwrap();
+            let mut workspace = Workspace::default();
+            let all = line(&brep, &probe, &WIDE, &mut workspace);
+            dear += workspace.work().nodes;
+            let any = any_hit(&brep, &probe, &WIDE, &mut workspace);
+            cheap += workspace.work().nodes;
+            match (&any.hit, any.undecided) {
+                (Some(hit), None) => {
+                    assert!(all.hits.contains(hit), "{probe:?}");
+                    met += 1;
+                }
+                (None, None) => assert!(all.hits.is_empty(), "{probe:?}"),
+                (None, Some(_)) => assert!(all.undecided.is_some(), "{probe:?}"),
+                (Some(_), Some(_)) => panic!("certain and undecided: {probe:?}"),
+            }
+            // What all hits settle, one does.
+            if all.undecided.is_none() {
+                assert_eq!(any.hit.is_some(), !all.hits.is_empty(), "{probe:?}");
+            }
+        }
+        assert!(met > 10, "{met}");
+        assert!(cheap <= dear, "{cheap} {dear}");
+    }
+}
+
+#[test]
+fn a_spent_budget_is_no_sign() {
+    let wave = PreparedBrep::new(bicubic());
+    let starved = Options {
+        node_budget: 0,
+        ..WIDE
+    };
+    let probe = ball([0.5, 0.5, 0.1].into(), 0.1);
+    let answer = overlap(&wave, &probe, &starved, &mut Workspace::default());
+    assert_eq!(answer.overlap, None);
+    assert_eq!(answer.undecided, Some(Undecided::Budget));
+}
