@@ -45,13 +45,14 @@ impl Surroundings<'_> {
             return false;
         }
         !self
-            .trims_at(trim, point)
+            .trims_at(own.face, trim, point)
             .into_iter()
             .any(|t| self.falls_at_trim(t, point, f))
     }
 
-    /// All trims that meet at a point: those of its vertex, or those of the edge of the trim that it lies on.
-    fn trims_at(&self, trim: Option<usize>, point: &Point3<f64>) -> Vec<usize> {
+    /// All trims that meet at a point: those of its vertex, those of the edge of the trim that it lies on, or those
+    /// of the edges that its face has within the first step of it: a foot is known to no more than that.
+    fn trims_at(&self, face: usize, trim: Option<usize>, point: &Point3<f64>) -> Vec<usize> {
         let parts = self.brep.brep().parts();
         let near = FIRST_STEP * self.brep.size();
         let at_vertex = |v: &usize| (parts.vertices[*v].point - point).norm() <= near;
@@ -61,11 +62,18 @@ impl Surroundings<'_> {
                 .filter(|t| parts.trims[*t].vertices.iter().any(at_vertex))
                 .collect();
         }
-        match trim.map(|t| (t, parts.trims[t].edge)) {
-            Some((_, Some(edge))) => parts.edges[edge].trims.clone(),
-            Some((trim, None)) => vec![trim],
-            None => Vec::new(),
+        let of_edge = |trim: usize| match parts.trims[trim].edge {
+            Some(edge) => parts.edges[edge].trims.clone(),
+            None => vec![trim],
+        };
+        if let Some(trim) = trim {
+            return of_edge(trim);
         }
+        let loops = parts.faces[face].loops.iter().flatten();
+        let own = loops.flat_map(|l| &parts.loops[*l].trims);
+        let beside =
+            |t: &&usize| nearest(|s| (self.point(self.on_trim(**t, s)) - point).norm()).0 <= near;
+        own.filter(beside).flat_map(|t| of_edge(*t)).collect()
     }
 
     /// The point of a trim at a part of its span, clamped to the surface's domain.

@@ -149,8 +149,8 @@ pub(crate) struct Outcome {
     pub(crate) nodes: usize,
     /// Whether the budget ended the search.
     pub(crate) budget_spent: bool,
-    /// Whether parts that may hold the minimum were left unsearched because the enclosure was
-    /// narrow enough.
+    /// Whether parts that may hold the minimum are not among `settled`: the enclosure was narrow enough without them, or
+    /// they cannot be searched further.
     pub(crate) left_open: bool,
     /// Whether a closed form had part in it.
     pub(crate) used_closed: bool,
@@ -272,6 +272,8 @@ pub(super) struct Search<'a> {
     /// Nodes that f64 cannot settle.
     noisy: Vec<Noisy>,
     memory: &'a mut Memory,
+    /// The least bound of what was put aside without an entry in `out.settled`.
+    unsettled: Dd,
     order: usize,
 }
 
@@ -306,6 +308,7 @@ pub(crate) fn minimize(
         },
         noisy: std::mem::take(&mut memory.noisy),
         memory,
+        unsettled: Dd::from(f64::INFINITY),
         order: 0,
     };
     if brep.shortcuts().double_first {
@@ -318,12 +321,13 @@ pub(crate) fn minimize(
         search.refine(&noisy);
     } else {
         for (.., lo) in &noisy {
-            search.lower(*lo);
+            search.lower_unsettled(*lo);
         }
     }
     noisy.clear();
     search.memory.noisy = noisy;
     let mut out = search.out;
+    out.left_open |= search.unsettled < out.hi;
     if out.hi < out.lo {
         out.lo = out.hi;
     }
@@ -382,6 +386,15 @@ impl Search<'_> {
         if lo < self.out.lo {
             self.out.lo = lo;
         }
+    }
+
+    /// As [`Self::lower`], of a part that may hold the minimum and of which nothing else is kept.
+    fn lower_unsettled(&mut self, lo: Dd) {
+        // Negated: what is not a number bounds nothing.
+        if !(lo >= self.unsettled) {
+            self.unsettled = if lo.hi.is_nan() { self.nothing() } else { lo };
+        }
+        self.lower(lo);
     }
 
     /// Nodes with a bound from here on need no more work: the enclosure is narrow
@@ -548,7 +561,7 @@ impl Search<'_> {
             let bound = patch
                 .and_then(|index| self.root::<T>(Source::Patch { face, index }))
                 .map_or(lo, |n| n.lo);
-            return self.lower(bound);
+            return self.lower_unsettled(bound);
         };
         if lo > node.lo {
             node.lo = lo;
@@ -766,7 +779,7 @@ impl Search<'_> {
         heap.clear();
         self.memory.fine_tasks = heap.into_vec();
         for (.., lo) in std::mem::take(&mut self.noisy) {
-            self.lower(lo);
+            self.lower_unsettled(lo);
         }
     }
 }

@@ -1,0 +1,77 @@
+//! What is said of feet: lists of contacts hold none next to an edge beyond which the other face leads down, and no
+//! bound is claimed where the nearest point may be on a trim that was not searched.
+
+use feeler::prepare::PreparedBrep;
+use feeler::query::{Contacts, HalfSpace, Options, Probe, Sphere, Workspace, contact};
+use feeler_corpus::Model;
+use nalgebra::{Point3, Vector3};
+use std::path::Path;
+
+fn prepared(path: &str) -> PreparedBrep {
+    let models = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../corpora/models");
+    let model = Model::load(&models.join(path), None).expect("a model of the corpus");
+    PreparedBrep::new(model.breps.into_iter().next().expect("a BREP"))
+}
+
+/// The centre is on the cube's top (z = 10), `radius` from the circle in which a sphere about (10, 10, 10) cuts a corner
+/// off. Over the spherical face alone the distance has its least value on that circle; but from there the top leads
+/// straight to the centre, where it is 0: the one contact there is.
+#[test]
+fn a_foot_next_to_an_edge_is_no_contact_where_the_other_face_leads_down() {
+    let brep = prepared("thesis/cube_corner_sphere_cut.3dm");
+    let center = Point3::new(7.726805820561969, 6.612428456800106, 10.0);
+    let radius = 0.07958977576723691;
+    let probe = Probe::Sphere(Sphere::new(center, radius).expect("a sphere"));
+    let options = Options {
+        contacts: Contacts::All,
+        ..Options::default()
+    };
+    let found = contact(&brep, &probe, &options, &mut Workspace::default());
+    assert_eq!(found.contacts.len(), 1, "{found:?}");
+    // The top's plane and trim are those of the file, within roundings.
+    let off = 1e-14;
+    assert!(
+        (found.contacts[0].on_brep - center).norm() < off,
+        "{found:?}"
+    );
+}
+
+/// The trims between a bore and a sphere, and between two bores, have images of too high a degree: only their patch bounds
+/// them. The lowest and nearest points are on such trims, on these places as the oracle encloses them to 1e-14: the
+/// stored truth of the suite `parts`.
+#[test]
+fn a_bound_on_the_foot_counts_trims_that_were_not_searched() {
+    let normal = Vector3::new(0.9353579263971028, 0.07693770206934603, -0.3452334565571542);
+    let half_space = HalfSpace::new(normal, -8.203662682939845).expect("a half-space");
+    let center = Point3::new(11.997735888075539, -0.23164965091333686, 5.184654816469871);
+    let sphere = Sphere::new(center, 3.9896194710549557).expect("a sphere");
+    for (model, probe, foot) in [
+        (
+            "parts/bored_sphere.json.gz",
+            Probe::HalfSpace(half_space),
+            Point3::new(-10.95536996441265, -1.2104358137022477, 4.744967237373946),
+        ),
+        (
+            "parts/nozzle.json.gz",
+            Probe::Sphere(sphere),
+            Point3::new(11.94357290251745, -1.162353784889138, 5.948121130844522),
+        ),
+    ] {
+        let brep = prepared(model);
+        let found = contact(
+            &brep,
+            &probe,
+            &Options::default(),
+            &mut Workspace::default(),
+        );
+        for c in &found.contacts {
+            let off = (c.on_brep - foot).norm();
+            // What the place above is rounded by.
+            let least = off - 1e-13;
+            assert!(
+                c.position_bound.is_none_or(|b| b >= least),
+                "{model} {off}: {c:?}"
+            );
+        }
+    }
+}
