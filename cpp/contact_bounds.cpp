@@ -78,8 +78,7 @@ bool Hessian::convex(Degrees d) const {
 double Hessian::least_eigenvalue(Degrees d) const {
     if (d.q == 0) return uu.lo;
     const double m = std::max(-uv.lo, uv.hi);
-    return next_down(next_down(next_down(uu.lo * vv.lo) - next_up(m * m)) /
-                     next_up(uu.lo + vv.lo));
+    return next_down(next_down(next_down(uu.lo * vv.lo) - next_up(m * m)) / next_up(uu.lo + vv.lo));
 }
 
 bool Hessian::falls(Degrees d, bool corner) const {
@@ -135,11 +134,10 @@ Hessian hessian(const Net64& n, Degrees d, const Interval64& t, double blur) {
 bool is_noise(const Net64& n, double tau) {
     const Differences form(n);
     double bend = 0;
-    for (size_t i = 0; i < n.a.size(); ++i)
-        bend = std::max(bend, std::fabs(n.a[i] - tau * n.b[i]));
+    for (size_t i = 0; i < n.a.size(); ++i) bend = std::max(bend, std::fabs(n.a[i] - tau * n.b[i]));
     constexpr double kNoise = 4;
-    return bend <= kNoise * (n.ra + form.ma * 0x1p-51 +
-                             std::fabs(tau) * (n.rb + form.mb * 0x1p-51));
+    return bend <=
+           kNoise * (n.ra + form.ma * 0x1p-51 + std::fabs(tau) * (n.rb + form.mb * 0x1p-51));
 }
 
 }  // namespace feeler_oracle

@@ -14,8 +14,7 @@ double rooted_up(const Objective& o, double f);
 
 // -1, 1: the derivative of A - T B is negative, positive throughout, if it is off by no more than
 // `blur`; 0: neither is proven.
-int slope_sign(const Net64& n, Degrees d, bool along_u, const Interval64& t,
-               double blur = 0);
+int slope_sign(const Net64& n, Degrees d, bool along_u, const Interval64& t, double blur = 0);
 
 // Second derivatives of A - tau B over a box, for all tau in T; that along u off by no more than
 // `blur`.

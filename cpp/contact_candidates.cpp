@@ -68,7 +68,7 @@ void widen(std::array<double, 6>& box, double slack) {
 // What a true image within `slack` of the net's curve does to f and to its derivatives by the
 // piece's parameter; see contacts.hpp, item 4.
 struct Deviation {
-    double slack = 0;            // of f, as a length
+    double slack = 0;              // of f, as a length
     double first = 0, second = 0;  // of the derivatives of B f, over the whole piece
 
     Interval64 value(const Objective& o, const Interval64& f) const {
@@ -155,8 +155,7 @@ class Search {
     void add_point(int i) {
         const Piece& s = piece(i);
         const NetMp net = objective_net(o_, s, {});
-        const Interval f =
-            deviation(o_, s).value(o_, divide_positive(net.a[0], net.b[0]));
+        const Interval f = deviation(o_, s).value(o_, divide_positive(net.a[0], net.b[0]));
         if (Real(bound_) < f.lo) return;
         if (s.regional && side(model_.region(s.face), s.uv[0], s.uv[2]) == Side::Outside) return;
         Candidate c{s.face, s.box, f.lo, s.attained ? f.hi : Real(kInfinity)};
@@ -168,8 +167,7 @@ class Search {
             for (int k = 1; k <= 2 && i + k < int(model_.pieces.size()); ++k) {
                 const Piece& of = piece(i + k);
                 if (of.kind == PieceKind::Trim && of.face == s.face) {
-                    c.place =
-                        model_.place(s.face, of.arc, CGAL::to_double(k == 2 ? of.t0 : of.t1));
+                    c.place = model_.place(s.face, of.arc, CGAL::to_double(k == 2 ? of.t0 : of.t1));
                     break;
                 }
                 if (of.kind == PieceKind::Joint && of.face == s.face) {
@@ -200,16 +198,16 @@ class Search {
             const int sign = slope_sign(net, d, true, f, off.first_at(at));
             if (sign == (last ? -1 : 1)) return;
             if (sign != 0) {
-                if (s.regional && region_side(model_.in_region(s), at, {0, 1}, {0, 1}) !=
-                                      BoxSide::Inside)
+                if (s.regional &&
+                    region_side(model_.in_region(s), at, {0, 1}, {0, 1}) != BoxSide::Inside)
                     return;
                 const size_t from = last ? d.p : 0, to = last ? 0 : d.p;
                 const auto value = [&](size_t k) {
                     return off.value(
-                        o_, divide_positive(
-                                Interval64(next_down(net.a[k] - net.ra), next_up(net.a[k] + net.ra)),
-                                Interval64(next_down(net.b[k] - net.rb),
-                                           next_up(net.b[k] + net.rb))));
+                        o_,
+                        divide_positive(
+                            Interval64(next_down(net.a[k] - net.ra), next_up(net.a[k] + net.ra)),
+                            Interval64(next_down(net.b[k] - net.rb), next_up(net.b[k] + net.rb))));
                 };
                 if (!(next_down(net.b[from] - net.rb) > 0 && next_down(net.b[to] - net.rb) > 0))
                     return;
@@ -350,9 +348,9 @@ class Search {
     // (tau - f0) B(z) = h_f0(z) >= -w - e^2 / (2 m). h_tau is, and least at z, where it is zero:
     // (f0 - tau) B >= -w on the side. So |f0 - tau| <= D = (w + e^2 / (2 m)) / min B, and
     //    0 = dh_tau/dy(z) >= dh_tau/dy(side) + m y >= -e - D |dB/dy| + m y.
-    // All critical points of the box are within y <= (e + D |dB/dy|) / m. If d/dy (A - f0 B) >= g > 0
-    // on the side, h_f0(z) >= -w, so D = w / min B, and with g > D |dB/dy| there is none: as beside
-    // a pole that the surface falls short of by a rounding.
+    // All critical points of the box are within y <= (e + D |dB/dy|) / m. If d/dy (A - f0 B) >= g >
+    // 0 on the side, h_f0(z) >= -w, so D = w / min B, and with g > D |dB/dy| there is none: as
+    // beside a pole that the surface falls short of by a rounding.
     bool close_at_side(const Item& b, Degrees d, const Interval64& f, bool inside) {
         const Piece& s = piece(b.piece);
         if (s.kind != PieceKind::Patch || d.p < 2 || d.q < 2) return false;
@@ -390,8 +388,7 @@ class Search {
                        bool last) {
         const Piece& s = piece(b.piece);
         const NetMp net = objective_net(o_, s, b.at);
-        const Curvature bend =
-            curvature(net, d, Interval(Real(f.lo), Real(f.hi)));
+        const Curvature bend = curvature(net, d, Interval(Real(f.lo), Real(f.hi)));
         const Real m(k == 0 ? bend.uu : bend.vv);
         if (!(m.sign() > 0)) return false;
         const int lines = k == 0 ? d.q : d.p;

@@ -13,10 +13,10 @@ namespace feeler_oracle {
 struct Candidate {
     int face;
     std::array<double, 6> box;
-    Real lo, hi;             // of the objective; hi infinite if no point of F is known in it
-    bool inner = false;      // a critical point well inside the region
-    bool sharp = false;      // one point, enclosed; else a part of a face or trim on which f varies
-                             // by little, or that was not searched further
+    Real lo, hi;         // of the objective; hi infinite if no point of F is known in it
+    bool inner = false;  // a critical point well inside the region
+    bool sharp = false;  // one point, enclosed; else a part of a face or trim on which f varies
+                         // by little, or that was not searched further
     Place place{-1, -1, 0, 0, 0};  // of those on the boundary; face -1: not known
     bool whole_arc = false;        // the place may be anywhere on the piece (a pole)
     double t0 = 0, t1 = 0;         // then

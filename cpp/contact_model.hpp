@@ -47,8 +47,8 @@ struct AllPieces {
 
     // Patches of each face.
     std::vector<std::vector<const Piece*>> patches;
-    // Of each face: no less than the sum of the distances by which the surface jumps, over its lines
-    // of constant parameter. The curves of a revolution or of a sum may be poly-curves whose
+    // Of each face: no less than the sum of the distances by which the surface jumps, over its
+    // lines of constant parameter. The curves of a revolution or of a sum may be poly-curves whose
     // segments meet but for rounding; turning is an isometry, and a sum moves one curve along the
     // other, so that the distance at a line is that of any two corners that meet on it. Other
     // surfaces are continuous, and their corners the same points, enclosed.

@@ -116,7 +116,7 @@ class Search {
             constexpr int kAlong = 8;
             for (int k = 0; k < kAlong; ++k)
                 if (along(model_.place(c.place.face, c.place.arc,
-                                      c.t0 + (c.t1 - c.t0) * (k + 0.5) / kAlong)))
+                                       c.t0 + (c.t1 - c.t0) * (k + 0.5) / kAlong)))
                     return true;
         }
         return false;

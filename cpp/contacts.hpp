@@ -19,15 +19,16 @@
 //
 // Proof.
 // 1. Candidates (contact_candidates.hpp). A local minimiser of f over F is one over its face, so of
-// one of the kinds (a), (b1), (b2) of distance_pieces.hpp: a critical point in one or two parameters inside a Trim, Joint
-// or Patch, or a Point. A box of one of these goes if f > limit on it; if the region does not meet
-// it; if one of the derivatives of f has a strict sign on it (item 2 of distance.hpp, T the range
-// of f on the box up to the limit); or if the second derivative along a direction that enters the
-// patch, or its opposite, is negative at all critical points in it: B f'' = (A - tau B)'' where f =
-// tau and f' = 0. Where A - tau B is strictly convex for all tau in the range of f on the box,
-// with least eigenvalue m, the box has at most one critical point z: two with tau1 <= tau2 would
-// give h_tau2 <= 0 at the first, and h_tau2 > 0 off the second. With x any point of the box,
-// t = f(x), g = grad(A - t B)(x): t - f(z) <= |g| |x - z| / min B, as h_t is convex, and
+// one of the kinds (a), (b1), (b2) of distance_pieces.hpp: a critical point in one or two
+// parameters inside a Trim, Joint or Patch, or a Point. A box of one of these goes if f > limit on
+// it; if the region does not meet it; if one of the derivatives of f has a strict sign on it (item
+// 2 of distance.hpp, T the range of f on the box up to the limit); or if the second derivative
+// along a direction that enters the patch, or its opposite, is negative at all critical points in
+// it: B f'' = (A - tau B)'' where f = tau and f' = 0. Where A - tau B is strictly convex for all
+// tau in the range of f on the box, with least eigenvalue m, the box has at most one critical point
+// z: two with tau1 <= tau2 would give h_tau2 <= 0 at the first, and h_tau2 > 0 off the second. With
+// x any point of the box, t = f(x), g = grad(A - t B)(x): t - f(z) <= |g| |x - z| / min B, as h_t
+// is convex, and
 //    m |x - z| <= |grad h_f(z)(x)| <= |g| + (t - f(z)) |grad B(x)|.
 // So z lies within |g| (1 + sqrt 2 |grad B| / min B) / m of x: a box of about 2^-200 of the
 // patch's side. Where x is at an end of the box in one direction, and the derivative g_1 there
@@ -51,11 +52,11 @@
 // parameters alone differ from the surface's (native_patch.hpp): critical points, signs and the
 // faces' points are the same. Of a Trim with slack delta the true image is g + R. Either R comes of
 // the noise at the border of a patch alone (face_pieces.cpp): then it is zero but next to an end,
-// whose Point, widened by delta, holds what is there. Or g is the Taylor polynomial in sigma = 2 t -
-// 1 of degree k = kOrder (trim_image.hpp), with W = 1 and B constant: then R' and R'' are the
+// whose Point, widened by delta, holds what is there. Or g is the Taylor polynomial in sigma = 2 t
+// - 1 of degree k = kOrder (trim_image.hpp), with W = 1 and B constant: then R' and R'' are the
 // remainders of the Taylor polynomials of degree k - 1 and k - 2 of the image's derivatives, whose
-// next coefficients are (k + 1) c and (k + 1) k c, c that of the image itself: |R| <= delta, |R'| <=
-// 2 (k + 1) delta = 50 delta, |R''| <= 4 (k + 1) k delta = 2400 delta, derivatives by t. With D
+// next coefficients are (k + 1) c and (k + 1) k c, c that of the image itself: |R| <= delta, |R'|
+// <= 2 (k + 1) delta = 50 delta, |R''| <= 4 (k + 1) k delta = 2400 delta, derivatives by t. With D
 // above the distance of g's control points from the point c (or above |n|), |g'| <= 2 k D = 48 D,
 // |g''| <= 4 k (k - 1) D = 2208 D, and delta <= D: A' is off by no more than 296 delta D, A'' by
 // 28616 delta D, f as a length by delta. Each test allows for that much; boxes are widened by

@@ -148,7 +148,8 @@ ParameterMap::Square64 ParameterMap::to_square64(const Interval64& t) const {
     };
     const Sines low = at(part.lo), high = part.hi == part.lo ? low : at(part.hi);
     const Interval64 first = divide_positive({low.y.lo, low.y.lo}, Interval64(low.y.lo) + low.z.hi),
-                     last = divide_positive({high.y.hi, high.y.hi}, Interval64(high.y.hi) + high.z.lo);
+                     last =
+                         divide_positive({high.y.hi, high.y.hi}, Interval64(high.y.hi) + high.z.lo);
     // y + z = 2 sin(h / 2) cos(a - h / 2) is least at an end, and largest at the middle, if that is
     // between them.
     const Interval64 d0 = low.y + low.z, d1 = high.y + high.z;
