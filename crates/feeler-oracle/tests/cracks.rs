@@ -53,6 +53,8 @@ const PROMISES: [Promise; 2] = [
 #[derive(Default)]
 struct Tally {
     edges: usize,
+    /// Of the thesis's parts as NURBS.
+    guarded: usize,
     /// In f64 and in double-double.
     wide: [Vec<String>; 2],
     seconds: [f64; 2],
@@ -65,7 +67,9 @@ fn compare(name: &str, brep: &Brep, tally: &mut Tally) {
     if shared.is_empty() {
         return;
     }
+    let guarded = is_guarded(name);
     let Ok(oracle) = Oracle::new(&[brep]) else {
+        assert!(!guarded, "{name}");
         println!("{name}: not taken by the oracle");
         return;
     };
@@ -73,10 +77,12 @@ fn compare(name: &str, brep: &Brep, tally: &mut Tally) {
     let mut times = [Vec::new(), Vec::new()];
     for edge in shared {
         let Ok(Some(d)) = oracle.crack_width(edge) else {
+            assert!(!guarded, "{name} {edge}");
             println!("{name} {edge}: no certified width");
             continue;
         };
         tally.edges += 1;
+        tally.guarded += usize::from(guarded);
         for (fine, promise) in PROMISES.iter().enumerate() {
             let start = Instant::now();
             let width = if fine == 0 {
@@ -90,6 +96,11 @@ fn compare(name: &str, brep: &Brep, tally: &mut Tally) {
             assert!(
                 !width.is_finite() || d.lo <= dyadic(width),
                 "{name} {edge}: {width:e} is below [{lo:e}, {hi:e}]"
+            );
+            let guard = MOST_TIMES * hi + PROMISES[1].rounding * prepared.size();
+            assert!(
+                !guarded || fine == 0 || width <= guard,
+                "{name} {edge}: {width:e}, not {guard:e}"
             );
             let most = promise.factor * hi + promise.rounding * prepared.size();
             if !(width <= most) {
@@ -117,7 +128,7 @@ fn compare_all(folder: &Path) -> Tally {
         let Ok(model) = Model::load(&path, None) else {
             continue; // Licences, meshes.
         };
-        let name = path.file_name().unwrap_or_default().to_string_lossy();
+        let name = path.strip_prefix(folder).unwrap_or(&path).to_string_lossy();
         for brep in &model.breps {
             compare(&name, brep, &mut tally);
         }
@@ -133,40 +144,21 @@ fn compare_all(folder: &Path) -> Tally {
     tally
 }
 
-#[test]
-fn kernel_widths_hold_over_the_corpora() {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../corpora/models");
-    let tally = compare_all(&folder);
-    assert!(tally.edges > 1000, "{}", tally.edges);
-}
-
 /// A guard against widths that grow, on the thesis's parts as NURBS, as found: twice what is certified, and rounding, but for
 /// two edges of the shift gate (5.9 times, 2e-11 in all), so that it is eight times here.
 const MOST_TIMES: f64 = 8.0;
 
+/// Whether this is a part of the thesis as NURBS.
+fn is_guarded(name: &str) -> bool {
+    name.starts_with("thesis/") && name.ends_with("_nurbs.3dm")
+}
+
+/// One pass for both promises, for a certified width takes up to seconds: none of the kernel's is below what is certified, and
+/// on the thesis's parts as NURBS, all of whose edges have a certified width, none is far above it.
 #[test]
-fn kernel_widths_are_near_the_certified_ones_on_the_parts_of_the_thesis() {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../corpora/models/thesis");
-    let mut edges = 0;
-    for path in files(&folder) {
-        let name = path.to_string_lossy().into_owned();
-        if !name.ends_with("_nurbs.3dm") {
-            continue;
-        }
-        let brep = &Model::load(&path, None).unwrap().breps[0];
-        let oracle = Oracle::new(&[brep]).unwrap();
-        let prepared = PreparedBrep::new(brep.clone());
-        for (edge, e) in brep.parts().edges.iter().enumerate() {
-            if e.trims.len() < 2 {
-                continue;
-            }
-            let certified = oracle.crack_width(edge).unwrap().unwrap();
-            let width = prepared.fine_crack_width(edge);
-            let most =
-                MOST_TIMES * certified.hi.approximate() + PROMISES[1].rounding * prepared.size();
-            assert!(width <= most, "{name} {edge}: {width:e}, not {most:e}");
-            edges += 1;
-        }
-    }
-    assert!(edges > 100, "{edges}");
+fn kernel_widths_hold_over_the_corpora_and_are_near_on_the_parts_of_the_thesis() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../corpora/models");
+    let tally = compare_all(&folder);
+    assert!(tally.edges > 1000, "{}", tally.edges);
+    assert!(tally.guarded > 100, "{}", tally.guarded);
 }
