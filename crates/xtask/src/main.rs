@@ -47,9 +47,12 @@ fn main() -> ExitCode {
     let result = match Arguments::parse().task {
         Task::Test => test::run(),
         Task::Scenes(args) => scenes::run(&test::root().join("corpora"), &args),
-        Task::Truth(args) if args.verify.verify => {
-            verify::run(&args.verify, &args.corpora, args.suite.as_deref())
-        }
+        Task::Truth(args) if args.verify.verify => verify::run(
+            &args.verify,
+            args.sample,
+            &args.corpora,
+            args.suite.as_deref(),
+        ),
         Task::Truth(args) => truth::run(&args),
         Task::Agree(args) => agree::run(&args),
         Task::Sanitize(args) => sanitize::run(&args),

@@ -59,6 +59,10 @@ pub(crate) fn run() -> Result<(), String> {
         &mut tests,
     )?;
     step(
+        "a sample of the truth, computed again",
+        &mut cargo("run --release --quiet --package xtask --features cgal -- truth --check"),
+    )?;
+    step(
         "a sample of the truth against the second method",
         &mut cargo("run --release --quiet --package xtask -- truth --verify --sample 4"),
     )?;

@@ -1,9 +1,13 @@
 //! `cargo xtask truth`: what the oracle says of every query of the corpus.
 
 #[cfg(feature = "cgal")]
+mod check;
+#[cfg(feature = "cgal")]
 mod log;
 #[cfg(feature = "cgal")]
 mod parallel;
+#[cfg(feature = "cgal")]
+mod times;
 
 use std::path::PathBuf;
 
@@ -28,6 +32,15 @@ pub(crate) struct Args {
     /// Remove queries that the oracle cannot settle from their files, and say how many.
     #[arg(long)]
     prune: bool,
+    /// Write nothing: compute a sample of the stored truth again, and fail where it differs in any bit.
+    #[arg(long, conflicts_with_all = ["force", "prune", "times"])]
+    check: bool,
+    /// Write nothing: print how long each of the oracle's functions takes on a sample, and how wide the truths are.
+    #[arg(long, conflicts_with_all = ["force", "prune"])]
+    times: bool,
+    /// With --verify, --check or --times: about so many queries of each suite.
+    #[arg(long)]
+    pub(crate) sample: Option<usize>,
     #[command(flatten)]
     pub(crate) verify: crate::verify::Args,
 }
@@ -63,7 +76,18 @@ pub(crate) fn run(_args: &Args) -> Result<(), String> {
 }
 
 #[cfg(feature = "cgal")]
-pub(crate) use with_oracle::{oracle_of, run, truth_of};
+pub(crate) use with_oracle::{oracle_of, truth_of};
+
+#[cfg(feature = "cgal")]
+pub(crate) fn run(args: &Args) -> Result<(), String> {
+    if args.check {
+        check::run(args)
+    } else if args.times {
+        times::run(args)
+    } else {
+        with_oracle::run(args)
+    }
+}
 
 #[cfg(feature = "cgal")]
 mod with_oracle {
@@ -98,13 +122,13 @@ mod with_oracle {
     }
 
     /// A model, its hash, and the longest side of its box.
-    struct Loaded {
-        model: Model,
+    pub(super) struct Loaded {
+        pub(super) model: Model,
         hash: String,
-        size: f64,
+        pub(super) size: f64,
     }
 
-    pub(crate) fn run(args: &Args) -> Result<(), String> {
+    pub(super) fn run(args: &Args) -> Result<(), String> {
         let text = |e: feeler_corpus::CorpusError| e.to_string();
         let found = suites(&args.corpora, args.suite.as_deref()).map_err(text)?;
         let sources = sources_hash(&crate::test::root())?;
@@ -145,7 +169,8 @@ mod with_oracle {
         Ok(())
     }
 
-    fn load(
+    /// Reads the models that the queries are about and that are not read yet; their hashes.
+    pub(super) fn load(
         corpora: &Path,
         queries: &[CorpusQuery],
         models: &mut BTreeMap<String, Loaded>,
@@ -274,7 +299,7 @@ mod with_oracle {
         }
     }
 
-    fn unknown(why: String) -> Truth {
+    pub(super) fn unknown(why: String) -> Truth {
         Truth::Unknown { why }
     }
 

@@ -25,9 +25,6 @@ pub(crate) struct Args {
     /// Compute nothing: hold the stored truth against the second method, and stop where they disagree.
     #[arg(long)]
     pub(crate) verify: bool,
-    /// With --verify: about so many queries of each suite, spread over it.
-    #[arg(long, requires = "verify")]
-    pub(crate) sample: Option<usize>,
     /// With --verify: go on after a disagreement.
     #[arg(long, requires = "verify")]
     pub(crate) keep_going: bool,
@@ -68,7 +65,12 @@ struct Done {
     time: Duration,
 }
 
-pub(crate) fn run(args: &Args, corpora: &Path, suite: Option<&str>) -> Result<(), String> {
+pub(crate) fn run(
+    args: &Args,
+    sample: Option<usize>,
+    corpora: &Path,
+    suite: Option<&str>,
+) -> Result<(), String> {
     #[cfg(not(feature = "cgal"))]
     println!(
         "Without Eigen's eigenvalues and CGAL's critical points: for these too, `cargo run --release \
@@ -81,7 +83,7 @@ pub(crate) fn run(args: &Args, corpora: &Path, suite: Option<&str>) -> Result<()
         for file in &suite.files {
             let (queries, hash) = file.queries().map_err(text)?;
             let (_, truths) = file.truth(queries.len(), &hash).map_err(text)?;
-            let step = args.sample.map_or(1, |n| (queries.len() / n.max(1)).max(1));
+            let step = sample.map_or(1, |n| (queries.len() / n.max(1)).max(1));
             let all = queries.into_iter().zip(truths).step_by(step);
             jobs.extend(all.map(|(query, truth)| Job {
                 suite: &suite.name,
