@@ -8,7 +8,9 @@ use feeler::brep::{Brep, BrepBuilder, TrimSpec};
 use feeler::numeric::Interval;
 use feeler::nurbs::{Arc, Curve, NurbsCurve, NurbsSurface, Revolution, Surface};
 use feeler::prepare::PreparedBrep;
-use feeler::query::{Accuracy, Contacts, Options, Probe, Sphere, Workspace, contact, overlap};
+use feeler::query::{
+    Accuracy, Contact, Contacts, Options, Probe, Sphere, Workspace, contact, contact_from, overlap,
+};
 use nalgebra::{Point3, Vector3, Vector4};
 
 fn main() {
@@ -307,4 +309,51 @@ fn question_ball_joint_nurbs(bencher: Bencher, question: &str) {
         question,
         &off_center(1e-3, 1.25),
     );
+}
+
+/// Balls that move over the wave in small steps, each asked from scratch or from the last contact.
+fn path(bencher: Bencher, name: &str, warm: bool) {
+    let brep = Brep::from_surface(Surface::Nurbs(bicubic())).expect("a BREP");
+    let brep = PreparedBrep::new(brep);
+    let options = Options {
+        accuracy: accuracy(name).map_or(Accuracy::Full, |a| Accuracy::Length(a * brep.size())),
+        prediction: f64::INFINITY,
+        ..Options::default()
+    };
+    // To and fro on lines between some places, 100 steps each.
+    let corners = over_the_wave();
+    let places: Vec<Point3<f64>> = corners
+        .windows(2)
+        .take(20)
+        .flat_map(|w| (0..100).map(|k| w[0] + (w[1] - w[0]) * (f64::from(k) / 100.0)))
+        .collect();
+    let mut workspace = Workspace::default();
+    let mut last: Option<Contact> = None;
+    let mut ask = |center: Point3<f64>| {
+        let probe = Probe::Sphere(Sphere::new(center, 0.01).expect("a sphere"));
+        let answer = match &last {
+            Some(c) if warm => contact_from(&brep, &probe, c, &options, &mut workspace),
+            _ => contact(&brep, &probe, &options, &mut workspace),
+        };
+        last = answer.contacts.first().copied();
+        black_box(answer);
+    };
+    places.iter().for_each(|c| ask(*c));
+    let mut next = 0;
+    bencher.bench_local(|| {
+        for _ in 0..QUERIES {
+            next = (next + 1) % places.len();
+            ask(black_box(places[next]));
+        }
+    });
+}
+
+#[divan::bench(args = NAMES)]
+fn path_cold(bencher: Bencher, name: &str) {
+    path(bencher, name, false);
+}
+
+#[divan::bench(args = NAMES)]
+fn path_warm(bencher: Bencher, name: &str) {
+    path(bencher, name, true);
 }

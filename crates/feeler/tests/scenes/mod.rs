@@ -1,10 +1,12 @@
 //! BREPs and random numbers for tests and benches of queries.
 #![allow(dead_code, reason = "each test file uses its own part of this")]
 
-use feeler::brep::{Brep, BrepBuilder};
+pub(crate) mod loops;
+
+use feeler::brep::{Brep, BrepBuilder, TrimSpec};
 use feeler::numeric::Interval;
-use feeler::nurbs::{Arc, Curve, NurbsSurface, Revolution, Surface};
-use nalgebra::{Point3, Vector3, Vector4};
+use feeler::nurbs::{Arc, Curve, Line, NurbsCurve, NurbsSurface, Plane, Revolution, Surface};
+use nalgebra::{Point2, Point3, Vector3, Vector4};
 
 /// Xorshift: the same numbers everywhere.
 pub(crate) struct Random(u64);
@@ -106,4 +108,97 @@ pub(crate) fn native_sphere() -> Brep {
 /// The same as NURBS.
 pub(crate) fn nurbs_sphere() -> Brep {
     Brep::from_surface(Surface::Nurbs(sphere().to_nurbs().unwrap().nurbs)).unwrap()
+}
+
+/// A closed prism of height 2 over a wavy loop of `sides` rational cubics around the z axis, its radius from 4 to 6: sides of
+/// bidegree (3, 1), and two flat faces trimmed by the cubics.
+pub(crate) fn wavy_prism(sides: usize) -> Brep {
+    let heights = [-1.0, 1.0];
+    let unit = Interval::new(0.0, 1.0).unwrap();
+    let cubic = |net: Vec<Vector3<f64>>| {
+        let knots = vec![0., 0., 0., 0., 1., 1., 1., 1.];
+        NurbsCurve::new(3, net, knots).unwrap()
+    };
+    let curves: Vec<Vec<Vector3<f64>>> = loops::wavy(sides, &mut Random::new(5))
+        .iter()
+        .map(|c| match c {
+            Curve::Nurbs(c) => c.control_points().to_vec(),
+            _ => unreachable!("a NURBS curve"),
+        })
+        .collect();
+    let mut b = BrepBuilder::new();
+    let raised = |p: &Vector3<f64>, z: f64| Vector4::new(p.x, p.y, z * p.z, p.z);
+    // Vertices and cubic edges at the bottom, then at the top.
+    let corners = heights.map(|z| -> Vec<usize> {
+        let at = |c: &Vec<Vector3<f64>>| b.vertex([c[0].x / c[0].z, c[0].y / c[0].z, z]);
+        curves.iter().map(at).collect()
+    });
+    let next = |k: usize| (k + 1) % sides;
+    let rims = [0, 1].map(|e| -> Vec<usize> {
+        let edge = |(k, c): (usize, &Vec<Vector3<f64>>)| {
+            let net = c.iter().map(|p| raised(p, heights[e])).collect();
+            let curve = NurbsCurve::new(3, net, vec![0., 0., 0., 0., 1., 1., 1., 1.]).unwrap();
+            let ends = [corners[e][k], corners[e][next(k)]];
+            b.edge(ends, Curve::Nurbs(curve)).unwrap()
+        };
+        curves.iter().enumerate().map(edge).collect()
+    });
+    for (k, c) in curves.iter().enumerate() {
+        let both = |p: &Vector3<f64>| heights.map(|z| raised(p, z));
+        let net = c.iter().flat_map(both).collect();
+        let knots = [vec![0., 0., 0., 0., 1., 1., 1., 1.], vec![0., 0., 1., 1.]];
+        let surface = NurbsSurface::new([3, 1], [4, 2], net, knots).unwrap();
+        let uv = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]].map(Point2::from);
+        let v = [
+            corners[0][k],
+            corners[0][next(k)],
+            corners[1][next(k)],
+            corners[1][k],
+        ];
+        let edges = [
+            rims[0][k],
+            b.straight_edge([v[1], v[2]]).unwrap(),
+            rims[1][k],
+            b.straight_edge([v[3], v[0]]).unwrap(),
+        ];
+        let trim = |i: usize| TrimSpec {
+            vertices: [v[i], v[(i + 1) % 4]],
+            curve: Curve::Line(Line::new(uv[i], uv[(i + 1) % 4], unit).unwrap()),
+            edge: Some(edges[i]),
+        };
+        let trims = (0..4).map(trim).collect();
+        b.face_with_trims(Surface::Nurbs(surface), vec![trims])
+            .unwrap();
+    }
+    let wide = Interval::new(-10.0, 10.0).unwrap();
+    for e in 0..2 {
+        let plane = Plane {
+            origin: Point3::new(0.0, 0.0, heights[e]),
+            x: Vector3::x(),
+            y: Vector3::y(),
+            domain: [wide; 2],
+            extents: [wide; 2],
+        };
+        // Counter-clockwise as seen from outside.
+        let trim = |k: usize| {
+            let ends = [corners[e][k], corners[e][next(k)]];
+            let net = curves[k].clone();
+            let backward = |mut x: Vec<Vector3<f64>>| {
+                x.reverse();
+                x
+            };
+            TrimSpec {
+                vertices: if e == 0 { [ends[1], ends[0]] } else { ends },
+                curve: Curve::Nurbs(cubic(if e == 0 { backward(net) } else { net })),
+                edge: Some(rims[e][k]),
+            }
+        };
+        let mut trims: Vec<_> = (0..sides).map(trim).collect();
+        if e == 0 {
+            trims.reverse();
+        }
+        b.face_with_trims(Surface::Plane(Plane::new(plane).unwrap()), vec![trims])
+            .unwrap();
+    }
+    b.build().unwrap()
 }

@@ -1,0 +1,189 @@
+//! Loops in uv for examples and benches.
+
+use super::Random;
+use feeler::brep::*;
+use feeler::numeric::Interval;
+use feeler::nurbs::*;
+use feeler::trim::TrimRegion;
+use nalgebra::{Point2, Point3, Vector3};
+
+/// A face of the plane within loops.
+pub(crate) fn face_within(loops: Vec<Vec<Curve2>>) -> Brep {
+    let d = Interval::new(-10.0, 10.0).expect("a domain");
+    let mut parts = BrepParts {
+        surfaces: vec![Surface::Plane(Plane {
+            origin: Point3::origin(),
+            x: Vector3::x(),
+            y: Vector3::y(),
+            domain: [d, d],
+            extents: [d, d],
+        })],
+        vertices: vec![Vertex {
+            point: Point3::origin(),
+            edges: vec![],
+            tolerance: None,
+        }],
+        ..BrepParts::default()
+    };
+    parts.faces.push(Face {
+        surface: 0,
+        loops: Some((0..loops.len()).collect()),
+        reversed: false,
+    });
+    for (l, curves) in loops.into_iter().enumerate() {
+        let first = parts.trims.len();
+        for c in curves {
+            parts.trims.push(TrimCurve {
+                curve: parts.curves2.len(),
+                span: c.domain(),
+                reversed: false,
+                edge: None,
+                edge_reversed: false,
+                vertices: [0, 0],
+                kind: TrimKind::Unknown,
+                iso: Iso::None,
+                trim_loop: l,
+            });
+            parts.curves2.push(c);
+        }
+        parts.loops.push(TrimLoop {
+            kind: LoopKind::Unknown,
+            trims: (first..parts.trims.len()).collect(),
+            face: 0,
+        });
+    }
+    Brep::new(parts).expect("a BREP")
+}
+
+/// A wavy loop of `n` rational cubics around the origin.
+pub(crate) fn wavy(n: usize, random: &mut Random) -> Vec<Curve2> {
+    let at = |a: f64, r: f64| [r * a.cos(), r * a.sin()];
+    let turn = std::f64::consts::TAU / n as f64;
+    let radius: Vec<f64> = (0..n)
+        .map(|_| 4.0 + 2.0 * random.between(0.0, 1.0))
+        .collect();
+    (0..n)
+        .map(|k| {
+            let (a, b) = (k as f64 * turn, (k + 1) as f64 * turn);
+            let (ra, rb) = (radius[k], radius[(k + 1) % n]);
+            let end = if k + 1 == n { 0.0 } else { b };
+            let stretch = 1.0 + turn * turn / 18.0;
+            let points = [
+                at(a, ra),
+                at(a + turn / 3.0, ra * stretch),
+                at(b - turn / 3.0, rb * stretch),
+                at(end, rb),
+            ];
+            let weights = [
+                1.0,
+                0.8 + 0.4 * random.between(0.0, 1.0),
+                0.8 + 0.4 * random.between(0.0, 1.0),
+                1.0,
+            ];
+            let net = points
+                .iter()
+                .zip(weights)
+                .map(|(p, w)| [p[0] * w, p[1] * w, w].into())
+                .collect();
+            let knots = vec![0., 0., 0., 0., 1., 1., 1., 1.];
+            Curve::Nurbs(NurbsCurve::new(3, net, knots).expect("a cubic"))
+        })
+        .collect()
+}
+
+/// A comb of `n` cubics in all: teeth as high as the comb.
+pub(crate) fn comb(n: usize) -> Vec<Curve2> {
+    let teeth = n / 2;
+    let width = 16.0 / teeth as f64;
+    let mut corners = vec![[-8.0, -8.0]];
+    for k in 0..teeth {
+        let x = -8.0 + k as f64 * width;
+        corners.push([x + 0.3 * width, 8.0]);
+        corners.push([x + width, if k + 1 == teeth { -8.0 } else { -7.9 }]);
+    }
+    corners
+        .windows(2)
+        .chain([[corners[corners.len() - 1], corners[0]].as_slice()])
+        .map(|c| {
+            let (a, b) = (c[0], c[1]);
+            let mix = |s: f64, off: f64| {
+                [
+                    a[0] + s * (b[0] - a[0]) + off * 0.1 * width,
+                    a[1] + s * (b[1] - a[1]),
+                    1.0,
+                ]
+            };
+            let net = [
+                mix(0.0, 0.0),
+                mix(0.33, 1.0),
+                mix(0.67, -1.0),
+                mix(1.0, 0.0),
+            ];
+            let knots = vec![0., 0., 0., 0., 1., 1., 1., 1.];
+            Curve::Nurbs(NurbsCurve::new(3, net.map(Into::into).to_vec(), knots).expect("a cubic"))
+        })
+        .collect()
+}
+
+/// Many small loops in a square.
+pub(crate) fn islands(n: usize, random: &mut Random) -> Vec<Vec<Curve2>> {
+    let side = ((n / 4) as f64).sqrt().ceil() as usize;
+    let mut out = Vec::new();
+    for i in 0..side {
+        for j in 0..side {
+            let c = [i, j].map(|k| -9.0 + 18.0 * (k as f64 + 0.5) / side as f64);
+            let s = 1.6 / side as f64;
+            let mut curves = wavy(4, random);
+            for curve in &mut curves {
+                if let Curve::Nurbs(n) = curve {
+                    let net = n
+                        .control_points()
+                        .iter()
+                        .map(|p| [p[0] * s + c[0] * p[2], p[1] * s + c[1] * p[2], p[2]].into())
+                        .collect();
+                    *curve = Curve::Nurbs(
+                        NurbsCurve::new(3, net, n.knots().knots().to_vec()).expect("a cubic"),
+                    );
+                }
+            }
+            out.push(curves);
+        }
+    }
+    out
+}
+
+/// Points anywhere in the box around a region's boundary.
+pub(crate) fn anywhere(region: &TrimRegion, count: usize, random: &mut Random) -> Vec<Point2<f64>> {
+    let mut bounds = [[f64::INFINITY, f64::NEG_INFINITY]; 2];
+    for p in region.pieces() {
+        for (b, h) in bounds.iter_mut().zip(p.hull) {
+            *b = [b[0].min(h[0]), b[1].max(h[1])];
+        }
+    }
+    let at = |_| {
+        let [u, v] = bounds.map(|b| random.between(b[0], b[1]));
+        Point2::new(u, v)
+    };
+    (0..count).map(at).collect()
+}
+
+/// Points within a distance (in u and in v) of a region's boundary.
+pub(crate) fn near(
+    region: &TrimRegion,
+    distance: f64,
+    count: usize,
+    random: &mut Random,
+) -> Vec<Point2<f64>> {
+    let at = |_| {
+        let p = &region.pieces()[random.below(region.pieces().len())];
+        let t = random.between(0.0, 1.0);
+        let mut d = p.control_points.clone();
+        while d.len() > 1 {
+            let mix = |w: &[[f64; 3]]| [0, 1, 2].map(|i| w[0][i] * (1.0 - t) + w[1][i] * t);
+            d = d.windows(2).map(mix).collect();
+        }
+        let off = [0, 1].map(|_| random.between(-distance, distance));
+        Point2::new(d[0][0] / d[0][2] + off[0], d[0][1] / d[0][2] + off[1])
+    };
+    (0..count).map(at).collect()
+}
