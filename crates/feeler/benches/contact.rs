@@ -3,15 +3,17 @@
 //! The scenes are those of the table of figures to beat. One iteration is 20 queries; they go round a
 //! list of 500 places.
 
+#[path = "../tests/scenes/mod.rs"]
+mod scenes;
+
 use divan::{Bencher, black_box};
-use feeler::brep::{Brep, BrepBuilder, TrimSpec};
-use feeler::numeric::Interval;
-use feeler::nurbs::{Arc, Curve, NurbsCurve, NurbsSurface, Revolution, Surface};
+use feeler::brep::Brep;
 use feeler::prepare::PreparedBrep;
 use feeler::query::{
     Accuracy, Contact, Contacts, Options, Probe, Sphere, Workspace, contact, contact_from, overlap,
 };
-use nalgebra::{Point3, Vector3, Vector4};
+use nalgebra::Point3;
+use scenes::{Random, bicubic, native_sphere, nurbs_sphere, trimmed_bicubic};
 
 fn main() {
     divan::main();
@@ -23,126 +25,6 @@ const QUERIES: usize = 20;
 /// How exact the answer must be, as a share of the model's size; `None` is full accuracy.
 const ACCURACIES: [(&str, Option<f64>); 3] =
     [("1e-6", Some(1e-6)), ("1e-12", Some(1e-12)), ("full", None)];
-
-struct Random(u64);
-
-impl Random {
-    fn unit(&mut self) -> f64 {
-        self.0 ^= self.0 << 13;
-        self.0 ^= self.0 >> 7;
-        self.0 ^= self.0 << 17;
-        (self.0 >> 11) as f64 / (1u64 << 53) as f64
-    }
-
-    fn between(&mut self, a: f64, b: f64) -> f64 {
-        a + (b - a) * self.unit()
-    }
-
-    fn direction(&mut self) -> Vector3<f64> {
-        loop {
-            let v = Vector3::from_fn(|_, _| self.between(-1.0, 1.0));
-            let n = v.norm();
-            if n > 0.1 && n < 1.0 {
-                return v / n;
-            }
-        }
-    }
-}
-
-fn interval(a: f64, b: f64) -> Interval {
-    Interval::new(a, b).expect("an interval")
-}
-
-/// A bicubic surface with 8 x 8 control points over the unit square, wavy in height.
-fn bicubic() -> NurbsSurface {
-    let mut random = Random(0x9e37_79b9_7f4a_7c15);
-    let knots: Vec<f64> = [vec![0.0; 4], vec![0.2, 0.4, 0.6, 0.8], vec![1.0; 4]].concat();
-    let mut net = Vec::new();
-    for i in 0..8 {
-        for j in 0..8 {
-            // The Greville abscissas: u and v are x and y.
-            let at = |k: usize| (knots[k + 1] + knots[k + 2] + knots[k + 3]) / 3.0;
-            net.push(Vector4::new(at(i), at(j), random.between(-0.25, 0.25), 1.0));
-        }
-    }
-    NurbsSurface::new([3, 3], [8, 8], net, [knots.clone(), knots]).expect("a bicubic")
-}
-
-/// The face of [`bicubic`] within a closed curve of four rational quadratics.
-fn trimmed_bicubic() -> Brep {
-    let s = std::f64::consts::FRAC_1_SQRT_2;
-    let knots = vec![0., 0., 0., 1., 1., 2., 2., 3., 3., 4., 4., 4.];
-    let ring = [
-        (1, 0),
-        (1, 1),
-        (0, 1),
-        (-1, 1),
-        (-1, 0),
-        (-1, -1),
-        (0, -1),
-        (1, -1),
-        (1, 0),
-    ];
-    let net = ring
-        .iter()
-        .enumerate()
-        .map(|(k, &(x, y))| {
-            let w = if k % 2 == 0 { 1.0 } else { s };
-            let at = |x: i32| (0.5 + 0.4 * f64::from(x)) * w;
-            [at(x), at(y), w].into()
-        })
-        .collect();
-    let curve = NurbsCurve::new(2, net, knots).expect("a circle");
-    let mut b = BrepBuilder::new();
-    let at = b.vertex([0.9, 0.5, 0.0]);
-    // The copy of the curve in space is for display only.
-    let circle = Arc {
-        center: Point3::new(0.5, 0.5, 0.0),
-        x: Vector3::x(),
-        y: Vector3::y(),
-        z: Vector3::z(),
-        radius: 0.4,
-        angle: interval(0.0, std::f64::consts::TAU),
-        domain: interval(0.0, 1.0),
-    };
-    let circle = Curve::Arc(Arc::new(circle).expect("a circle"));
-    let trim = TrimSpec {
-        vertices: [at, at],
-        curve: Curve::Nurbs(curve),
-        edge: Some(b.edge([at, at], circle).expect("an edge")),
-    };
-    b.face_with_trims(Surface::Nurbs(bicubic()), vec![vec![trim]])
-        .expect("a face");
-    b.build().expect("a BREP")
-}
-
-/// A sphere of radius 2.5: an arc turned about the z axis.
-fn sphere() -> Surface {
-    let half = std::f64::consts::FRAC_PI_2;
-    let profile = Arc {
-        center: Point3::origin(),
-        x: Vector3::x(),
-        y: Vector3::z(),
-        z: -Vector3::y(),
-        radius: 2.5,
-        angle: interval(-half, half),
-        domain: interval(0.0, 1.0),
-    };
-    let turned = Revolution {
-        origin: Point3::origin(),
-        axis: Vector3::z(),
-        angle: interval(0.0, 4.0 * half),
-        angle_domain: interval(0.0, 1.0),
-        profile: Curve::Arc(Arc::new(profile).expect("an arc")),
-        transposed: false,
-    };
-    Surface::Revolution(Revolution::new(turned).expect("a sphere"))
-}
-
-fn nurbs_sphere() -> Brep {
-    let surface = sphere().to_nurbs().expect("a sphere").nurbs;
-    Brep::from_surface(Surface::Nurbs(surface)).expect("a BREP")
-}
 
 /// Runs sphere queries around a list of centres.
 fn spheres(
@@ -184,7 +66,7 @@ fn accuracy(name: &str) -> Option<f64> {
 }
 
 fn over_the_wave() -> Vec<Point3<f64>> {
-    let mut random = Random(7);
+    let mut random = Random::new(7);
     let mut at = |_| {
         Point3::new(
             random.between(0.1, 0.9),
@@ -196,9 +78,9 @@ fn over_the_wave() -> Vec<Point3<f64>> {
 }
 
 fn off_center(least: f64, most: f64) -> Vec<Point3<f64>> {
-    let mut random = Random(11);
+    let mut random = Random::new(11);
     let mut at = |_| {
-        let off = least * (most / least).powf(random.unit());
+        let off = least * (most / least).powf(random.between(0.0, 1.0));
         Point3::origin() + random.direction() * off
     };
     (0..500).map(&mut at).collect()
@@ -208,8 +90,7 @@ const NAMES: [&str; 3] = [ACCURACIES[0].0, ACCURACIES[1].0, ACCURACIES[2].0];
 
 #[divan::bench(args = NAMES)]
 fn bicubic_8x8(bencher: Bencher, name: &str) {
-    let brep = Brep::from_surface(Surface::Nurbs(bicubic())).expect("a BREP");
-    spheres(bencher, brep, 0.01, accuracy(name), &over_the_wave());
+    spheres(bencher, bicubic(), 0.01, accuracy(name), &over_the_wave());
 }
 
 #[divan::bench(args = NAMES)]
@@ -247,7 +128,7 @@ fn ball_joint_nurbs_near_the_centre(bencher: Bencher, name: &str) {
 
 #[divan::bench(args = NAMES)]
 fn ball_joint_native(bencher: Bencher, name: &str) {
-    let brep = Brep::from_surface(sphere()).expect("a BREP");
+    let brep = native_sphere();
     spheres(
         bencher,
         brep,
@@ -291,7 +172,7 @@ fn asked(bencher: Bencher, brep: Brep, radius: f64, question: &str, centers: &[P
 
 #[divan::bench(args = QUESTIONS)]
 fn question_bicubic_8x8(bencher: Bencher, question: &str) {
-    let brep = Brep::from_surface(Surface::Nurbs(bicubic())).expect("a BREP");
+    let brep = bicubic();
     asked(bencher, brep, 0.1, question, &over_the_wave());
 }
 
@@ -313,7 +194,7 @@ fn question_ball_joint_nurbs(bencher: Bencher, question: &str) {
 
 /// Balls that move over the wave in small steps, each asked from scratch or from the last contact.
 fn path(bencher: Bencher, name: &str, warm: bool) {
-    let brep = Brep::from_surface(Surface::Nurbs(bicubic())).expect("a BREP");
+    let brep = bicubic();
     let brep = PreparedBrep::new(brep);
     let options = Options {
         accuracy: accuracy(name).map_or(Accuracy::Full, |a| Accuracy::Length(a * brep.size())),

@@ -13,15 +13,18 @@ use feeler::query::{
     contact_from, line, overlap,
 };
 use nalgebra::{Point3, Vector3};
-use scenes::{Random, bicubic, cube, native_sphere, nurbs_sphere};
+use scenes::{Random, bicubic, cube, native_sphere, nurbs_sphere, trimmed_bicubic, wavy_prism};
 use std::hint::black_box;
 
 /// One query, as a closure that keeps what it needs.
 type Query = Box<dyn FnMut()>;
 
-const NAMES: [&str; 11] = [
+const NAMES: [&str; 16] = [
     "ball_joint_native_full",
     "ball_joint_nurbs_1e-12",
+    "ball_joint_nurbs_full",
+    "ball_joint_nurbs_near",
+    "bicubic_trimmed",
     "bicubic_full",
     "bicubic_overlap",
     "bicubic_path",
@@ -30,6 +33,8 @@ const NAMES: [&str; 11] = [
     "bicubic_line",
     "bicubic_prepare",
     "cube_contact",
+    "prism_line",
+    "prism_line_1e-12",
     "sphere_line",
 ];
 
@@ -68,6 +73,12 @@ fn query(name: &str) -> Option<Query> {
     Some(match name {
         "ball_joint_native_full" => balls(native_sphere(), 2.49, Accuracy::Full, off_centre),
         "ball_joint_nurbs_1e-12" => balls(nurbs_sphere(), 2.49, coarse, off_centre),
+        "ball_joint_nurbs_full" => balls(nurbs_sphere(), 2.49, Accuracy::Full, off_centre),
+        "ball_joint_nurbs_near" => {
+            let near = off_centre.iter().map(|p| p * 1e-6).collect();
+            balls(nurbs_sphere(), 2.49, Accuracy::Full, near)
+        }
+        "bicubic_trimmed" => balls(trimmed_bicubic(), 0.01, Accuracy::Full, over),
         "bicubic_full" => balls(bicubic(), 0.01, Accuracy::Full, over),
         "cube_contact" => balls(cube(), 0.01, Accuracy::Full, over),
         "bicubic_overlap" => {
@@ -93,8 +104,18 @@ fn query(name: &str) -> Option<Query> {
         }
         "bicubic_path" => path(over[0], directions[0], false),
         "bicubic_path_warm" => path(over[0], directions[0], true),
-        "bicubic_line" => lines(bicubic(), over, directions),
-        "sphere_line" => lines(nurbs_sphere(), over, directions),
+        "bicubic_line" => lines(bicubic(), over, directions, Accuracy::Full),
+        "sphere_line" => lines(nurbs_sphere(), over, directions, Accuracy::Full),
+        "prism_line" | "prism_line_1e-12" => {
+            let accuracy = match name {
+                "prism_line" => Accuracy::Full,
+                _ => Accuracy::Length(1e-11),
+            };
+            let scaled = off_centre
+                .iter()
+                .map(|p| Point3::new(4.0 * p.x, 4.0 * p.y, 0.7 * p.z));
+            lines(wavy_prism(38), scaled.collect(), directions, accuracy)
+        }
         "bicubic_prepare" => {
             let brep = bicubic();
             Box::new(move || {
@@ -148,13 +169,19 @@ fn path(from: Point3<f64>, direction: Vector3<f64>, warm: bool) -> Query {
     })
 }
 
-fn lines(brep: Brep, origins: Vec<Point3<f64>>, directions: Vec<Vector3<f64>>) -> Query {
+fn lines(
+    brep: Brep,
+    origins: Vec<Point3<f64>>,
+    directions: Vec<Vector3<f64>>,
+    accuracy: Accuracy,
+) -> Query {
     let brep = PreparedBrep::new(brep);
     let mut workspace = Workspace::default();
+    let options = Options { accuracy, ..wide() };
     Box::new(move || {
         for (o, d) in origins.iter().zip(&directions) {
             let probe = LineProbe::new(*o, *d, LineKind::Line).expect("a line");
-            black_box(line(&brep, &probe, &Options::default(), &mut workspace));
+            black_box(line(&brep, &probe, &options, &mut workspace));
         }
     })
 }

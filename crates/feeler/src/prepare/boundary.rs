@@ -3,7 +3,7 @@
 
 use super::compose::compose;
 use super::spline::curve_pieces;
-use super::{Homogeneous, Net, ParamMap, Patch};
+use super::{Homogeneous, Net, ParamMap, Patch, Patches};
 use crate::brep::{Brep, TrimCurve};
 use crate::numeric::bernstein::Bidegree;
 use crate::numeric::{Ball, Dd, Real};
@@ -26,6 +26,47 @@ pub struct Piece<T> {
     /// The curve in space; `None` where its degree is too high to be composed.
     pub space: Option<Net<T>>,
 }
+
+impl Piece<f64> {
+    /// Whether the part of the curve over `[a, b]` is plainly proven to lie in the patch's open square: no more than a cheap test that
+    /// says `false` near its border.
+    ///
+    /// The control points of the part are blossoms: each is made in as many levels as the degree `p`, of three roundings each, of
+    /// weights that sum to 1 and are not negative. So they are off by at most `3 p u` times the largest coordinate,
+    /// and the stored points' bounds; [`PLAIN`] times that coordinate is far more for `p` up to [`MOST_PLAIN`].
+    pub(crate) fn stays(&self, [a, b]: [f64; 2]) -> bool {
+        let p = self.local.len() - 1;
+        if p > MOST_PLAIN {
+            return false;
+        }
+        let (mut own, mut size, mut spread) = ([[0.0; 3]; MOST_PLAIN + 1], 0.0f64, 0.0f64);
+        for (o, x) in own.iter_mut().zip(&self.local) {
+            *o = x.map(|x| x.mid);
+            size = x.iter().fold(size, |m, x| m.max(x.mid.abs()));
+            spread = x.iter().fold(spread, |m, x| m.max(x.rad));
+        }
+        let margin = PLAIN * size;
+        if !(spread <= 0.25 * margin) {
+            return false;
+        }
+        (0..=p).all(|k| {
+            let mut d = own;
+            for r in 0..p {
+                let x = if r < p - k { a } else { b };
+                let y = 1.0 - x;
+                for i in 0..p - r {
+                    d[i] = [0, 1, 2].map(|c| y * d[i][c] + x * d[i + 1][c]);
+                }
+            }
+            let [s, t, w] = d[0];
+            [s, t].iter().all(|x| *x > margin && w - x > margin)
+        })
+    }
+}
+
+/// See [`Piece::stays`].
+const MOST_PLAIN: usize = 12;
+const PLAIN: f64 = 1.0 / (1u64 << 40) as f64;
 
 /// How far a piece may reach past its patch, in units of the patch's width.
 const BORDER_SLACK: f64 = 1.0 / (1u64 << 44) as f64;
@@ -229,8 +270,8 @@ pub(crate) struct Cut {
 }
 
 /// Cuts the boundary of face `face` at the patches, which stand in a grid.
-pub(crate) fn cut_boundary(brep: &Brep, face: usize, patches: &[Patch<f64>]) -> Vec<Cut> {
-    let Some(first) = patches.first() else {
+pub(crate) fn cut_boundary(brep: &Brep, face: usize, patches: &Patches<f64>) -> Vec<Cut> {
+    let Some(first) = patches.iter().next() else {
         return Vec::new();
     };
     let count_v = patches
@@ -238,7 +279,7 @@ pub(crate) fn cut_boundary(brep: &Brep, face: usize, patches: &[Patch<f64>]) -> 
         .take_while(|p| p.maps[0] == first.maps[0])
         .count();
     let maps_u: Vec<_> = patches.iter().step_by(count_v).map(|p| p.maps[0]).collect();
-    let maps_v: Vec<_> = patches[..count_v].iter().map(|p| p.maps[1]).collect();
+    let maps_v: Vec<_> = patches.iter().take(count_v).map(|p| p.maps[1]).collect();
     let mut out = Vec::new();
     for (index, curve) in uv_curves::<f64>(brep, face).iter().enumerate() {
         let mut settled: Vec<(f64, f64, Cells)> = Vec::new();

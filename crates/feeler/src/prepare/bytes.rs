@@ -1,6 +1,7 @@
 //! How much memory a prepared BREP holds.
 
-use super::{FaceGeometry, Image, Net, PreparedBrep, PreparedFace, Products, SideCells};
+use super::{Box3, FaceGeometry, Image, Net, PreparedBrep, PreparedFace, Products, SideCells};
+use crate::numeric::Real;
 use std::sync::OnceLock;
 
 /// Of the elements that a list has room for; not of what these hold elsewhere.
@@ -21,14 +22,14 @@ fn products<T>(slots: &Vec<OnceLock<Products<T>>>) -> usize {
     list(slots) + made.map(one).sum::<usize>()
 }
 
-fn geometry<T>(g: &FaceGeometry<T>) -> usize {
-    let patches: usize = g.patches.iter().map(|p| net(&p.net)).sum();
+fn geometry<T: Real>(g: &FaceGeometry<T>) -> usize {
+    let patches = g.patches.bytes(net);
     let curves: usize = g.curves.iter().map(|c| list(&c.points)).sum();
     let made = g.pieces.iter().filter_map(OnceLock::get);
     let pieces: usize = made
         .map(|p| list(&p.local) + p.space.as_ref().map_or(0, net))
         .sum();
-    let lists = list(&g.patches) + list(&g.curves) + list(&g.cuts) + list(&g.pieces);
+    let lists = list(&g.curves) + list(&g.cuts) + list(&g.pieces);
     let products = products(&g.patch_products) + products(&g.piece_products);
     let speeds = list(&g.patch_speeds) + list(&g.piece_speeds);
     let seeds = g.seeds.get().map_or(0, list);
@@ -63,7 +64,7 @@ impl FaceBytes {
     pub(super) fn of(f: &PreparedFace) -> Self {
         let closed = f.closed.get().and_then(Option::as_ref);
         Self {
-            at_once: size_of::<PreparedFace>(),
+            at_once: size_of::<PreparedFace>() + size_of::<Option<Box3>>(),
             region: f.region.get().map_or(0, |r| r.bytes()),
             closed: closed.map_or(0, |c| list(&c.curves) + size_of_val(&c.surface)),
             patches: f.double.get().map_or(0, geometry),
@@ -88,7 +89,9 @@ impl PreparedBrep {
             + kept.map_or(0, SideCells::bytes)
             // Of the faces: what they have at once.
             + list(&self.faces)
+            + list(&self.boxes)
             + faces
+            + self.shared.get().map_or(0, list)
             + cracks
             + images(&self.images)
             + images(&self.fine_images)

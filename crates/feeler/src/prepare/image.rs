@@ -8,7 +8,7 @@
 use super::boundary::UvCurve;
 use super::compose::compose;
 use super::net::curve_jet;
-use super::{Box3, FaceGeometry, Homogeneous, Net, ParamMap, Patch};
+use super::{Box3, FaceGeometry, Homogeneous, Net, ParamMap, Patch, Patches};
 use crate::numeric::bernstein::Bidegree;
 use crate::numeric::{Ball, Real};
 
@@ -131,19 +131,19 @@ enum Cell {
 
 /// The cells of a grid of patches.
 struct Grid<'a, T> {
-    patches: &'a [Patch<T>],
+    patches: &'a Patches<T>,
     maps: [Vec<ParamMap>; 2],
     /// How near a border a curve may wander, in roundings.
     roundings: f64,
 }
 
 impl<'a, T: Real> Grid<'a, T> {
-    fn new(patches: &'a [Patch<T>]) -> Option<Self> {
-        let first = patches.first()?;
+    fn new(patches: &'a Patches<T>) -> Option<Self> {
+        let first = patches.iter().next()?;
         let same = |p: &&Patch<T>| p.maps[0] == first.maps[0];
         let count_v = patches.iter().take_while(same).count();
         let maps_u = patches.iter().step_by(count_v).map(|p| p.maps[0]).collect();
-        let maps_v = patches[..count_v].iter().map(|p| p.maps[1]).collect();
+        let maps_v = patches.iter().take(count_v).map(|p| p.maps[1]).collect();
         Some(Self {
             patches,
             maps: [maps_u, maps_v],

@@ -30,16 +30,16 @@ pub(crate) fn fits(degree: Bidegree) -> bool {
     degree.u <= MAX_DEGREE && degree.v <= MAX_DEGREE
 }
 
-/// The Bernstein polynomials of degree `p` at `t`, and their first and second derivatives.
-struct Basis {
-    value: [f64; ROOM],
-    slope: [f64; ROOM],
-    curvature: [f64; ROOM],
+/// The Bernstein polynomials of degree `p < N` at `t`, and their first and second derivatives.
+struct Basis<const N: usize> {
+    value: [f64; N],
+    slope: [f64; N],
+    curvature: [f64; N],
 }
 
 /// One level up: `b_i = (1 - t) b_i + t b_(i-1)`; `k` is the degree so far.
-#[inline]
-fn raise(b: &mut [f64; ROOM], k: usize, t: f64, s: f64) {
+#[inline(always)]
+fn raise<const N: usize>(b: &mut [f64; N], k: usize, t: f64, s: f64) {
     let mut carry = 0.0;
     for x in &mut b[..=k] {
         let old = *x;
@@ -49,16 +49,17 @@ fn raise(b: &mut [f64; ROOM], k: usize, t: f64, s: f64) {
     b[k + 1] = carry;
 }
 
-impl Basis {
-    /// `p` is at most [`MAX_DEGREE`]; `orders` of derivatives are wanted.
+impl<const N: usize> Basis<N> {
+    /// `p` is below `N`; `orders` of derivatives are wanted.
+    #[inline(always)]
     fn new(p: usize, t: f64, orders: usize) -> Self {
         let s = 1.0 - t;
-        let mut b = [0.0; ROOM];
+        let mut b = [0.0; N];
         b[0] = 1.0;
         let mut out = Self {
-            value: [0.0; ROOM],
-            slope: [0.0; ROOM],
-            curvature: [0.0; ROOM],
+            value: [0.0; N],
+            slope: [0.0; N],
+            curvature: [0.0; N],
         };
         for k in 0..=p {
             // Here b holds degree k.
@@ -88,21 +89,36 @@ impl Basis {
     }
 }
 
-#[inline]
+#[inline(always)]
 fn add(sum: &mut [f64; 4], factor: f64, p: &[f64; 4]) {
     for c in 0..4 {
         sum[c] += factor * p[c];
     }
 }
 
+/// Calls a function of `(net, p, q, s, t)` with small degrees as constants, so that its loops are unrolled: the same operations in
+/// the same order for all.
+macro_rules! by_degree {
+    ($of:ident, $net:expr, $s:expr, $t:expr) => {
+        match ($net.degree.u, $net.degree.v) {
+            (2, 2) => $of::<4>($net, 2, 2, $s, $t),
+            (3, 3) => $of::<4>($net, 3, 3, $s, $t),
+            (p, q) if p < 4 && q < 4 => $of::<4>($net, p, q, $s, $t),
+            (p, q) => $of::<ROOM>($net, p, q, $s, $t),
+        }
+    };
+}
+
 /// Value, `_s`, `_t`, `_ss`, `_st`, `_tt` of the homogeneous point, without a bound.
 pub(crate) fn jet2(net: &Net<f64>, s: f64, t: f64) -> [[f64; 4]; 6] {
-    let (bu, bv) = (
-        Basis::new(net.degree.u, s, 2),
-        Basis::new(net.degree.v, t, 2),
-    );
+    by_degree!(jet2_of, net, s, t)
+}
+
+#[inline(always)]
+fn jet2_of<const N: usize>(net: &Net<f64>, p: usize, q: usize, s: f64, t: f64) -> [[f64; 4]; 6] {
+    let (bu, bv) = (Basis::<N>::new(p, s, 2), Basis::<N>::new(q, t, 2));
     let mut out = [[0.0; 4]; 6];
-    for (i, row) in net.plain.chunks_exact(net.degree.v + 1).enumerate() {
+    for (i, row) in net.plain.chunks_exact(q + 1).enumerate() {
         let mut r = [[0.0; 4]; 3];
         if let [p] = row {
             r[0] = *p;
@@ -125,12 +141,14 @@ pub(crate) fn jet2(net: &Net<f64>, s: f64, t: f64) -> [[f64; 4]; 6] {
 
 /// The homogeneous point alone, without a bound.
 pub(crate) fn value(net: &Net<f64>, s: f64, t: f64) -> [f64; 4] {
-    let (bu, bv) = (
-        Basis::new(net.degree.u, s, 0),
-        Basis::new(net.degree.v, t, 0),
-    );
+    by_degree!(value_of, net, s, t)
+}
+
+#[inline(always)]
+fn value_of<const N: usize>(net: &Net<f64>, p: usize, q: usize, s: f64, t: f64) -> [f64; 4] {
+    let (bu, bv) = (Basis::<N>::new(p, s, 0), Basis::<N>::new(q, t, 0));
     let mut out = [0.0; 4];
-    for (i, row) in net.plain.chunks_exact(net.degree.v + 1).enumerate() {
+    for (i, row) in net.plain.chunks_exact(q + 1).enumerate() {
         let mut r = [0.0; 4];
         for (j, p) in row.iter().enumerate() {
             add(&mut r, bv.value[j], p);
@@ -142,12 +160,14 @@ pub(crate) fn value(net: &Net<f64>, s: f64, t: f64) -> [f64; 4] {
 
 /// Value, `_s` and `_t` of the homogeneous point, without a bound.
 pub(crate) fn jet1(net: &Net<f64>, s: f64, t: f64) -> [[f64; 4]; 3] {
-    let (bu, bv) = (
-        Basis::new(net.degree.u, s, 1),
-        Basis::new(net.degree.v, t, 1),
-    );
+    by_degree!(jet1_of, net, s, t)
+}
+
+#[inline(always)]
+fn jet1_of<const N: usize>(net: &Net<f64>, p: usize, q: usize, s: f64, t: f64) -> [[f64; 4]; 3] {
+    let (bu, bv) = (Basis::<N>::new(p, s, 1), Basis::<N>::new(q, t, 1));
     let mut sums = [[0.0; 4]; 3];
-    for (i, row) in net.plain.chunks_exact(net.degree.v + 1).enumerate() {
+    for (i, row) in net.plain.chunks_exact(q + 1).enumerate() {
         let mut r = [[0.0; 4]; 2];
         for (j, p) in row.iter().enumerate() {
             add(&mut r[0], bv.value[j], p);
@@ -180,20 +200,31 @@ pub(crate) fn jet(net: &Net<f64>, s: f64, t: f64) -> [[Ball<f64>; 4]; 3] {
     })
 }
 
-/// The Bernstein polynomials of degree `p` at a double-double `t` in [0, 1]: a level has two products and a sum, and `1 - t`
-/// is rounded, so each is off by at most `4 p` units, relatively.
+/// The Bernstein polynomials `C(p, i) s^(p-i) t^i` of degree `p` at a double-double `t` in [0, 1], `s = 1 - t`.
+///
+/// `s` is rounded once, which counts `p` times at most; its powers and those of `t` take at most `p - 1` products each, of which `b_i`
+/// has at most `p - 2` in all for `0 < i < p`; then come their product and that with the binomial, a f64 exactly. All factors are
+/// positive, so each polynomial is off by at most `p + p + 1` units, relatively: no more than `4 p`.
 fn fine_basis(p: usize, t: Dd) -> [Dd; ROOM] {
     let s = Dd::ONE - t;
-    let mut b = [Dd::ZERO; ROOM];
-    b[0] = Dd::ONE;
-    for k in 0..p {
-        let mut carry = Dd::ZERO;
-        for x in &mut b[..=k] {
-            let old = *x;
-            *x = carry + s * old;
-            carry = t * old;
+    let mut b = [Dd::ONE; ROOM];
+    // b_i = t^i.
+    for i in 1..=p {
+        b[i] = if i == 1 { t } else { b[i - 1] * t };
+    }
+    let (mut power, mut binomial) = (s, 1.0);
+    for i in (0..p).rev() {
+        // Here `power` is s^(p - i), and C(p, i) = C(p, i + 1) (i + 1) / (p - i), exactly.
+        binomial = binomial * (i + 1) as f64 / (p - i) as f64;
+        let own = if i == 0 { power } else { b[i] * power };
+        b[i] = if binomial == 1.0 {
+            own
+        } else {
+            own * Dd::from(binomial)
+        };
+        if i > 0 {
+            power = power * s;
         }
-        b[k + 1] = carry;
     }
     b
 }

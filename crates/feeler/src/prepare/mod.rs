@@ -27,6 +27,7 @@ pub use bytes::FaceBytes;
 pub use net::Net;
 pub use param::ParamMap;
 pub use patch::Patch;
+pub(crate) use patch::Patches;
 pub use plan::{FacePlan, Form, Searched};
 pub use shortcuts::Shortcuts;
 
@@ -49,10 +50,23 @@ use std::sync::OnceLock;
 /// A box in space: ranges of x, y, z, rounded outward.
 pub(crate) type Box3 = [[f64; 2]; 3];
 
+/// A box around boxes.
+fn around(boxes: &[Box3]) -> Box3 {
+    let nothing = [[f64::INFINITY, f64::NEG_INFINITY]; 3];
+    boxes.iter().fold(nothing, |all, b| {
+        std::array::from_fn(|c| [all[c][0].min(b[c][0]), all[c][1].max(b[c][1])])
+    })
+}
+
+/// A box wider by a length on all sides, rounded outward.
+fn widened(b: &Box3, by: f64) -> Box3 {
+    b.map(|r| [(r[0] - by).next_down(), (r[1] + by).next_up()])
+}
+
 /// The patches and boundary of one face in one arithmetic.
 #[derive(Debug)]
 pub(crate) struct FaceGeometry<T> {
-    pub(crate) patches: Vec<Patch<T>>,
+    pub(crate) patches: Patches<T>,
     curves: Vec<UvCurve<T>>,
     cuts: Vec<Cut>,
     pieces: Vec<OnceLock<Piece<T>>>,
@@ -79,12 +93,18 @@ const SEEDS: usize = 3;
 const MOST_SEEDED: usize = 64;
 
 impl<T: Real> FaceGeometry<T> {
-    fn new(brep: &Brep, face: usize, patches: Vec<Patch<T>>, cuts: Vec<Cut>) -> Self {
+    fn new(
+        brep: &Brep,
+        face: usize,
+        patches: Patches<T>,
+        patch_boxes: Vec<Option<Box3>>,
+        cuts: Vec<Cut>,
+    ) -> Self {
         Self {
-            patch_boxes: patches.iter().map(|p| p.net.bounding_box()).collect(),
-            patch_products: patches.iter().map(|_| OnceLock::new()).collect(),
+            patch_products: patch_boxes.iter().map(|_| OnceLock::new()).collect(),
             piece_products: cuts.iter().map(|_| OnceLock::new()).collect(),
-            patch_speeds: patches.iter().map(|_| OnceLock::new()).collect(),
+            patch_speeds: patch_boxes.iter().map(|_| OnceLock::new()).collect(),
+            patch_boxes,
             piece_speeds: cuts.iter().map(|_| OnceLock::new()).collect(),
             seeds: OnceLock::new(),
             pieces: cuts.iter().map(|_| OnceLock::new()).collect(),
@@ -170,7 +190,6 @@ impl FaceGeometry<f64> {
 /// What is kept of one face.
 #[derive(Debug)]
 struct PreparedFace {
-    bounding_box: Option<Box3>,
     region: OnceLock<TrimRegion>,
     closed: OnceLock<Option<ClosedFace>>,
     shell: OnceLock<Option<Shell>>,
@@ -184,6 +203,8 @@ pub struct PreparedBrep {
     brep: Brep,
     shortcuts: Shortcuts,
     faces: Vec<PreparedFace>,
+    /// A box around each face.
+    boxes: Vec<Option<Box3>>,
     size: f64,
     /// A box around all faces; `None` where none is known.
     bounding_box: Option<Box3>,
@@ -201,6 +222,42 @@ pub struct PreparedBrep {
     /// The same in double-double.
     fine_cracks: Vec<OnceLock<f64>>,
     side_cells: OnceLock<Option<SideCells>>,
+    /// The edges that several trims use.
+    shared: OnceLock<Vec<SharedEdge>>,
+}
+
+/// An edge that several trims use, and what a line must miss to be clear of its crack.
+#[derive(Debug)]
+pub(crate) struct SharedEdge {
+    pub(crate) edge: usize,
+    /// See [`PreparedBrep::is_clear_of_edge`].
+    far: Option<Box3>,
+    near: OnceLock<Option<WideBox>>,
+}
+
+/// A box, and one around it by its middle.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct WideBox {
+    pub(crate) bounds: Box3,
+    pub(crate) middle: [f64; 3],
+    /// Half of its sides, rounded up.
+    pub(crate) half: [f64; 3],
+}
+
+impl WideBox {
+    fn new(bounds: Box3) -> Self {
+        let middle = bounds.map(|r| r[0] + 0.5 * (r[1] - r[0]));
+        // Differences are off by half an ulp: the next number up is no less.
+        let half = [0, 1, 2].map(|c| {
+            let [low, high] = bounds[c];
+            (middle[c] - low).max(high - middle[c]).next_up()
+        });
+        Self {
+            bounds,
+            middle,
+            half,
+        }
+    }
 }
 
 impl PreparedBrep {
@@ -212,8 +269,7 @@ impl PreparedBrep {
     /// The same without some of the shortcuts, to measure what each saves.
     pub fn with_shortcuts(brep: Brep, shortcuts: Shortcuts) -> Self {
         let faces: Vec<_> = (0..brep.faces().len())
-            .map(|face| PreparedFace {
-                bounding_box: patch::surface_box(brep.surface(face)),
+            .map(|_| PreparedFace {
                 region: OnceLock::new(),
                 closed: OnceLock::new(),
                 shell: OnceLock::new(),
@@ -221,19 +277,15 @@ impl PreparedBrep {
                 double_double: OnceLock::new(),
             })
             .collect();
-        let boxes: Option<Vec<Box3>> = faces.iter().map(|f| f.bounding_box).collect();
-        let bounding_box = boxes.map(|boxes| {
-            std::array::from_fn(|c| {
-                let start = [f64::INFINITY, f64::NEG_INFINITY];
-                boxes.iter().fold(start, |r: [f64; 2], b| {
-                    [r[0].min(b[c][0]), r[1].max(b[c][1])]
-                })
-            })
-        });
+        let boxes: Vec<Option<Box3>> = (0..faces.len())
+            .map(|face| patch::surface_box(brep.surface(face)))
+            .collect();
+        let all: Option<Vec<Box3>> = boxes.iter().copied().collect();
+        let bounding_box = all.map(|all| around(&all));
         let mut size: f64 = 0.0;
         for c in 0..3 {
-            let boxes = faces.iter().filter_map(|f| f.bounding_box);
-            let range = boxes.fold([f64::INFINITY, f64::NEG_INFINITY], |r, b| {
+            let known = boxes.iter().flatten();
+            let range = known.fold([f64::INFINITY, f64::NEG_INFINITY], |r, b| {
                 [r[0].min(b[c][0]), r[1].max(b[c][1])]
             });
             size = size.max(range[1] - range[0]);
@@ -247,9 +299,11 @@ impl PreparedBrep {
             vertex_regions: OnceLock::new(),
             fine_vertex_regions: OnceLock::new(),
             side_cells: OnceLock::new(),
+            shared: OnceLock::new(),
             brep,
             shortcuts,
             faces,
+            boxes,
             size,
             bounding_box,
             room: OnceLock::new(),
@@ -312,6 +366,62 @@ impl PreparedBrep {
         self.closed(self.face_of(trim))?.curve_of(trim)
     }
 
+    /// The edges that several trims use.
+    pub(crate) fn shared_edges(&self) -> &[SharedEdge] {
+        self.shared.get_or_init(|| {
+            let edges = self.brep.parts().edges.iter().enumerate();
+            let shared = edges.filter(|(_, e)| e.trims.len() > 1);
+            let made = shared.map(|(edge, e)| SharedEdge {
+                edge,
+                far: self.far_box(&e.trims),
+                near: OnceLock::new(),
+            });
+            made.collect()
+        })
+    }
+
+    /// Whether a set that misses a box, as `misses` tells, is proven to be clear of the crack of an edge: farther from the images
+    /// of its trims than its width.
+    ///
+    /// Two boxes know it. *Far*: the images are moved to the domains of their surfaces and so lie in the box `B` around the faces; their
+    /// Frechet distance, the crack's width, is at most the diagonal of `B`; who misses `B` widened by its diagonal is
+    /// clear. It costs nothing to make, so that an edge far off stays unmade. *Near*: a box around the images, widened by the
+    /// bound of the crack's width; made when something first comes near.
+    pub(crate) fn is_clear_of_edge(
+        &self,
+        shared: &SharedEdge,
+        misses: impl Fn(&WideBox) -> bool,
+    ) -> bool {
+        let near = match shared.near.get() {
+            Some(near) => near,
+            None if shared.far.is_some_and(|b| misses(&WideBox::new(b))) => return true,
+            None => shared
+                .near
+                .get_or_init(|| self.near_box(shared.edge).map(WideBox::new)),
+        };
+        near.as_ref().is_some_and(misses)
+    }
+
+    fn far_box(&self, trims: &[usize]) -> Option<Box3> {
+        let faces = trims.iter().map(|t| self.boxes[self.face_of(*t)]);
+        let faces: Option<Vec<Box3>> = faces.collect();
+        let b = around(&faces?);
+        let squares = b.iter().map(|r| (r[1] - r[0]).powi(2));
+        // A few roundings of the diagonal.
+        let diagonal = squares.sum::<f64>().sqrt() * (1.0 + 16.0 * f64::EPSILON);
+        Some(widened(&b, diagonal))
+    }
+
+    fn near_box(&self, edge: usize) -> Option<Box3> {
+        let trims = self.brep.parts().edges[edge].trims.iter();
+        let images = trims.map(|t| match self.closed_image(*t) {
+            Some((curve, slack)) => Some(widened(&curve.shape.bounds(), slack)),
+            None => self.trim_image(*t).map(Image::bounds),
+        });
+        let images: Option<Vec<Box3>> = images.collect();
+        Some(widened(&around(&images?), self.crack_width(edge)))
+    }
+
     fn face_of(&self, trim: usize) -> usize {
         let parts = self.brep.parts();
         parts.loops[parts.trims[trim].trim_loop].face
@@ -367,7 +477,7 @@ impl PreparedBrep {
 
     /// A box around the face's surface; `None` where none is known.
     pub(crate) fn face_box(&self, face: usize) -> Option<&Box3> {
-        self.faces[face].bounding_box.as_ref()
+        self.boxes[face].as_ref()
     }
 
     /// The coordinate that all points of a face have in common, exactly, and its value.
@@ -403,20 +513,23 @@ impl PreparedBrep {
 
     pub(crate) fn double(&self, face: usize) -> &FaceGeometry<f64> {
         let make = || {
-            let patches = patch::surface_patches(self.brep.surface(face));
+            let patches = Patches::all(self.brep.surface(face));
+            let boxes = patches.iter().map(|p| p.net.bounding_box()).collect();
             let cuts = boundary::cut_boundary(&self.brep, face, &patches);
-            FaceGeometry::new(&self.brep, face, patches, cuts)
+            FaceGeometry::new(&self.brep, face, patches, boxes, cuts)
         };
         let slot = &self.faces[face].double;
         slot.get_or_init(make)
     }
 
-    /// The same patches and pieces as [`double`](Self::double), by index.
+    /// The same patches and pieces as [`double`](Self::double), by index; those of a NURBS surface are made when they are first
+    /// asked for.
     pub(crate) fn double_double(&self, face: usize) -> &FaceGeometry<Dd> {
         let double = self.double(face);
         let make = || {
-            let patches = patch::surface_patches(self.brep.surface(face));
-            FaceGeometry::new(&self.brep, face, patches, double.cuts.clone())
+            let patches = Patches::on_demand(self.brep.surface(face));
+            let boxes = double.patch_boxes.clone();
+            FaceGeometry::new(&self.brep, face, patches, boxes, double.cuts.clone())
         };
         let slot = &self.faces[face].double_double;
         slot.get_or_init(make)

@@ -1,11 +1,12 @@
 //! Rational Bezier patches of a face's surface, with bounds.
 
 use super::circle::{Span, normalized, spans};
-use super::spline::{bezier_of_span, curve_pieces};
+use super::spline::{Blossom, curve_pieces};
 use super::{Box3, Homogeneous, Net, ParamMap};
 use crate::numeric::bernstein::Bidegree;
 use crate::numeric::{Ball, Dd, Interval, Real};
-use crate::nurbs::{Curve3, NurbsSurface, Plane, Revolution, Sum, Surface};
+use crate::nurbs::{Curve3, KnotVector, NurbsSurface, Plane, Revolution, Sum, Surface};
+use std::sync::OnceLock;
 
 /// A rational Bezier patch on the unit square, and the native parameters it covers.
 #[derive(Clone, Debug)]
@@ -162,44 +163,158 @@ fn plane_patch<T: Real>(plane: &Plane) -> Patch<T> {
 
 fn nurbs_patches<T: Real>(surface: &NurbsSurface) -> Vec<Patch<T>> {
     let (ku, kv) = (surface.knots_u(), surface.knots_v());
-    let degree = Bidegree {
-        u: ku.degree(),
-        v: kv.degree(),
-    };
-    let count_v = kv.control_points();
-    // Pieces are affine combinations of the control points: where all weights are 1, so are those of the pieces, exactly.
-    let polynomial = surface.control_net().iter().all(|p| p[3] == 1.0);
+    let along_v: Vec<_> = kv.spans().map(|s| Span1::new(kv, s)).collect();
     let mut patches = Vec::new();
-    for (iu, ua, ub) in ku.spans() {
-        // Bezier in u first: for each column of the net, p + 1 points.
-        let columns: Vec<Vec<Homogeneous<T, 4>>> = (0..count_v)
-            .map(|j| {
-                bezier_of_span(ku, iu, ua, ub, |i| {
-                    let p = &surface.control_net()[i * count_v + j];
-                    std::array::from_fn(|c| Ball::exact(p[c]))
-                })
-            })
+    for span in ku.spans() {
+        let along_u = Span1::new(ku, span);
+        let columns: Vec<_> = (0..kv.control_points())
+            .map(|j| column(surface, &along_u, j))
             .collect();
-        for (iv, va, vb) in kv.spans() {
-            let mut net = Vec::with_capacity(degree.count());
-            for i in 0..=degree.u {
-                net.extend(bezier_of_span(kv, iv, va, vb, |j| columns[j][i]));
-            }
-            if polynomial {
-                net.iter_mut()
-                    .for_each(|p: &mut Homogeneous<T, 4>| p[3] = Ball::ONE);
-            }
-            let maps = [
-                ParamMap { start: ua, end: ub },
-                ParamMap { start: va, end: vb },
-            ];
-            patches.push(Patch {
-                net: Net::centered(degree, net),
-                maps,
-            });
-        }
+        let made = along_v
+            .iter()
+            .map(|along_v| of_columns(surface, [&along_u, along_v], |i, j| columns[j][i]));
+        patches.extend(made);
     }
     patches
+}
+
+/// The patch over two spans: one of these, the same to the last bit.
+fn nurbs_patch<T: Real>(surface: &NurbsSurface, [u, v]: [KnotSpan; 2]) -> Patch<T> {
+    let along_u = Span1::new(surface.knots_u(), u);
+    let along_v = Span1::new(surface.knots_v(), v);
+    let first = v.0 - surface.knots_v().degree();
+    let columns: Vec<_> = (first..=v.0)
+        .map(|j| column(surface, &along_u, j))
+        .collect();
+    of_columns(surface, [&along_u, &along_v], |i, j| columns[j - first][i])
+}
+
+/// Index, start and end.
+type KnotSpan = (usize, f64, f64);
+
+/// A span of a knot vector.
+struct Span1<T> {
+    blossom: Blossom<T>,
+    map: ParamMap,
+}
+
+impl<T: Real> Span1<T> {
+    fn new(knots: &KnotVector, (index, start, end): KnotSpan) -> Self {
+        Self {
+            blossom: Blossom::new(knots, index, start, end),
+            map: ParamMap { start, end },
+        }
+    }
+}
+
+/// Column `j` of a net, in Bezier form along u.
+fn column<T: Real>(surface: &NurbsSurface, along_u: &Span1<T>, j: usize) -> Vec<Homogeneous<T, 4>> {
+    let count_v = surface.knots_v().control_points();
+    along_u.blossom.apply(|i| {
+        let p = &surface.control_net()[i * count_v + j];
+        std::array::from_fn(|c| Ball::exact(p[c]))
+    })
+}
+
+/// A patch from columns in Bezier form along u.
+fn of_columns<T: Real>(
+    surface: &NurbsSurface,
+    [along_u, along_v]: [&Span1<T>; 2],
+    columns: impl Fn(usize, usize) -> Homogeneous<T, 4>,
+) -> Patch<T> {
+    let degree = Bidegree {
+        u: surface.knots_u().degree(),
+        v: surface.knots_v().degree(),
+    };
+    let mut net = Vec::with_capacity(degree.count());
+    for i in 0..=degree.u {
+        net.extend(along_v.blossom.apply(|j| columns(i, j)));
+    }
+    // Pieces are affine combinations of the control points: where all weights are 1, so are those of the pieces, exactly.
+    if surface.control_net().iter().all(|p| p[3] == 1.0) {
+        net.iter_mut()
+            .for_each(|p: &mut Homogeneous<T, 4>| p[3] = Ball::ONE);
+    }
+    Patch {
+        net: Net::centered(degree, net),
+        maps: [along_u.map, along_v.map],
+    }
+}
+
+/// The patches of a surface in order of u, then v: a grid.
+#[derive(Debug)]
+pub(crate) enum Patches<T> {
+    /// All of them.
+    Made(Vec<Patch<T>>),
+    /// Those of a NURBS surface, each made when it is first asked for.
+    OnDemand {
+        surface: Box<NurbsSurface>,
+        spans: [Vec<KnotSpan>; 2],
+        slots: Vec<OnceLock<Patch<T>>>,
+    },
+}
+
+impl<T: Real> Patches<T> {
+    pub(super) fn all(surface: &Surface) -> Self {
+        Self::Made(surface_patches(surface))
+    }
+
+    /// Patches that are made when they are needed, where that can be.
+    pub(super) fn on_demand(surface: &Surface) -> Self {
+        let Surface::Nurbs(s) = surface else {
+            return Self::all(surface);
+        };
+        let spans = [s.knots_u(), s.knots_v()].map(|k| k.spans().collect::<Vec<_>>());
+        let count = spans[0].len() * spans[1].len();
+        Self::OnDemand {
+            surface: Box::new(s.clone()),
+            spans,
+            slots: (0..count).map(|_| OnceLock::new()).collect(),
+        }
+    }
+
+    pub(crate) fn len(&self) -> usize {
+        match self {
+            Self::Made(all) => all.len(),
+            Self::OnDemand { slots, .. } => slots.len(),
+        }
+    }
+
+    pub(crate) fn iter(&self) -> impl DoubleEndedIterator<Item = &Patch<T>> + ExactSizeIterator {
+        (0..self.len()).map(|i| &self[i])
+    }
+
+    /// Bytes of its lists, and of the nets that have been made as `net` tells.
+    pub(super) fn bytes(&self, net: impl Fn(&Net<T>) -> usize) -> usize {
+        match self {
+            Self::Made(all) => {
+                let nets = all.iter().map(|p| net(&p.net));
+                all.capacity() * size_of::<Patch<T>>() + nets.sum::<usize>()
+            }
+            Self::OnDemand { surface, slots, .. } => {
+                let nets = slots.iter().filter_map(OnceLock::get).map(|p| net(&p.net));
+                slots.capacity() * size_of::<OnceLock<Patch<T>>>()
+                    + size_of_val(surface.control_net())
+                    + nets.sum::<usize>()
+            }
+        }
+    }
+}
+
+impl<T: Real> std::ops::Index<usize> for Patches<T> {
+    type Output = Patch<T>;
+
+    fn index(&self, index: usize) -> &Patch<T> {
+        match self {
+            Self::Made(all) => &all[index],
+            Self::OnDemand {
+                surface,
+                spans: [u, v],
+                slots,
+            } => slots[index]
+                .get_or_init(|| nurbs_patch(surface, [u[index / v.len()], v[index % v.len()]])),
+        }
+    }
 }
 
 /// A box around a whole surface, by the convex hull of its control points; `None` where none is known.

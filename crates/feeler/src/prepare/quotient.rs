@@ -44,12 +44,14 @@ impl<T: Real> Quotient<T> {
         let q: [Ball<T>; 3] = std::array::from_fn(|c| Ball::difference(q[c], net.origin[c]));
         let q2 = q[0].square() + q[1].square() + q[2].square();
         let two = T::from_f64(2.0);
-        let values = (0..products.degree.count())
-            .map(|i| {
-                let cross = q[0].mid * products.b[0].values[i]
-                    + q[1].mid * products.b[1].values[i]
-                    + q[2].mid * products.b[2].values[i];
-                (products.a.values[i] - two * cross) + q2.mid * products.c.values[i]
+        let [bx, by, bz] = &products.b;
+        let pairs = products.a.values.iter().zip(&products.c.values);
+        let triples = bx.values.iter().zip(&by.values).zip(&bz.values);
+        let values = pairs
+            .zip(triples)
+            .map(|((a, c), ((x, y), z))| {
+                let cross = q[0].mid * *x + q[1].mid * *y + q[2].mid * *z;
+                (*a - two * cross) + q2.mid * *c
             })
             .collect();
         let mut size = products.a.largest + q2.magnitude() * products.c.largest;

@@ -62,7 +62,7 @@ fn strays(brep: &PreparedBrep, face: usize, out: &mut Vec<Box3>) -> Option<()> {
             }
             let [low, high] = domain[1 - k];
             let along = piece.hull[1 - k].map(|x| x.clamp(low, high));
-            for patch in &brep.double(face).patches {
+            for patch in brep.double(face).patches.iter() {
                 let (across, own) = (patch.maps[k], patch.maps[1 - k]);
                 let range = [along[0].max(own.start), along[1].min(own.end)];
                 if [across.start, across.end][end] != side || !(range[0] <= range[1]) {

@@ -17,37 +17,66 @@ pub(crate) struct BezierCurve<T, const H: usize> {
     pub(crate) map: ParamMap,
 }
 
-/// The Bezier control points over `[a, b]` within span `index` of the spline with control
-/// points `point(0), point(1), ...`: control point `k` is the blossom at `a` (`p - k` times)
-/// and `b` (`k` times). Source: L. Ramshaw, *Blossoming* (1987); the recursion is de Boor's with a new
-/// argument at each level.
-pub(crate) fn bezier_of_span<T: Real, const H: usize>(
-    knots: &KnotVector,
+/// How the Bezier control points over `[a, b]` within a span of a spline follow from its own.
+///
+/// Control point `k` is the blossom at `a` (`p - k` times) and `b` (`k` times). Source: L. Ramshaw, *Blossoming* (1987); the
+/// recursion is de Boor's with a new argument at each level. Its weights depend on the knots and on whether the argument is `a` or
+/// `b`: they are made once for all rows of a net.
+pub(crate) struct Blossom<T> {
+    degree: usize,
     index: usize,
-    a: f64,
-    b: f64,
-    point: impl Fn(usize) -> Homogeneous<T, H>,
-) -> Vec<Homogeneous<T, H>> {
-    let p = knots.degree();
-    let t = knots.knots();
-    (0..=p)
-        .map(|k| {
-            let mut d: Vec<_> = (0..=p).map(|j| point(index - p + j)).collect();
-            for r in 1..=p {
-                let argument = if r <= p - k { a } else { b };
-                for j in (r..=p).rev() {
-                    let (low, high) = (t[index - p + j], t[j + 1 + index - r]);
-                    let width = Ball::<T>::difference(high, low);
-                    let up = Ball::difference(argument, low) / width;
-                    let down = Ball::difference(high, argument) / width;
-                    for c in 0..H {
-                        d[j][c] = down * d[j - 1][c] + up * d[j][c];
+    /// For `a`, then for `b`: the weights `(down, up)` of the steps of level 1, 2, ..., each from its last step to its first.
+    weights: [Vec<[Ball<T>; 2]>; 2],
+}
+
+impl<T: Real> Blossom<T> {
+    pub(crate) fn new(knots: &KnotVector, index: usize, a: f64, b: f64) -> Self {
+        let p = knots.degree();
+        let t = knots.knots();
+        let weights = [a, b].map(|argument| {
+            let steps = (1..=p).flat_map(|r| (r..=p).rev().map(move |j| (r, j)));
+            let weight = |(r, j): (usize, usize)| {
+                let (low, high) = (t[index - p + j], t[j + 1 + index - r]);
+                let width = Ball::<T>::difference(high, low);
+                let up = Ball::difference(argument, low) / width;
+                let down = Ball::difference(high, argument) / width;
+                [down, up]
+            };
+            steps.map(weight).collect()
+        });
+        Self {
+            degree: p,
+            index,
+            weights,
+        }
+    }
+
+    /// The Bezier control points of the spline with control points `point(0), point(1), ...`.
+    pub(crate) fn apply<const H: usize>(
+        &self,
+        point: impl Fn(usize) -> Homogeneous<T, H>,
+    ) -> Vec<Homogeneous<T, H>> {
+        let p = self.degree;
+        let own: Vec<_> = (0..=p).map(|j| point(self.index - p + j)).collect();
+        let mut d = own.clone();
+        (0..=p)
+            .map(|k| {
+                d.copy_from_slice(&own);
+                let mut at = 0;
+                for r in 1..=p {
+                    let weights = &self.weights[usize::from(r > p - k)];
+                    for j in (r..=p).rev() {
+                        let [down, up] = weights[at];
+                        at += 1;
+                        for c in 0..H {
+                            d[j][c] = down * d[j - 1][c] + up * d[j][c];
+                        }
                     }
                 }
-            }
-            d[p]
-        })
-        .collect()
+                d[p]
+            })
+            .collect()
+    }
 }
 
 fn homogeneous<T: Real, const D: usize, const H: usize>(p: &Point<f64, D>) -> Homogeneous<T, H> {
@@ -112,9 +141,8 @@ pub(crate) fn curve_pieces<T: Real, const D: usize, const H: usize>(
                 let (s, e) = (from.max(start), to.min(end));
                 if s < e {
                     out.push(BezierCurve {
-                        points: bezier_of_span(c.knots(), index, s, e, |i| {
-                            exact(&c.control_points()[i])
-                        }),
+                        points: Blossom::new(c.knots(), index, s, e)
+                            .apply(|i| exact(&c.control_points()[i])),
                         map: ParamMap { start: s, end: e },
                     });
                 }

@@ -9,7 +9,7 @@ use super::search::{Foot, Goal, Hint, Locus, Memory, Outcome, Settled, Source, W
 use super::{Work, Workspace, inside};
 use crate::numeric::{Ball, Dd, Enclosure, Real};
 use crate::prepare::closed::V3;
-use crate::prepare::{Patch, PreparedBrep, jet};
+use crate::prepare::{Net, Patch, PreparedBrep, jet};
 use crate::trim::{PieceOrigin, Side};
 use nalgebra::{Point2, Point3, Vector3};
 
@@ -42,8 +42,9 @@ pub fn contact(
 
 /// The same, for a probe that has moved a little since `last` was its contact.
 ///
-/// The last contact is only where the search looks first: a good one saves nodes, any costs a descent. On a bicubic surface of 8 x 8 control
-/// points the descent costs more than it saves (12 % more instructions: `bicubic_path` of `cargo xtask instructions`). What is certified is certified for this query, so the bounds hold as those of
+/// The last contact is only where the search looks first, in place of the best of a face's seeds: a good one saves nodes, a bad one costs a
+/// descent. On a bicubic surface of 8 x 8 control points it saves 9 % of the instructions (`bicubic_path` of `cargo xtask
+/// instructions`). What is certified is certified for this query, so the bounds hold as those of
 /// [`contact`] do and are as narrow; but where in them the value lies may differ in the last digits, as may the foot within its
 /// bound. On closed forms there is nothing to look for, and the answer is the same.
 pub fn contact_from(
@@ -294,25 +295,41 @@ fn spreads(
     let Patch { net, maps } = &brep.double(foot.face).patches[patch];
     let at = local.map(|x| x.mid.hi);
     let limit = raised(found, objective, slack);
-    let point = |p: [f64; 2]| {
-        let h = net.jet(Ball::exact(p[0]), Ball::exact(p[1])).value;
-        Vector3::from_fn(|c, _| h[c].mid / h[3].mid)
-    };
-    let here = point(at);
+    let [here, along_u, along_v] = rough_jet(net, at);
     // A step in the patch that goes `FAR` times the reach, roughly, or to the patch's border.
-    let small = 1.0 / (1u64 << 12) as f64;
     AROUND.iter().any(|d| {
-        let moved = |step: f64| [0, 1].map(|k| (at[k] + step * d[k]).clamp(0.0, 1.0));
-        let speed = (point(moved(small)) - here).norm() / small;
+        // On a border only along it.
+        let open = |k: usize| {
+            let out = at[k] <= 0.0 && d[k] < 0.0 || at[k] >= 1.0 && d[k] > 0.0;
+            if out { 0.0 } else { d[k] }
+        };
+        let speed = (along_u * open(0) + along_v * open(1)).norm();
         if !(speed > 0.0) {
             return false;
         }
-        let there = moved((FAR * reach / speed).min(1.0));
+        let step = (FAR * reach / speed).min(1.0);
+        let there = [0, 1].map(|k| (at[k] + step * d[k]).clamp(0.0, 1.0));
+        if objective.guide_value(net, there[0], there[1]) > limit {
+            return false;
+        }
         let uv = [0, 1].map(|k| maps[k].to_native(there[k]));
-        (point(there) - here).norm() > reach
-            && objective.guide_value(net, there[0], there[1]) <= limit
+        let [point, ..] = rough_jet(net, there);
+        (point - here).norm() > reach
             && brep.region(foot.face).side(Point2::new(uv[0], uv[1])).side == Some(Side::Inside)
     })
+}
+
+/// A point of a net, relative to the net's origin, and its derivatives, in f64.
+fn rough_jet(net: &Net<f64>, at: [f64; 2]) -> [Vector3<f64>; 3] {
+    let [h, s, t] = if jet::fits(net.degree) {
+        jet::jet1(net, at[0], at[1])
+    } else {
+        let j = net.jet(Ball::exact(at[0]), Ball::exact(at[1]));
+        [j.value, j.s, j.t].map(|v| v.map(|x| x.mid))
+    };
+    let point = Vector3::from_fn(|c, _| h[c] / h[3]);
+    let along = |d: &[f64; 4]| Vector3::from_fn(|c, _| (d[c] - d[3] * point[c]) / h[3]);
+    [point, along(&s), along(&t)]
 }
 
 /// A point of the BREP in the search's terms.

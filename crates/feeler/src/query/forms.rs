@@ -1,9 +1,9 @@
 //! A line as the zero set of two linear forms, and what they are on patches and curves.
 
 use super::answer::{LineKind, LineProbe};
-use crate::numeric::bernstein::{Bidegree, largest, split, split_error};
+use crate::numeric::bernstein::{Bidegree, greater, largest, lesser, split_error, split_off};
 use crate::numeric::{Ball, Dd, Real};
-use crate::prepare::Net;
+use crate::prepare::{Net, WideBox};
 use nalgebra::{Point3, Vector3};
 
 const UP: f64 = 1.0 + 64.0 * f64::EPSILON;
@@ -19,6 +19,8 @@ pub(super) struct Stabber {
     pub(super) axis: usize,
     /// Range of t.
     pub(super) range: [f64; 2],
+    /// One over each coordinate of the direction, rounded.
+    inverse: [f64; 3],
 }
 
 impl Stabber {
@@ -42,6 +44,7 @@ impl Stabber {
                 LineKind::Ray => [0.0, f64::INFINITY],
                 LineKind::Segment => [0.0, 1.0],
             },
+            inverse: [0, 1, 2].map(|c| 1.0 / d[c]),
         }
     }
 
@@ -67,48 +70,68 @@ impl Stabber {
 
     /// `L_k` and the numerator of `t`: coefficients and one bound for each of the three.
     pub(super) fn forms<T: Real>(&self, net: &Net<T>) -> Forms<T> {
-        let x: [_; 3] = std::array::from_fn(|c| net.coordinate(c));
-        let w = net.coordinate(3);
+        self.some_forms(net, [true, true])
+    }
+
+    /// Those that tell where a line has zeros: without the numerator of `t` and `w` where all `t` count.
+    pub(super) fn planes<T: Real>(&self, net: &Net<T>) -> Forms<T> {
+        let ends = self.range.iter().any(|t| t.is_finite());
+        self.some_forms(net, [true, ends])
+    }
+
+    /// The numerator of `t` and `w` alone.
+    pub(super) fn clock<T: Real>(&self, net: &Net<T>) -> Forms<T> {
+        self.some_forms(net, [false, true])
+    }
+
+    /// `L_1` and `L_2`, the numerator of `t` and `w`; of these pairs those that are wanted.
+    fn some_forms<T: Real>(&self, net: &Net<T>, [planes, clock]: [bool; 2]) -> Forms<T> {
         let form = |n: &Vector3<f64>, offset: Ball<Dd>| {
             let offset = Ball::<T>::from_dd(offset.mid, offset.rad);
             let m: [T; 3] = std::array::from_fn(|c| T::from_f64(n[c]));
-            let values: Vec<T> = (0..net.degree.count())
-                .map(|i| {
-                    m[0] * x[0].values[i]
-                        + m[1] * x[1].values[i]
-                        + m[2] * x[2].values[i]
-                        + offset.mid * w.values[i]
-                })
-                .collect();
-            let mut size = offset.magnitude() * w.largest;
-            let mut error = offset.magnitude() * w.error + offset.rad * w.largest;
+            let value = |p: &[Ball<T>; 4]| {
+                m[0] * p[0].mid + m[1] * p[1].mid + m[2] * p[2].mid + offset.mid * p[3].mid
+            };
+            let values: Vec<T> = net.points.iter().map(value).collect();
+            let mut size = offset.magnitude() * net.largest[3];
+            let mut error = offset.magnitude() * net.spread[3] + offset.rad * net.largest[3];
             for c in 0..3 {
-                size += n[c].abs() * x[c].largest;
-                error += n[c].abs() * x[c].error;
+                size += n[c].abs() * net.largest[c];
+                error += n[c].abs() * net.spread[c];
             }
             // At most eight roundings of parts no larger than the sum of the largest.
             (values, (error + 8.0 * T::UNIT * size) * UP)
         };
-        let (l1, e1) = form(&self.normals[0], self.offset(0, &net.origin));
-        let (l2, e2) = form(&self.normals[1], self.offset(1, &net.origin));
-        let mut unit = Vector3::zeros();
-        unit[self.axis] = 1.0;
-        let shift = Ball::difference(net.origin[self.axis], self.origin[self.axis]);
-        let (t, et) = form(&unit, shift);
-        Forms {
+        let mut out = Forms {
             degree: net.degree,
-            c: [l1, l2, t, w.values],
-            error: [e1, e2, et, w.error],
+            c: Default::default(),
+            error: [0.0; 4],
             u: [0.0, 1.0],
             v: if net.degree.v == 0 {
                 [0.0, 0.0]
             } else {
                 [0.0, 1.0]
             },
+        };
+        if planes {
+            for k in 0..2 {
+                let offset = self.offset(k, &net.origin);
+                (out.c[k], out.error[k]) = form(&self.normals[k], offset);
+            }
         }
+        if clock {
+            let mut unit = Vector3::zeros();
+            unit[self.axis] = 1.0;
+            let shift = Ball::difference(net.origin[self.axis], self.origin[self.axis]);
+            (out.c[2], out.error[2]) = form(&unit, shift);
+            out.c[3] = net.points.iter().map(|p| p[3].mid).collect();
+            out.error[3] = net.spread[3];
+        }
+        out
     }
 
-    /// Whether a box in space can meet the line; each product may be off by a few roundings.
+    /// Whether a box in space can meet the line; each quotient may be off by a few roundings (three: the difference, one over the
+    /// direction and their product).
     pub(super) fn meets(&self, b: &[[f64; 2]; 3]) -> bool {
         let (mut low, mut high) = (self.range[0], self.range[1]);
         for c in 0..3 {
@@ -119,12 +142,37 @@ impl Stabber {
                 }
                 continue;
             }
-            let (p, q) = ((b[c][0] - o) / d, (b[c][1] - o) / d);
-            let slack = 4.0 * f64::EPSILON * p.abs().max(q.abs());
-            low = low.max(p.min(q) - slack);
-            high = high.min(p.max(q) + slack);
+            let (p, q) = if self.inverse[c].is_finite() {
+                let by = self.inverse[c];
+                ((b[c][0] - o) * by, (b[c][1] - o) * by)
+            } else {
+                ((b[c][0] - o) / d, (b[c][1] - o) / d)
+            };
+            let slack = 4.0 * f64::EPSILON * greater(p.abs(), q.abs()) + f64::MIN_POSITIVE;
+            low = greater(low, lesser(p, q) - slack);
+            high = lesser(high, greater(p, q) + slack);
+            if low > high {
+                return false;
+            }
         }
-        !(low > high)
+        true
+    }
+
+    /// Whether the whole line plainly misses a box: the cheaper half of [`meets`](Self::meets).
+    ///
+    /// `n_k.(x - o)` is zero on the line, and on the box at least `|n_k.(m - o)| - |n_k|.h`. A normal has two coordinates that are not
+    /// zero; differences, products and the sum are off by two roundings of each product at most, and so is the other side:
+    /// 8 units of both cover them.
+    pub(super) fn passes(&self, b: &WideBox) -> bool {
+        let (a, others) = (self.axis, [(self.axis + 1) % 3, (self.axis + 2) % 3]);
+        let off = [0, 1, 2].map(|c| b.middle[c] - self.origin[c]);
+        (0..2).any(|k| {
+            let (n, other) = (&self.normals[k], others[k]);
+            let (x, y) = (n[a] * off[a], n[other] * off[other]);
+            let reach = n[a].abs() * b.half[a] + n[other].abs() * b.half[other];
+            let slack = 8.0 * f64::EPSILON * (x.abs() + y.abs() + reach) + f64::MIN_POSITIVE;
+            (x + y).abs() > reach + slack
+        })
     }
 
     /// `t` of a homogeneous point relative to a net's origin.
@@ -145,7 +193,7 @@ impl Stabber {
     }
 }
 
-/// `L_1`, `L_2`, the numerator of `t d_axis`, and `w`, over a box.
+/// `L_1`, `L_2`, the numerator of `t d_axis`, and `w`, over a box; those that are not wanted have no coefficients.
 #[derive(Clone, Debug)]
 pub(super) struct Forms<T> {
     pub(super) degree: Bidegree,
@@ -159,7 +207,7 @@ pub(super) struct Forms<T> {
 pub(super) fn range<T: Real>(c: &[T], error: f64) -> [f64; 2] {
     let r = c.iter().fold([f64::INFINITY, f64::NEG_INFINITY], |r, x| {
         let x = x.approximate();
-        [r[0].min(x), r[1].max(x)]
+        [lesser(r[0], x), greater(r[1], x)]
     });
     [
         r[0] - error * UP - f64::EPSILON * r[0].abs(),
@@ -175,20 +223,19 @@ pub(super) fn slope_range<T: Real>(
     error: f64,
 ) -> [f64; 2] {
     let width = degree.v + 1;
-    let (step, factor) = if along_u {
-        (width, degree.u)
-    } else {
-        (1, degree.v)
-    };
+    let factor = if along_u { degree.u } else { degree.v };
     let mut out = [f64::INFINITY, f64::NEG_INFINITY];
-    for i in 0..=degree.u {
-        for j in 0..=degree.v {
-            if (along_u && i == degree.u) || (!along_u && j == degree.v) {
-                continue;
-            }
-            let at = i * width + j;
-            let d = (c[at + step] - c[at]).approximate();
-            out = [out[0].min(d), out[1].max(d)];
+    let mut take = |a: &T, b: &T| {
+        let d = (*b - *a).approximate();
+        out = [lesser(out[0], d), greater(out[1], d)];
+    };
+    if along_u {
+        let pairs = c.iter().zip(&c[width..]);
+        pairs.for_each(|(a, b)| take(a, b));
+    } else {
+        for row in c.chunks_exact(width) {
+            let pairs = row.iter().zip(&row[1..]);
+            pairs.for_each(|(a, b)| take(a, b));
         }
     }
     if factor == 0 {
@@ -242,23 +289,27 @@ impl<T: Real> Forms<T> {
         side(low)[1] < 0.0 || (high.is_finite() && side(high)[0] > 0.0)
     }
 
-    pub(super) fn halves(&self, along_u: bool) -> [Self; 2] {
-        let mut low = self.clone();
-        let mut high = self.clone();
+    pub(super) fn halves(mut self, along_u: bool) -> [Self; 2] {
+        let mut high = Self {
+            c: Default::default(),
+            ..self
+        };
         for k in 0..4 {
-            let (a, b) = split(&self.c[k], self.degree, along_u);
+            if self.c[k].is_empty() {
+                continue;
+            }
             let e = self.error[k] + split_error::<T>(self.degree, along_u, largest(&self.c[k]));
-            (low.c[k], high.c[k]) = (a, b);
-            (low.error[k], high.error[k]) = (e * UP, e * UP);
+            high.c[k] = split_off(&mut self.c[k], self.degree, along_u);
+            (self.error[k], high.error[k]) = (e * UP, e * UP);
         }
         if along_u {
             let m = 0.5 * (self.u[0] + self.u[1]);
-            (low.u[1], high.u[0]) = (m, m);
+            (self.u[1], high.u[0]) = (m, m);
         } else {
             let m = 0.5 * (self.v[0] + self.v[1]);
-            (low.v[1], high.v[0]) = (m, m);
+            (self.v[1], high.v[0]) = (m, m);
         }
-        [low, high]
+        [self, high]
     }
 
     /// The Jacobian of `(L_1, L_2)` in the middle of the box, roughly, by mean differences.
@@ -271,17 +322,15 @@ impl<T: Real> Forms<T> {
         })
     }
 
-    /// A linear combination of `L_1` and `L_2`, and its error.
-    pub(super) fn combine(&self, y: [f64; 2]) -> (Vec<T>, f64) {
+    /// A linear combination of `L_1` and `L_2`, into a list that is used again, and its error.
+    pub(super) fn combine(&self, y: [f64; 2], into: &mut Vec<T>) -> f64 {
         let [p, q] = y.map(T::from_f64);
-        let values = self.c[0]
-            .iter()
-            .zip(&self.c[1])
-            .map(|(a, b)| p * *a + q * *b)
-            .collect();
+        into.clear();
+        let pairs = self.c[0].iter().zip(&self.c[1]);
+        into.extend(pairs.map(|(a, b)| p * *a + q * *b));
         let size: f64 = (0..2).map(|k| y[k].abs() * largest(&self.c[k])).sum();
         let error: f64 = (0..2).map(|k| y[k].abs() * self.error[k]).sum();
-        (values, (error + 4.0 * T::UNIT * size) * UP)
+        (error + 4.0 * T::UNIT * size) * UP
     }
 }
 
@@ -305,15 +354,14 @@ pub(super) fn narrow(root: &Forms<Dd>, u: [f64; 2], v: [f64; 2]) -> Forms<Dd> {
     node
 }
 
-/// `|I - K'|` in the maximum norm over the box, for `K = Y L`.
-pub(super) fn contraction<T: Real>(node: &Forms<T>, y: &[[f64; 2]; 2]) -> f64 {
+/// `|I - K'|` in the maximum norm over a box, for `K = Y L`, given each `K_k` and its error.
+pub(super) fn contraction<T: Real>(k: [(&[T], f64); 2], degree: Bidegree) -> f64 {
     let mut worst: f64 = 0.0;
-    for k in 0..2 {
-        let (c, e) = node.combine(y[k]);
+    for (own, (c, e)) in k.into_iter().enumerate() {
         let mut row = 0.0;
         for along in 0..2 {
-            let r = slope_range(&c, node.degree, along == 0, e);
-            let target = if k == along { 1.0 } else { 0.0 };
+            let r = slope_range(c, degree, along == 0, e);
+            let target = if own == along { 1.0 } else { 0.0 };
             row += (r[0] - target).abs().max((r[1] - target).abs());
         }
         worst = worst.max(row * UP);
@@ -342,18 +390,22 @@ pub(super) fn parameter_slope<T: Real>(near: &Forms<T>, stab: &Stabber) -> f64 {
 /// The forms over `[u] x [v]` of a root, by blossoming; each of the `degree` steps in each
 /// direction adds three roundings of numbers no larger than the largest coefficient.
 pub(super) fn restrict<T: Real>(root: &Forms<T>, u: [f64; 2], v: [f64; 2]) -> Forms<T> {
-    let mut out = root.clone();
+    let d = root.degree;
+    let mut out = Forms {
+        c: Default::default(),
+        ..*root
+    };
     for k in 0..4 {
-        let d = root.degree;
+        if root.c[k].is_empty() {
+            continue;
+        }
+        let c = restrict_along(&root.c[k], d, true, u);
         let size = largest(&root.c[k]);
-        let mut c = root.c[k].clone();
-        c = restrict_along(&c, d, true, u);
-        c = restrict_along(&c, d, false, v);
         let steps = 3 * (d.u + d.v) + 2;
         // Past the border a step is no average but grows by 1 + 2 EXTENSION at most: less than twofold
         // over 50 steps.
         out.error[k] = 2.0 * (root.error[k] + steps as f64 * T::UNIT * size) * UP;
-        out.c[k] = c;
+        out.c[k] = restrict_along(&c, d, false, v);
     }
     out.u = u;
     out.v = v;
@@ -361,25 +413,35 @@ pub(super) fn restrict<T: Real>(root: &Forms<T>, u: [f64; 2], v: [f64; 2]) -> Fo
 }
 
 pub(super) fn restrict_along<T: Real>(c: &[T], d: Bidegree, along_u: bool, r: [f64; 2]) -> Vec<T> {
-    let (stride, count, lines, step) = if along_u {
-        (d.v + 1, d.u, d.v + 1, 1)
-    } else {
-        (1, d.v, d.u + 1, d.v + 1)
-    };
     let mut out = c.to_vec();
-    let mut row = Vec::with_capacity(count + 1);
-    for line in 0..lines {
-        for k in 0..=count {
-            row.clear();
-            row.extend((0..=count).map(|i| c[line * step + i * stride]));
-            for level in 0..count {
-                let x = T::from_f64(if level < count - k { r[0] } else { r[1] });
-                let y = T::ONE - x;
-                for i in 0..count - level {
-                    row[i] = y * row[i] + x * row[i + 1];
+    let mut rows = c.to_vec();
+    let width = d.v + 1;
+    let count = if along_u { d.u } else { d.v };
+    for k in 0..=count {
+        rows.copy_from_slice(c);
+        for level in 0..count {
+            let x = T::from_f64(if level < count - k { r[0] } else { r[1] });
+            let y = T::ONE - x;
+            if along_u {
+                // Whole rows at once.
+                let used = (count - level) * width;
+                for at in 0..used {
+                    rows[at] = y * rows[at] + x * rows[at + width];
+                }
+            } else {
+                for row in rows.chunks_exact_mut(width) {
+                    for i in 0..count - level {
+                        row[i] = y * row[i] + x * row[i + 1];
+                    }
                 }
             }
-            out[line * step + k * stride] = row[0];
+        }
+        if along_u {
+            out[k * width..(k + 1) * width].copy_from_slice(&rows[..width]);
+        } else {
+            for (o, row) in out.chunks_exact_mut(width).zip(rows.chunks_exact(width)) {
+                o[k] = row[0];
+            }
         }
     }
     out

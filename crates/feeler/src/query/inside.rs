@@ -117,11 +117,16 @@ fn meets_vertex(brep: &PreparedBrep, stab: &Stabber) -> bool {
 
 /// Whether the line may come within the width of its crack of an edge that two trims use. Errs on the side of yes.
 pub(super) fn near_edges(brep: &PreparedBrep, stab: &Stabber, budget: &mut usize) -> bool {
-    let edges = brep.brep().parts().edges.iter().enumerate();
-    let mut shared = edges.filter(|(_, e)| e.trims.len() > 1);
+    let mut shared = brep.shared_edges().iter();
     let d = stab.direction / stab.direction.norm();
     let (o, d) = (stab.origin.coords.into(), d.into());
-    shared.any(|(edge, e)| {
+    shared.any(|shared| {
+        // The ray comes no nearer than the crack's width to what it misses widened by it.
+        if brep.is_clear_of_edge(shared, |b| stab.passes(b) || !stab.meets(&b.bounds)) {
+            return false;
+        }
+        let edge = shared.edge;
+        let e = &brep.brep().parts().edges[edge];
         let margin = brep.crack_width(edge);
         let mut near = e.trims.iter().filter(|t| {
             if let Some((curve, slack)) = brep.closed_image(**t)

@@ -163,8 +163,18 @@ impl Search<'_> {
         }
     }
 
+    /// Whether a place is next to the best point so far.
+    fn is_best(&self, source: Source, p: [f64; 2]) -> bool {
+        let near = |q: [f64; 2]| (0..2).all(|k| (p[k] - q[k]).abs() <= SMALL_BALL);
+        let found = self.out.foot.and_then(|f| f.found);
+        found.is_some_and(|(s, q)| s == source && near(q))
+    }
+
     /// Whether a part of a boundary piece is proven to lie off its patch, by its control points.
     pub(super) fn piece_is_off_patch(&self, face: usize, index: usize, range: [f64; 2]) -> bool {
+        if self.brep.double(face).piece(index).stays(range) {
+            return false;
+        }
         let geometry = self.brep.double_double(face);
         let part = restrict(&geometry.piece(index).local, range[0], range[1]);
         (0..2).any(|c| {
@@ -175,6 +185,9 @@ impl Search<'_> {
 
     /// Whether some control point of a part of a boundary piece lies off its patch, roughly.
     pub(super) fn piece_leaves_patch(&self, face: usize, index: usize, range: [f64; 2]) -> bool {
+        if self.brep.double(face).piece(index).stays(range) {
+            return false;
+        }
         let geometry = self.brep.double_double(face);
         let part = restrict(&geometry.piece(index).local, range[0], range[1]);
         part.iter().any(|p| {
@@ -235,9 +248,13 @@ impl Search<'_> {
         let start = self.descend(source, self.start(source, ranges), ranges);
         let mut p = start.map(Dd::from);
         if T::UNIT >= f64::UNIT && jet::fits(coarse.degree) {
-            let leaf = self.prove(node, shape, p, &self.objective.rough_sample(coarse, start))?;
-            if self.hopeless(leaf.lo) || self.serves(&leaf) {
-                return Some(leaf);
+            // At the best point so far, f64 is not worth trying for the last digits.
+            if !(self.goal.width.is_full() && self.is_best(source, start)) {
+                let sample = self.objective.rough_sample(coarse, start);
+                let leaf = self.prove(node, shape, p, &sample)?;
+                if self.hopeless(leaf.lo) || self.serves(&leaf) {
+                    return Some(leaf);
+                }
             }
             let net = self.net_dd(source)?;
             if let Some(sample) = self.objective.fine_sample(coarse, net, start) {

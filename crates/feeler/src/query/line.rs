@@ -1,12 +1,14 @@
 //! All hits of a line with a BREP; how they are found and proven is in the module `zeros`.
 
-use super::answer::{AnyHit, Feature, Hit, LineAnswer, LineProbe, Options, Separation, Undecided};
+use super::answer::{
+    Accuracy, AnyHit, Feature, Hit, LineAnswer, LineProbe, Options, Separation, Undecided,
+};
 use super::forms::Stabber;
 use super::inside::{PARITY_BUDGET, near_edges};
 use super::zeros::{Digits, HitAt, RawHit, face_hits, one_hit};
 use super::{Work, Workspace};
 use crate::numeric::{Ball, Dd, Enclosure};
-use crate::prepare::PreparedBrep;
+use crate::prepare::{PreparedBrep, jet};
 use nalgebra::{Point2, Vector3};
 
 /// A node of the search for hits costs about as much as this many of the search for contacts.
@@ -15,10 +17,11 @@ const NODE_COST: usize = 4;
 /// Two hits of one face nearer than this in the line's own length units, relative to the model's
 /// size, on patches that share a border, are one.
 const SAME_HIT: f64 = 1.0 / (1u64 << 36) as f64;
+
 /// All hits of a line with the trimmed faces.
 ///
 /// `hits` holds every parameter where the line meets a face, in order of `t`, each with a proven
-/// enclosure; a hit on an edge is listed for each of its faces. `crossings` counts transversal passages, hits within
+/// enclosure (as a length, no wider than the accuracy asked for wherever double-double gives that); a hit on an edge is listed for each of its faces. `crossings` counts transversal passages, hits within
 /// the width of a crack of each other at an edge counting once. A line that touches a face or runs in it, meets it within
 /// rounding of its border, or passes an edge that two faces share within its crack is `Undecided`, with what was found.
 pub fn line(
@@ -30,7 +33,7 @@ pub fn line(
     let stab = Stabber::new(probe);
     let nodes = options.node_budget / NODE_COST;
     let mut budget = nodes;
-    let (raw, mut undecided) = all_hits(brep, &stab, Digits::All, &mut budget);
+    let (raw, mut undecided) = hits_within(brep, &stab, options.accuracy, &mut budget);
     // A closed range of t: a hit whose enclosure holds an end of it is not settled.
     let at_end = |h: &RawHit| {
         stab.range.iter().any(|e| {
@@ -68,6 +71,31 @@ pub fn line(
         undecided,
     }
 }
+
+/// The hits as exactly as wanted: those that f64 gives, where they will do.
+fn hits_within(
+    brep: &PreparedBrep,
+    stab: &Stabber,
+    accuracy: Accuracy,
+    budget: &mut usize,
+) -> (Vec<RawHit>, Option<Undecided>) {
+    if let Accuracy::Length(length) = accuracy {
+        // Half of what may be spent: the rest is for what f64 leaves open.
+        let mut own = *budget / 2;
+        let found = all_hits(brep, stab, Digits::Double, &mut own);
+        // The norm, the products and the ends are off by a few roundings: the share that is left covers them.
+        let widest = 0.5 * ROUNDED * length / stab.direction.norm();
+        let value = |h: &RawHit| 4.0 * f64::EPSILON * h.t.mid.hi.abs();
+        if found.1.is_none() && found.0.iter().all(|h| h.t.rad + value(h) <= widest) {
+            *budget -= *budget / 2 - own;
+            return found;
+        }
+    }
+    all_hits(brep, stab, Digits::All, budget)
+}
+
+/// What an enclosure may take up of the accuracy asked for before its ends are rounded to f64.
+const ROUNDED: f64 = 1.0 - 1.0 / (1u64 << 20) as f64;
 
 /// Whether the line meets any trimmed face, and a hit if it does.
 ///
@@ -178,18 +206,16 @@ fn on_border(h: &RawHit) -> bool {
 
 fn dress(brep: &PreparedBrep, stab: &Stabber, h: &RawHit) -> Option<Hit> {
     let (point, mut normal, uv) = match &h.at {
-        HitAt::Patch { patch, local, .. } => {
-            let patch = &brep.double_double(h.face).patches[*patch];
-            let jet = patch.net.jet(ball(local[0]), ball(local[1]));
-            let w = jet.value[3];
-            let point = Vector3::from_fn(|c, _| {
-                (jet.value[c] / w + Ball::exact(patch.net.origin[c])).mid.hi
-            });
-            let along = |d: &[Ball<Dd>; 4]| -> Vector3<f64> {
-                Vector3::from_fn(|c, _| ((d[c] - d[3] * (jet.value[c] / w)) / w).mid.hi)
-            };
-            let uv = [0, 1].map(|k| patch.maps[k].to_native(local[k].hi));
-            (point, along(&jet.s).cross(&along(&jet.t)), uv)
+        HitAt::Patch {
+            patch,
+            local,
+            point,
+            ..
+        } => {
+            let maps = &brep.double(h.face).patches[*patch].maps;
+            let uv = [0, 1].map(|k| maps[k].to_native(local[k].hi));
+            let normal = patch_normal(brep, h.face, *patch, *local);
+            (Vector3::from(*point), normal, uv)
         }
         HitAt::Closed { uv, point } => (
             Vector3::from_fn(|c, _| point[c].mid.hi),
@@ -219,6 +245,35 @@ fn dress(brep: &PreparedBrep, stab: &Stabber, h: &RawHit) -> Option<Hit> {
         tangential: false,
     })
 }
+
+/// A vector along the normal of a patch at local parameters, rounded.
+fn patch_normal(brep: &PreparedBrep, face: usize, patch: usize, local: [Dd; 2]) -> Vector3<f64> {
+    let coarse = &brep.double(face).patches[patch].net;
+    if jet::fits(coarse.degree) {
+        let [h, s, t] = jet::jet1(coarse, local[0].hi, local[1].hi);
+        let along = |d: &[f64; 4]| -> Vector3<f64> {
+            Vector3::from_fn(|c, _| (d[c] - d[3] * (h[c] / h[3])) / h[3])
+        };
+        let normal = along(&s).cross(&along(&t));
+        // In f64 a derivative is off by some roundings of the largest coordinate times the degree: not so near to nothing
+        // that few digits of it are left.
+        let size = coarse.largest[..3].iter().fold(0.0, |m: f64, x| m.max(*x)) / h[3];
+        let degree = (coarse.degree.u + coarse.degree.v) as f64;
+        if normal.norm() >= FEW_DIGITS * (degree * size).powi(2) {
+            return normal;
+        }
+    }
+    let fine = &brep.double_double(face).patches[patch].net;
+    let jet = fine.jet(ball(local[0]), ball(local[1]));
+    let w = jet.value[3];
+    let along = |d: &[Ball<Dd>; 4]| -> Vector3<f64> {
+        Vector3::from_fn(|c, _| ((d[c] - d[3] * (jet.value[c] / w)) / w).mid.hi)
+    };
+    along(&jet.s).cross(&along(&jet.t))
+}
+
+/// A normal shorter than this part of what the patch's size and degree allow is found in double-double.
+const FEW_DIGITS: f64 = 1.0 / (1u64 << 12) as f64;
 
 fn ball(x: Dd) -> Ball<Dd> {
     Ball { mid: x, rad: 0.0 }

@@ -3,7 +3,7 @@
 
 use super::objective::Objective;
 use crate::numeric::{Ball, Dd};
-use crate::prepare::PreparedBrep;
+use crate::prepare::{Patch, PreparedBrep};
 use crate::trim::Side;
 use nalgebra::{Point2, Point3, Vector3};
 
@@ -185,11 +185,12 @@ impl Surroundings<'_> {
 
     /// The value of `f`.
     pub(super) fn value(&self, at: Spot) -> Option<Ball<Dd>> {
-        let patches = &self.brep.double_double(at.face).patches;
         let uv = [at.uv.x, at.uv.y];
-        let patch = patches
-            .iter()
-            .find(|p| (0..2).all(|k| p.maps[k].start <= uv[k] && uv[k] <= p.maps[k].end))?;
+        let mut patches = self.brep.double(at.face).patches.iter();
+        let holds =
+            |p: &Patch<f64>| (0..2).all(|k| p.maps[k].start <= uv[k] && uv[k] <= p.maps[k].end);
+        let index = patches.position(holds)?;
+        let patch = &self.brep.double_double(at.face).patches[index];
         let [s, t] = [0, 1].map(|k| patch.maps[k].to_local(Ball::exact(uv[k])));
         Some(self.objective.sample(&patch.net, s, t).value())
     }

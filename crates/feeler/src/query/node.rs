@@ -1,6 +1,6 @@
 //! A box of the search: part of a patch or of a boundary piece.
 
-use crate::numeric::bernstein::{Bidegree, largest, split, split_error};
+use crate::numeric::bernstein::{Bidegree, greater, largest, lesser, split_error, split_off};
 use crate::numeric::{Dd, Real};
 use crate::prepare::Quotient;
 
@@ -39,6 +39,29 @@ pub(crate) struct Shape {
 /// Makes up for the rounding of a bound that is computed in a few f64 operations.
 const UP: f64 = 1.0 + 32.0 * f64::EPSILON;
 const DOWN: f64 = 1.0 - 32.0 * f64::EPSILON;
+
+/// The least and the greatest of some numbers.
+struct Span {
+    low: f64,
+    high: f64,
+}
+
+impl Span {
+    const NONE: Self = Self {
+        low: f64::INFINITY,
+        high: f64::NEG_INFINITY,
+    };
+
+    #[inline(always)]
+    fn take(&mut self, x: f64) {
+        self.low = lesser(self.low, x);
+        self.high = greater(self.high, x);
+    }
+
+    fn ends(&self) -> (f64, f64) {
+        (self.low, self.high)
+    }
+}
 
 impl<T: Real> Node<T> {
     /// The whole square (or, for a curve, the whole interval).
@@ -136,43 +159,53 @@ impl<T: Real> Node<T> {
     /// Differences of first order along u (or v): `(min, max)` over the box.
     fn differences(c: &[T], degree: Bidegree, along_u: bool) -> (f64, f64) {
         let width = degree.v + 1;
-        let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
-        let step = if along_u { width } else { 1 };
-        for i in 0..=degree.u {
-            for j in 0..=degree.v {
-                if (along_u && i == degree.u) || (!along_u && j == degree.v) {
-                    continue;
+        let mut out = Span::NONE;
+        if along_u {
+            for (a, b) in c.iter().zip(&c[width..]) {
+                out.take((*b - *a).approximate());
+            }
+        } else {
+            for row in c.chunks_exact(width) {
+                for (a, b) in row.iter().zip(&row[1..]) {
+                    out.take((*b - *a).approximate());
                 }
-                let at = i * width + j;
-                let d = (c[at + step] - c[at]).approximate();
-                low = low.min(d);
-                high = high.max(d);
             }
         }
-        (low, high)
+        out.ends()
     }
 
     /// Second differences: `(min, max)` of `_uu`, `_uv` or `_vv`.
     fn second_differences(c: &[T], degree: Bidegree, du: usize, dv: usize) -> (f64, f64) {
         let width = degree.v + 1;
-        let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
         if degree.u < du || degree.v < dv {
             return (0.0, 0.0);
         }
-        for i in 0..=degree.u - du {
-            for j in 0..=degree.v - dv {
-                let at = i * width + j;
-                let d = match (du, dv) {
-                    (2, 0) => (c[at] - c[at + width]) - (c[at + width] - c[at + 2 * width]),
-                    (0, 2) => (c[at] - c[at + 1]) - (c[at + 1] - c[at + 2]),
-                    _ => (c[at] - c[at + width]) - (c[at + 1] - c[at + width + 1]),
+        let mut out = Span::NONE;
+        match (du, dv) {
+            (2, 0) => {
+                let rows = c.iter().zip(&c[width..]).zip(&c[2 * width..]);
+                for ((x, y), z) in rows {
+                    out.take(((*x - *y) - (*y - *z)).approximate());
                 }
-                .approximate();
-                low = low.min(d);
-                high = high.max(d);
+            }
+            (0, 2) => {
+                for row in c.chunks_exact(width) {
+                    for ((x, y), z) in row.iter().zip(&row[1..]).zip(&row[2..]) {
+                        out.take(((*x - *y) - (*y - *z)).approximate());
+                    }
+                }
+            }
+            _ => {
+                let rows = c.chunks_exact(width).zip(c[width..].chunks_exact(width));
+                for (low, high) in rows {
+                    let pairs = low.iter().zip(&low[1..]).zip(high.iter().zip(&high[1..]));
+                    for ((a, b), (d, e)) in pairs {
+                        out.take(((*a - *d) - (*b - *e)).approximate());
+                    }
+                }
             }
         }
-        (low, high)
+        out.ends()
     }
 
     /// The mean of the Hessian of `f` over the node, roughly (from the mean second differences
@@ -229,7 +262,7 @@ impl<T: Real> Node<T> {
         let c_range = if constant {
             [1.0, 1.0]
         } else {
-            let least = |m: f64, c: &T| m.min(c.approximate());
+            let least = |m: f64, c: &T| lesser(m, c.approximate());
             let c_min = self.f.c.iter().fold(f64::INFINITY, least);
             [
                 (c_min * DOWN - 2.0 * self.f.c_error) * DOWN,
@@ -297,48 +330,38 @@ impl<T: Real> Node<T> {
     }
 
     /// The two halves.
-    pub(crate) fn halves(&self, along_u: bool, squared: bool) -> [Self; 2] {
-        let f = &self.f;
-        let (n0, n1) = split(&f.n, f.degree, along_u);
-        let (c0, c1) = if f.c.is_empty() {
-            (Vec::new(), Vec::new())
-        } else {
-            split(&f.c, f.degree, along_u)
+    pub(crate) fn halves(self, along_u: bool, squared: bool) -> [Self; 2] {
+        let mut low = self;
+        let f = &mut low.f;
+        let error = |e: f64, c: &[T]| {
+            let own = split_error::<T>(f.degree, along_u, largest(c));
+            if c.is_empty() { 0.0 } else { (e + own) * UP }
         };
-        let n_error = f.n_error + split_error::<T>(f.degree, along_u, largest(&f.n));
-        let c_error = if f.c.is_empty() {
-            0.0
+        (f.n_error, f.c_error) = (error(f.n_error, &f.n), error(f.c_error, &f.c));
+        let n = split_off(&mut f.n, f.degree, along_u);
+        let c = if f.c.is_empty() {
+            Vec::new()
         } else {
-            f.c_error + split_error::<T>(f.degree, along_u, largest(&f.c))
+            split_off(&mut f.c, f.degree, along_u)
         };
-        let half = |n: Vec<T>, c: Vec<T>, second: bool| {
-            let part = |r: [f64; 2]| {
-                let middle = 0.5 * (r[0] + r[1]);
-                if second {
-                    [middle, r[1]]
-                } else {
-                    [r[0], middle]
-                }
-            };
-            let mut node = Self {
-                f: Quotient {
-                    degree: f.degree,
-                    n,
-                    c,
-                    n_error: n_error * UP,
-                    c_error: c_error * UP,
-                },
-                u: if along_u { part(self.u) } else { self.u },
-                v: if along_u { self.v } else { part(self.v) },
-                lo: self.lo,
-            };
+        let mut high = Self {
+            f: Quotient { n, c, ..low.f },
+            ..low
+        };
+        let (a, b) = if along_u {
+            (&mut low.u, &mut high.u)
+        } else {
+            (&mut low.v, &mut high.v)
+        };
+        let middle = 0.5 * (a[0] + a[1]);
+        (a[1], b[0]) = (middle, middle);
+        for node in [&mut low, &mut high] {
             let lo = node.lower_bound(squared);
             if lo > node.lo {
                 node.lo = lo;
             }
-            node
-        };
-        [half(n0, c0, false), half(n1, c1, true)]
+        }
+        [low, high]
     }
 
     /// The restriction to one border of the box: along u (or v) at the low or the high end.

@@ -224,9 +224,9 @@ impl Objective {
         };
         let w = 1.0 / j[0][3];
         let at = |k: usize, c: usize| j[k][c];
-        // The quotient rule, term by term (The NURBS Book, eq. 4.20).
-        let mut x = [[0.0; 3]; 6];
-        for c in 0..3 {
+        let mut x = j.map(|h| [h[0], h[1], h[2]]);
+        // The quotient rule, term by term (The NURBS Book, eq. 4.20), where it is one.
+        for c in 0..if net.unit_weights { 0 } else { 3 } {
             let p = at(0, c) * w;
             let ps = (at(1, c) - at(1, 3) * p) * w;
             let pt = (at(2, c) - at(2, 3) * p) * w;

@@ -167,6 +167,11 @@ pub(crate) enum Width {
 }
 
 impl Width {
+    /// Whether the last digits are asked for.
+    pub(crate) fn is_full(self) -> bool {
+        matches!(self, Self::Full { .. })
+    }
+
     /// The width in model units for a distance or height near `value`.
     pub(crate) fn at(self, value: f64) -> f64 {
         match self {
@@ -496,7 +501,11 @@ impl Search<'_> {
             Some(least) if least > lo => least,
             _ => lo,
         };
-        self.try_seed(face);
+        // A good place to start is better than the best of a few.
+        let hinted = self.goal.hint.is_some_and(|h| h.face == face);
+        if !(hinted && self.out.foot.is_some()) {
+            self.try_seed(face);
+        }
         for (index, b) in geometry.patch_boxes.iter().enumerate() {
             let own = b.as_ref().map_or(self.nothing(), |b| self.box_bound(b));
             let lo = if own > lo { own } else { lo };
@@ -614,7 +623,10 @@ impl Search<'_> {
         // Where a piece crosses the border of its patch, the crossing is an end of what counts, though not of
         // the piece: the minimum may be there, and neither a slope nor convexity puts it aside.
         let crosses = match source {
-            Source::Piece { face, index } if self.piece_leaves_patch(face, index, [0.0, 1.0]) => {
+            Source::Piece { face, index }
+                if !self.brep.double(face).piece(index).stays(node.u)
+                    && self.piece_leaves_patch(face, index, [0.0, 1.0]) =>
+            {
                 if self.piece_is_off_patch(face, index, node.u) {
                     return;
                 }

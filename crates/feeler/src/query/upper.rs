@@ -72,8 +72,14 @@ impl Search<'_> {
             Objective::SquaredDistance(q) => (s.point - q).norm_squared(),
             Objective::Height(n, _) => n.dot(&s.point.coords),
         };
-        let values = seeds.iter().map(|s| (value(s), s));
-        let Some((_, best)) = values.min_by(|a, b| a.0.total_cmp(&b.0)) else {
+        let mut best: Option<(f64, &Seed)> = None;
+        for s in seeds {
+            let own = value(s);
+            if best.is_none_or(|b| own < b.0) {
+                best = Some((own, s));
+            }
+        }
+        let Some((_, best)) = best else {
             return;
         };
         let (index, local) = (best.patch, best.local);
@@ -118,7 +124,8 @@ impl Search<'_> {
                 if length > MOST_BLIND {
                     break;
                 }
-                let least = length < NOISE;
+                // What is left after it is about its square.
+                let least = length < SHORT;
                 last_steps -= 1;
                 if least || last_steps == 0 {
                     return next;
@@ -297,11 +304,8 @@ impl Search<'_> {
         let Some(space) = &piece.space else { return };
         match self.piece_foot(face, index, t) {
             Ok(foot) => {
-                let value = self
-                    .objective
-                    .sample(space, Ball { mid: t, rad: 0.0 }, Ball::ZERO)
-                    .value();
-                self.keep(value, foot);
+                let at = [Ball { mid: t, rad: 0.0 }, Ball::ZERO];
+                self.keep(self.objective.value(space, at), foot);
             }
             Err(local) => self.try_beside_piece(face, index, local),
         }
@@ -333,9 +337,10 @@ pub(super) fn upper_end(f: Ball<Dd>) -> Dd {
 /// How many Newton steps and halvings of one; both are guides.
 const MAX_NEWTON: usize = 24;
 const MAX_DAMPING: usize = 10;
-/// A gain below this part of the value is lost in its rounding; a step below this, in local parameters, is as good
-/// as none.
+/// A gain below this part of the value is lost in its rounding.
 const NOISE: f64 = 1.0 / (1u64 << 46) as f64;
+/// A step of Newton's method this short, in local parameters, is the last: the next would be lost in rounding.
+const SHORT: f64 = 1.0 / (1u64 << 24) as f64;
 /// A longer step, in local parameters, is not taken blindly.
 const MOST_BLIND: f64 = 1.0 / (1u64 << 12) as f64;
 /// How many steps are taken once the gain is lost in rounding: each squares the error.

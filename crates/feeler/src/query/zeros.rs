@@ -56,6 +56,8 @@ pub(super) enum HitAt {
         patch: usize,
         local: [Dd; 2],
         rho: f64,
+        /// The point, rounded.
+        point: [f64; 3],
     },
     /// On a face in closed form: native parameters, rounded, and the point.
     Closed { uv: [f64; 2], point: V3 },
@@ -139,10 +141,14 @@ fn find_hits(
         {
             continue;
         }
-        let root = stab.forms(&patch.net);
+        let root = stab.planes(&patch.net);
+        if root.has_no_zero() {
+            continue;
+        }
         let at = Place {
             face,
             patch: index,
+            net: &patch.net,
             root: &root,
             digits,
         };
@@ -157,16 +163,18 @@ fn find_hits(
         return Some(out);
     }
     let open = std::mem::take(&mut out.open);
-    for (index, _) in geometry.patches.iter().enumerate() {
+    for index in 0..geometry.patches.len() {
         let boxes: Vec<_> = open.iter().filter(|o| o.0 == index).collect();
         if boxes.is_empty() {
             continue;
         }
-        let root = stab.forms(&brep.double_double(face).patches[index].net);
+        let net = &brep.double_double(face).patches[index].net;
+        let root = stab.planes(net);
         let starts = boxes.iter().map(|o| narrow(&root, o.1, o.2)).collect();
         let at = Place {
             face,
             patch: index,
+            net,
             root: &root,
             digits: Digits::All,
         };
@@ -233,6 +241,7 @@ struct Solved {
 struct Place<'a, T> {
     face: usize,
     patch: usize,
+    net: &'a Net<T>,
     root: &'a Forms<T>,
     digits: Digits,
 }
@@ -255,6 +264,8 @@ fn patch_hits<T: Real>(
         )
     };
     let mut solved: Vec<Solved> = Vec::new();
+    // Combinations of the two forms, used again and again.
+    let mut turned: [Vec<T>; 2] = Default::default();
     let mut stack: Vec<_> = starts.into_iter().map(|r| (r, false)).collect();
     while let Some((node, mut inside)) = stack.pop() {
         let within = |s: &Solved| {
@@ -290,26 +301,28 @@ fn patch_hits<T: Real>(
             let k = if j[1][0].abs() >= j[1][1].abs() { 0 } else { 1 };
             [1.0, -j[0][k] / j[1][k]]
         };
-        let (c, e) = node.combine(flat);
-        let r = range(&c, e);
+        let e = node.combine(flat, &mut turned[0]);
+        let r = range(&turned[0], e);
         if r[0] > 0.0 || r[1] < 0.0 {
             continue;
         }
-        let noise = largest(&c) <= NOISE_FACTOR * e;
+        let noise = largest(&turned[0]) <= NOISE_FACTOR * e;
         if det.abs() > 64.0 * f64::EPSILON * size {
             let y = [
                 [j[1][1] / det, -j[0][1] / det],
                 [-j[1][0] / det, j[0][0] / det],
             ];
+            let mut errors = [0.0; 2];
             let signs = (0..2).any(|k| {
-                let (c, e) = node.combine(y[k]);
-                let r = range(&c, e);
+                errors[k] = node.combine(y[k], &mut turned[k]);
+                let r = range(&turned[k], errors[k]);
                 r[0] > 0.0 || r[1] < 0.0
             });
             if signs {
                 continue;
             }
-            if contraction(&node, &y) < 1.0
+            let [first, second] = &turned;
+            if contraction([(first, errors[0]), (second, errors[1])], node.degree) < 1.0
                 && let Some((hit, zone)) = certify(brep, stab, at, &node)
             {
                 let settled = within(&zone);
@@ -326,6 +339,7 @@ fn patch_hits<T: Real>(
                             patch: p,
                             local: l,
                             rho: r,
+                            ..
                         } => {
                             *p == patch
                                 && (0..2).all(|k| (l[k] - local[k]).hi.abs() <= UP * (r + rho))
@@ -403,7 +417,7 @@ fn newton(
     net: &Net<f64>,
     offsets: &[Ball<Dd>; 2],
     start: [f64; 2],
-) -> Option<([f64; 2], [[f64; 2]; 2])> {
+) -> Option<Near> {
     let offsets = offsets.map(|x| x.mid.hi);
     let apply = |h: &[f64; 4]| -> [f64; 2] {
         std::array::from_fn(|k| {
@@ -413,6 +427,7 @@ fn newton(
     };
     let (mut p, mut last) = (start, f64::INFINITY);
     let mut y = [[0.0; 2]; 2];
+    let mut tangent = false;
     for _ in 0..NEWTON_STEPS {
         let h: [[f64; 4]; 3] = if jet::fits(net.degree) {
             jet::jet1(net, p[0], p[1])
@@ -426,6 +441,8 @@ fn newton(
             return None;
         }
         y = [[lt[1] / det, -lt[0] / det], [-ls[1] / det, ls[0] / det]];
+        let size = (ls[0].abs() + lt[0].abs()) * (ls[1].abs() + lt[1].abs());
+        tangent = det.abs() < TANGENT * size;
         let mut moved: f64 = 0.0;
         for k in 0..2 {
             let step = y[k][0] * l[0] + y[k][1] * l[1];
@@ -439,7 +456,27 @@ fn newton(
         }
         last = moved;
     }
-    Some((p, y))
+    Some(Near { p, y, tangent })
+}
+
+/// Where Newton's method ended, the inverse of the Jacobian there, and whether the line is near to tangent, so that f64 does not tell
+/// either well.
+struct Near {
+    p: [f64; 2],
+    y: [[f64; 2]; 2],
+    tangent: bool,
+}
+
+/// A Jacobian whose determinant is below this part of its products.
+const TANGENT: f64 = 1.0 / (1u64 << 20) as f64;
+
+/// A step below this, in local parameters, is not worth taking: 2^-96 of the size is what full accuracy asks for.
+const POLISHED: f64 = 1.0 / (1u128 << 102) as f64;
+
+/// Whether a point is farther from a node than half its width.
+fn is_apart<T>(p: [f64; 2], node: &Forms<T>) -> bool {
+    let apart = |x: f64, r: [f64; 2]| (r[0] - x).max(x - r[1]).max(0.0) / (r[1] - r[0]);
+    apart(p[0], node.u) > 0.5 || apart(p[1], node.v) > 0.5
 }
 
 /// Steps below this are near rounding.
@@ -507,13 +544,19 @@ fn certify<T: Real>(
     let coarse = &brep.double(face).patches[patch].net;
     let offsets = |origin: &[f64; 3]| [0, 1].map(|k| stab.offset(k, origin));
     let near = newton(stab, coarse, &offsets(&coarse.origin), middle);
+    // What f64 does not tell about a line near to tangent, and what it left open, is looked at more finely below.
+    let last = T::UNIT >= f64::UNIT && near.as_ref().is_some_and(|n| !n.tangent);
+    let zone = near.as_ref().and_then(|n| Zone::new(at, node, n.p, n.y));
+    if last && zone.is_none() {
+        return None;
+    }
     let on_patch = |p: &[f64; 2]| p.iter().all(|x| (0.0..=1.0).contains(x));
     if at.digits == Digits::Double
         && jet::fits(coarse.degree)
-        && let Some((p, y)) = near
-        && on_patch(&p)
+        && let (Some(n), Some(zone)) = (&near, &zone)
+        && on_patch(&n.p)
     {
-        let [value, ..] = jet::jet(coarse, p[0], p[1]);
+        let [value, ..] = jet::jet(coarse, n.p[0], n.p[1]);
         let value = value.map(|x| Ball {
             mid: Dd::from(x.mid),
             rad: x.rad,
@@ -523,7 +566,7 @@ fn certify<T: Real>(
             value,
             origin: coarse.origin,
         };
-        return prove(brep, stab, at, node, p.map(Dd::from), y, &sample);
+        return prove(brep, stab, at, zone, n.p.map(Dd::from), &sample);
     }
     let fine = &brep.double_double(face).patches[patch].net;
     let offsets = offsets(&fine.origin);
@@ -535,61 +578,77 @@ fn certify<T: Real>(
             origin: fine.origin,
         }
     };
-    if let Some((start, y)) = near {
-        let mut p = start.map(Dd::from);
-        let mut sample = sample_at(p);
-        for _ in 0..POLISHING_STEPS {
-            let mut moved: f64 = 0.0;
-            for k in 0..2 {
-                let step =
-                    Dd::from(y[k][0]) * sample.l[0].mid + Dd::from(y[k][1]) * sample.l[1].mid;
-                p[k] = p[k] - step;
-                moved = moved.max(step.hi.abs());
+    if let (Some(n), Some(zone)) = (&near, &zone) {
+        let mut p = n.p.map(Dd::from);
+        for _ in 0..=POLISHING_STEPS {
+            let sample = sample_at(p);
+            let step: [Dd; 2] = std::array::from_fn(|k| {
+                Dd::from(n.y[k][0]) * sample.l[0].mid + Dd::from(n.y[k][1]) * sample.l[1].mid
+            });
+            let moved = step[0].hi.abs().max(step[1].hi.abs());
+            if moved <= POLISHED {
+                let found = prove(brep, stab, at, zone, p, &sample);
+                if last || found.is_some() {
+                    return found;
+                }
+                break;
             }
             if !(moved < SETTLED) {
                 break;
             }
-            sample = sample_at(p);
-            if moved < f64::EPSILON * f64::EPSILON {
-                if let Some(found) = prove(brep, stab, at, node, p, y, &sample) {
-                    return Some(found);
-                }
-                break;
-            }
+            p = [0, 1].map(|k| p[k] - step[k]);
         }
     }
     let (p, y) = newton_fine(stab, fine, &offsets, middle)?;
-    prove(brep, stab, at, node, p, y, &sample_at(p))
+    let zone = Zone::new(at, node, p.map(|x| x.hi), y)?;
+    prove(brep, stab, at, &zone, p, &sample_at(p))
 }
 
-/// That there is one zero near a point: see the module. `y` is about the inverse of the Jacobian there.
+/// A box in which there is one zero at most.
+struct Zone {
+    u: [f64; 2],
+    v: [f64; 2],
+    /// `Y` for coordinates that run over it from 0 to 1.
+    scaled: [[f64; 2]; 2],
+    /// The contraction there.
+    e: f64,
+}
+
+impl Zone {
+    /// Twice a node's width about a point in it or not far from it (else another node will find the zero), within the
+    /// extended patch. `y` is about the inverse of the Jacobian.
+    fn new<T: Real>(at: &Place<T>, node: &Forms<T>, p: [f64; 2], y: [[f64; 2]; 2]) -> Option<Self> {
+        if is_apart(p, node) {
+            return None;
+        }
+        let around = |k: usize, r: [f64; 2]| {
+            let h = r[1] - r[0];
+            [(p[k] - h).max(-EXTENSION), (p[k] + h).min(1.0 + EXTENSION)]
+        };
+        let (u, v) = (around(0, node.u), around(1, node.v));
+        let widths = [u[1] - u[0], v[1] - v[0]];
+        let near = restrict(at.root, u, v);
+        let scaled = [0, 1].map(|k: usize| y[k].map(|x| x / widths[k]));
+        let mut turned: [Vec<T>; 2] = Default::default();
+        let errors = [0, 1].map(|k| near.combine(scaled[k], &mut turned[k]));
+        let [first, second] = &turned;
+        let e = contraction([(first, errors[0]), (second, errors[1])], near.degree);
+        (e < 1.0).then_some(Self { u, v, scaled, e })
+    }
+}
+
+/// That there is one zero near a point: see the module.
 fn prove<T: Real>(
     brep: &PreparedBrep,
     stab: &Stabber,
     at: &Place<T>,
-    node: &Forms<T>,
+    zone: &Zone,
     p: [Dd; 2],
-    y: [[f64; 2]; 2],
     sample: &Sample,
 ) -> Option<(Option<Found>, Solved)> {
     let (face, patch) = (at.face, at.patch);
-    // The zone: twice the node's width about p, within the extended patch.
-    let zone = |k: usize, r: [f64; 2]| {
-        let h = r[1] - r[0];
-        [
-            (p[k].hi - h).max(-EXTENSION),
-            (p[k].hi + h).min(1.0 + EXTENSION),
-        ]
-    };
-    let (u, v) = (zone(0, node.u), zone(1, node.v));
+    let &Zone { u, v, scaled, e } = zone;
     let widths = [u[1] - u[0], v[1] - v[0]];
-    let near = restrict(at.root, u, v);
-    // Y for coordinates that run over the zone from 0 to 1.
-    let scaled = [0, 1].map(|k| y[k].map(|x| x / widths[k]));
-    let e = contraction(&near, &scaled);
-    if !(e < 1.0) {
-        return None;
-    }
     let mut residual: f64 = 0.0;
     for row in &scaled {
         let k = Ball::exact(row[0]) * sample.l[0] + Ball::exact(row[1]) * sample.l[1];
@@ -597,11 +656,6 @@ fn prove<T: Real>(
     }
     let rho = residual / (1.0 - e) * UP / (1.0 - f64::EPSILON);
     let local_rho = rho * widths[0].max(widths[1]) * UP;
-    // Within the node, or at least not far from it: else another node will find it.
-    let apart = |x: f64, r: [f64; 2]| (r[0] - x).max(x - r[1]).max(0.0) / (r[1] - r[0]);
-    if apart(p[0].hi, node.u) > 0.5 || apart(p[1].hi, node.v) > 0.5 {
-        return None;
-    }
     // A zero exists if its ball is in the zone.
     let reach = |k: usize| Dd::from(rho * widths[k] * UP);
     let exists = (0..2).all(|k| {
@@ -628,7 +682,8 @@ fn prove<T: Real>(
     });
     let t = stab.parameter(&sample.value, &sample.origin);
     // t moves with the point: bounded by the slopes over the zone.
-    let reach = parameter_slope(&near, stab) * rho * UP;
+    let clock = restrict(&stab.clock(at.net), u, v);
+    let reach = parameter_slope(&clock, stab) * rho * UP;
     let t = Ball {
         mid: t.mid,
         rad: (t.rad + reach) * UP,
@@ -639,6 +694,10 @@ fn prove<T: Real>(
             patch,
             local: p,
             rho: local_rho,
+            point: [0, 1, 2].map(|c| {
+                let x = sample.value[c] / sample.value[3] + Ball::exact(sample.origin[c]);
+                x.mid.hi
+            }),
         },
         t,
         inside: !on_edge,

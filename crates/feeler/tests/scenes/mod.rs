@@ -62,6 +62,10 @@ pub(crate) fn cube() -> Brep {
 
 /// A bicubic surface of 8 x 8 control points over the unit square, wavy in height.
 pub(crate) fn bicubic() -> Brep {
+    Brep::from_surface(Surface::Nurbs(wave())).unwrap()
+}
+
+fn wave() -> NurbsSurface {
     let mut random = Random::new(0x9e37_79b9_7f4a_7c15);
     let knots: Vec<f64> = [vec![0.0; 4], vec![0.2, 0.4, 0.6, 0.8], vec![1.0; 4]].concat();
     // The Greville abscissas: u and v are x and y.
@@ -72,8 +76,52 @@ pub(crate) fn bicubic() -> Brep {
             net.push(Vector4::new(at(i), at(j), random.between(-0.25, 0.25), 1.0));
         }
     }
-    let surface = NurbsSurface::new([3, 3], [8, 8], net, [knots.clone(), knots]).unwrap();
-    Brep::from_surface(Surface::Nurbs(surface)).unwrap()
+    NurbsSurface::new([3, 3], [8, 8], net, [knots.clone(), knots]).unwrap()
+}
+
+/// The same within a closed curve of four rational quadratics.
+pub(crate) fn trimmed_bicubic() -> Brep {
+    let s = std::f64::consts::FRAC_1_SQRT_2;
+    let knots = vec![0., 0., 0., 1., 1., 2., 2., 3., 3., 4., 4., 4.];
+    let ring = [
+        (1, 0),
+        (1, 1),
+        (0, 1),
+        (-1, 1),
+        (-1, 0),
+        (-1, -1),
+        (0, -1),
+        (1, -1),
+        (1, 0),
+    ];
+    let point = |(k, &(x, y)): (usize, &(i32, i32))| {
+        let w = if k % 2 == 0 { 1.0 } else { s };
+        let at = |x: i32| (0.5 + 0.4 * f64::from(x)) * w;
+        Vector3::new(at(x), at(y), w)
+    };
+    let net = ring.iter().enumerate().map(point).collect();
+    let curve = NurbsCurve::new(2, net, knots).unwrap();
+    let mut b = BrepBuilder::new();
+    let at = b.vertex([0.9, 0.5, 0.0]);
+    // The copy of the curve in space is for display only.
+    let circle = Arc {
+        center: Point3::new(0.5, 0.5, 0.0),
+        x: Vector3::x(),
+        y: Vector3::y(),
+        z: Vector3::z(),
+        radius: 0.4,
+        angle: Interval::new(0.0, std::f64::consts::TAU).unwrap(),
+        domain: Interval::new(0.0, 1.0).unwrap(),
+    };
+    let circle = Curve::Arc(Arc::new(circle).unwrap());
+    let trim = TrimSpec {
+        vertices: [at, at],
+        curve: Curve::Nurbs(curve),
+        edge: Some(b.edge([at, at], circle).unwrap()),
+    };
+    b.face_with_trims(Surface::Nurbs(wave()), vec![vec![trim]])
+        .unwrap();
+    b.build().unwrap()
 }
 
 /// A sphere of radius 2.5 about the origin as a revolution; an open sheet.

@@ -106,6 +106,25 @@ impl CurveShape {
 }
 
 impl CurveShape {
+    /// A box around it; around the whole circle of an arc (whose axes are of length one, up to rounding).
+    pub(crate) fn bounds(&self) -> [[f64; 2]; 3] {
+        match self {
+            Self::Segment(s) => {
+                let (a, b) = (&s.a, &s.b);
+                let low = |c: usize| a[c].lower().min(b[c].lower());
+                let high = |c: usize| a[c].upper().max(b[c].upper());
+                [0, 1, 2].map(|c| [low(c), high(c)])
+            }
+            Self::Arc(arc) => {
+                const UP: f64 = 1.0 + 64.0 * f64::EPSILON;
+                let r = arc.radius.upper() * UP;
+                let around =
+                    |x: &Ball<Dd>| [(x.lower() - r).next_down(), (x.upper() + r).next_up()];
+                [0, 1, 2].map(|c| around(&arc.center[c]))
+            }
+        }
+    }
+
     /// The same arc with its axis known better than from the cross product.
     pub(super) fn about(mut self, axis: V3) -> Self {
         if let Self::Arc(arc) = &mut self {

@@ -29,6 +29,66 @@ pub(crate) type V3 = [Ball<Dd>; 3];
 /// Makes up for the rounding of a bound that is computed in a few f64 operations.
 const UP: f64 = 1.0 + 32.0 * f64::EPSILON;
 
+/// A vector rounded to f64, and how far it may be from the true one in each coordinate.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Rough {
+    pub(super) v: [f64; 3],
+    off: f64,
+}
+
+impl Rough {
+    pub(super) fn new(v: &V3) -> Self {
+        let off = v.iter().map(|x| x.rad + x.mid.lo.abs());
+        Self {
+            v: v.map(|x| x.mid.hi),
+            off: off.fold(0.0, f64::max) * UP,
+        }
+    }
+
+    pub(super) fn exact(v: [f64; 3]) -> Self {
+        Self { v, off: 0.0 }
+    }
+
+    pub(super) fn off(&self) -> f64 {
+        self.off
+    }
+
+    /// The scalar product with another, and a bound on its error: `u = 2^-53`; three products and two sums of parts, each off by
+    /// three roundings at most, and what the vectors are off.
+    pub(super) fn dot(&self, o: &Self) -> (f64, f64) {
+        let (mut sum, mut size, mut left, mut right) = (0.0, 0.0, 0.0, 0.0);
+        for c in 0..3 {
+            let x = self.v[c] * o.v[c];
+            sum += x;
+            size += x.abs();
+            left += self.v[c].abs();
+            right += o.v[c].abs();
+        }
+        let off = 4.0 * f64::EPSILON * size + self.off * (right + 3.0 * o.off) + o.off * left;
+        (sum, off * UP + f64::MIN_POSITIVE)
+    }
+
+    /// The difference of two.
+    pub(super) fn sub(&self, o: &Self) -> Self {
+        let v: [f64; 3] = std::array::from_fn(|c| self.v[c] - o.v[c]);
+        let most = v.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
+        Self {
+            v,
+            off: (self.off + o.off + f64::EPSILON * most) * UP,
+        }
+    }
+}
+
+/// `(gap - off)^2` from below, or zero: the square of a distance of which `gap` is known within `off`.
+pub(super) fn least_square(gap: f64, off: f64) -> Dd {
+    let least = (gap.abs() - off) * (1.0 - 4.0 * f64::EPSILON);
+    if !(least > 0.0) {
+        return Dd::ZERO;
+    }
+    let square = Dd::product(least, least);
+    square - Dd::from(4.0 * Dd::UNIT * square.hi)
+}
+
 pub(crate) fn exact(v: &[f64]) -> V3 {
     std::array::from_fn(|c| Ball::exact(v[c]))
 }
@@ -171,6 +231,20 @@ impl Linear {
         let s =
             (x - Ball::exact(self.from.start)) / Ball::difference(self.from.end, self.from.start);
         Ball::exact(self.to.start) + s * Ball::difference(self.to.end, self.to.start)
+    }
+
+    /// The image of a number, rounded a few times; of an end the end.
+    pub(crate) fn rough(&self, x: f64) -> f64 {
+        if x == self.from.start {
+            self.to.start
+        } else if x == self.from.end {
+            self.to.end
+        } else if self.from == self.to {
+            x
+        } else {
+            let s = (x - self.from.start) / self.from.length();
+            self.to.start + s * self.to.length()
+        }
     }
 
     /// An interval that holds the image of one.

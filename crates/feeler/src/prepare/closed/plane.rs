@@ -2,7 +2,8 @@
 
 use super::curve::{ClosedCurve, CurveShape, UvPath};
 use super::form::{
-    Critical, Extent, Linear, Minimum, Target, V3, along, distance_range, dot, exact, range, sub,
+    Critical, Extent, Linear, Minimum, Rough, Target, V3, along, distance_range, dot, exact,
+    least_square, range, sub,
 };
 use crate::numeric::{Ball, Dd, Dyadic, Interval, sin_cos};
 use crate::nurbs::{Arc, NurbsSurface, Plane};
@@ -17,6 +18,8 @@ pub(crate) struct PlaneForm {
     /// `x cross y`.
     pub(crate) normal: V3,
     length: Ball<Dd>,
+    /// The origin and the unit normal, rounded.
+    rough: [Rough; 2],
     /// `x.x`, `x.y`, `y.y` and the determinant.
     gram: [Ball<Dd>; 4],
     pub(crate) maps: [Linear; 2],
@@ -83,6 +86,7 @@ impl PlaneForm {
         let o = exact(&origin);
         let corner = |a: f64, b: f64| along(&along(&o, Ball::exact(a), &x), Ball::exact(b), &y);
         let [a, b] = extents;
+        let length = gram[3].sqrt();
         Some(Self {
             origin,
             corners: [
@@ -91,7 +95,8 @@ impl PlaneForm {
                 corner(a.end, b.start),
                 corner(a.end, b.end),
             ],
-            length: gram[3].sqrt(),
+            length,
+            rough: [Rough::new(&o), Rough::new(&normal.map(|x| x / length))],
             similar,
             x,
             y,
@@ -172,9 +177,11 @@ impl PlaneForm {
 
     pub(super) fn least(&self, target: &Target) -> Dd {
         match target {
+            // In f64: it only puts aside faces that are farther off.
             Target::Point(q) => {
-                let w = sub(q, &exact(&self.origin));
-                distance_range(dot(&w, &self.normal) / self.length, 0.0)[0]
+                let [origin, unit] = &self.rough;
+                let (gap, off) = Rough::new(q).sub(origin).dot(unit);
+                least_square(gap, off)
             }
             // Linear: least at a corner.
             Target::Height(n, h) => {

@@ -24,8 +24,8 @@
 use super::super::circle::normalized;
 use super::curve::{ClosedCurve, CurveShape, UvPath};
 use super::form::{
-    Angle, Critical, Extent, Linear, Minimum, Target, V3, add, along, angle, distance_range, dot,
-    exact, range, scale, sub, unit,
+    Angle, Critical, Extent, Linear, Minimum, Rough, Target, V3, add, along, angle, distance_range,
+    dot, exact, least_square, range, scale, sub, unit,
 };
 use crate::numeric::{Ball, Dd, Interval, sin_cos};
 use crate::nurbs::{Curve3, Revolution};
@@ -52,6 +52,7 @@ pub(crate) struct RevolutionForm {
     pub(crate) e: V3,
     pub(crate) b: V3,
     pub(crate) profile: Profile,
+    rough: RoughModel,
     pub(crate) skew: f64,
     pub(crate) twist: f64,
     /// How far the true surface may be from the model, and points near a pole from it.
@@ -63,6 +64,66 @@ pub(crate) struct RevolutionForm {
     profile_domain: Interval,
     transposed: bool,
 }
+
+/// The model rounded to f64.
+#[derive(Clone, Debug)]
+struct RoughModel {
+    origin: Rough,
+    /// `e`, `b`, `axis`.
+    frame: [Rough; 3],
+    /// `(a, 0, h)` of the centre of an arc, or of the start of a segment.
+    from: Rough,
+    /// The radius of an arc, or the unit direction of a segment.
+    shape: Result<f64, Rough>,
+}
+
+impl RoughModel {
+    fn new(origin: &V3, frame: [&V3; 3], profile: &Profile) -> Self {
+        let flat = |p: &[Ball<Dd>; 3]| Rough::new(&[p[0], Ball::ZERO, p[2]]);
+        let (from, shape) = match profile {
+            Profile::Arc { center, radius, .. } => (flat(center), Ok(*radius)),
+            Profile::Line([p, q]) => {
+                let (da, dh) = (q[0] - p[0], q[2] - p[2]);
+                let length = (da.square() + dh.square()).sqrt();
+                (flat(p), Err(flat(&[da / length, Ball::ZERO, dh / length])))
+            }
+        };
+        Self {
+            origin: Rough::new(origin),
+            frame: frame.map(Rough::new),
+            from,
+            shape,
+        }
+    }
+
+    /// How far a point is from the whole model (its circle or line turned all around), and a bound on the error.
+    ///
+    /// The distance from the axis is that of `(we, wb)`, and it and the height move the result by no more than they are off
+    /// (distances are 1-Lipschitz); the roots, sums and products that follow are off by a few units of what they are made of, and by
+    /// [`UNDERFLOW`] where squares vanish.
+    fn distance(&self, q: &V3) -> (f64, f64) {
+        let w = Rough::new(q).sub(&self.origin);
+        let [(we, e1), (wb, e2), (h, e3)] = [0, 1, 2].map(|k| w.dot(&self.frame[k]));
+        let rho = (we * we + wb * wb).sqrt();
+        let (x, y) = (rho - self.from.v[0], h - self.from.v[2]);
+        let mut size = rho + h.abs() + self.from.v[0].abs() + self.from.v[2].abs();
+        let mut off = e1 + e2 + e3 + 2.0 * self.from.off() + UNDERFLOW;
+        let gap = match &self.shape {
+            Ok(radius) => {
+                size += radius;
+                (x * x + y * y).sqrt() - radius
+            }
+            Err(d) => {
+                off += d.off() * (x.abs() + y.abs());
+                d.v[0] * y - d.v[2] * x
+            }
+        };
+        (gap, (off + 8.0 * f64::EPSILON * size) * 1.01)
+    }
+}
+
+/// Above the root of what underflows.
+const UNDERFLOW: f64 = 1e-150;
 
 /// A profile is in closed form when `skew` is below this part of its least distance from the axis: what is within
 /// `3 skew` of the model is then known to about 2^-52 of that distance...
@@ -160,6 +221,7 @@ impl RevolutionForm {
         Some(Self {
             origin,
             axis,
+            rough: RoughModel::new(&origin, [&e, &b, &axis], &profile),
             e,
             b,
             profile,
@@ -439,6 +501,11 @@ impl RevolutionForm {
 
     /// The least value on the model, less the slack; for a squared distance on the whole of its line or circle.
     pub(super) fn least(&self, target: &Target) -> Dd {
+        // In f64: it only puts aside faces that are farther off.
+        if let Target::Point(q) = target {
+            let (gap, off) = self.rough.distance(q);
+            return least_square(gap, off + self.slack);
+        }
         let (_, rho, h) = self.flatten(target);
         self.value(target, rho, h)[0]
     }
@@ -525,7 +592,7 @@ impl RevolutionForm {
         t: f64,
     ) -> Option<(Vec<[[f64; 2]; 2]>, [f64; 2])> {
         let map = self.profile_map();
-        let native = |b: [f64; 2], t: f64| (map.range(b), map.at(Ball::exact(t)).mid.hi);
+        let native = |b: [f64; 2], t: f64| (map.range(b), map.rough(t));
         let v_boxes: Vec<([f64; 2], f64)> = match &self.profile {
             Profile::Line(_) => vec![native(t_box, t)],
             Profile::Arc { angle, .. } => {
@@ -537,7 +604,7 @@ impl RevolutionForm {
         let u_boxes: Vec<([f64; 2], f64)> = if off < KNOWN {
             let map = self.angular();
             let copies = turns([azimuth.at - off, azimuth.at + off], azimuth.at, self.angle);
-            let native = |(b, a)| (map.range(b), map.at(Ball::exact(a)).mid.hi);
+            let native = |(b, a)| (map.range(b), map.rough(a));
             copies.into_iter().map(native).collect()
         } else {
             let d = self.angle_domain;
@@ -640,7 +707,7 @@ impl RevolutionForm {
                 };
                 let dx = extra(da * x[0] + dh * x[2]);
                 let dy = extra(da * y[0] + dh * y[2]);
-                let length = (da.square() + dh.square()).sqrt().mid.hi;
+                let length = (da.mid.hi.powi(2) + dh.mid.hi.powi(2)).sqrt();
                 let grow = match target {
                     Target::Point(_) => length / radius,
                     Target::Height(..) => 0.5 * length / radius,
@@ -701,8 +768,8 @@ const ON_AXIS: f64 = 1e-28;
 const HARDLY: f64 = (1u64 << 40) as f64;
 
 fn point_radius(s: &RevolutionForm, p: &V3) -> f64 {
-    let w = sub(p, &s.origin);
-    let (a, b) = (dot(&w, &s.e).mid.hi, dot(&w, &s.b).mid.hi);
+    let w: [f64; 3] = std::array::from_fn(|c| (p[c].mid - s.origin[c].mid).hi);
+    let [(a, _), (b, _)] = [0, 1].map(|k| Rough::exact(w).dot(&s.rough.frame[k]));
     (a * a + b * b).sqrt()
 }
 
