@@ -1,4 +1,4 @@
-//! Times of lines, sides in uv and preparation: `cargo bench -p feeler --bench rest`.
+//! Times of lines, sides in uv, preparation and one evaluation: `cargo bench -p feeler --bench rest`.
 //!
 //! One iteration is 20 queries, as in the bench `contact`; they go round a list of 500 (sides: 10,000) places. A preparation is
 //! that of one surface of 25 patches and its first answer.
@@ -138,4 +138,22 @@ fn prepare_25_patches(bencher: Bencher, name: &str) {
             ));
             brep
         });
+}
+
+/// What the others may be counted in: a point of the same surface with its first and second derivatives.
+#[divan::bench]
+fn evaluation_bicubic(bencher: Bencher) {
+    let brep = bicubic();
+    let mut random = Random::new(3);
+    let places: Vec<[f64; 2]> = (0..500)
+        .map(|_| [0, 1].map(|_| random.between(0.0, 1.0)))
+        .collect();
+    let mut next = 0;
+    bencher.bench_local(|| {
+        for _ in 0..QUERIES {
+            next = (next + 1) % places.len();
+            let [u, v] = black_box(places[next]);
+            black_box(brep.surface(0).derivatives(u, v, 2));
+        }
+    });
 }
