@@ -6,6 +6,8 @@
 #include <cmath>
 #include <string>
 
+#include "distance_pieces.hpp"
+#include "edge_width.hpp"
 #include "evaluate.hpp"
 #include "feeler-oracle/src/bridge.rs.h"
 #include "guard.hpp"
@@ -53,6 +55,23 @@ RawDyadic to_dyadic(const Real& x, mpfr_rnd_t direction) {
     }
     mpfr_clear(r);
     return d;
+}
+
+void prepare(const Core& core, std::uint8_t what, std::size_t face) {
+    guarded([&] {
+        if (what == 0) {
+            core.face(face);
+            return;
+        }
+        const Pieces& pieces = core.pieces();
+        for (std::size_t f = 0; f < pieces.count(); ++f) {
+            core.face(f);
+            if (!pieces.nothing(f)) pieces.face(f);
+        }
+        if (what == 1) return;
+        const Edges& edges = core.edges();
+        for (std::size_t e = 0; e < edges.images().uses.size(); ++e) edges.rough(int(e));
+    });
 }
 
 RawEvaluation evaluate_face(const Core& core, std::size_t face, double u, double v, bool below_u,

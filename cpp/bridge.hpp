@@ -64,6 +64,11 @@ class Builder {
 
 std::unique_ptr<Builder> new_builder();
 
+// Makes now what queries would make on first use and keep. 0: the region and the patches of the
+// face; 1: those of all faces, and their pieces; 2: also the images of all edges, and rough widths
+// of their cracks (exact ones are made as queries come near).
+void prepare(const Core& core, std::uint8_t what, std::size_t face);
+
 RawEvaluation evaluate_face(const Core& core, std::size_t face, double u, double v, bool below_u,
                             bool below_v);
 RawSide side_of(const Core& core, std::size_t face, double u, double v);

@@ -175,12 +175,6 @@ Local evaluate(const Piece& s, const Interval64& u, const Interval64& v) {
     return r;
 }
 
-double AllPieces::gap(const Place& from) const {
-    double least = kInfinity;
-    for (const auto& other : others(from)) least = std::min(least, other.second);
-    return std::isfinite(least) ? least : 0;
-}
-
 std::vector<std::pair<Place, double>> AllPieces::others(const Place& from) const {
     std::vector<std::pair<Place, double>> found;
     const int edge =

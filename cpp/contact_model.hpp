@@ -42,8 +42,6 @@ struct AllPieces {
     // Places on the other arcs of the place's edge that are nearest to it, and how far they are,
     // about.
     std::vector<std::pair<Place, double>> others(const Place& place) const;
-    // How far the nearest of these is, about; 0 if there is none.
-    double gap(const Place& place) const;
 
     // Patches of each face.
     std::vector<std::vector<const Piece*>> patches;

@@ -2,10 +2,13 @@
 
 #include <algorithm>
 #include <numeric>
+#include <stdexcept>
+#include <string>
 
 #include "contact_candidates.hpp"
 #include "contact_ways.hpp"
 #include "core.hpp"
+#include "edge_width.hpp"
 
 namespace feeler_oracle {
 
@@ -15,6 +18,13 @@ namespace {
 constexpr double kOne = 0x1p-24;
 // Entries longer than this part of the size are continua.
 constexpr double kContinuum = 0x1p-30;
+// `join`, in widths of the widest crack: the jump itself, and as much again for what a path rises
+// next to it and for boxes.
+constexpr double kJoinOfWidth = 4;
+// A crack wider than this part of the size is a hole.
+constexpr double kHole = 0x1p-12;
+// Points nearer to each other than this part of the size count as joined in any case.
+constexpr double kJoin = 0x1p-44;
 
 class Search {
  public:
@@ -247,29 +257,21 @@ Contacts contacts(const Pieces& model, const Objective& objective, double limit,
 }
 
 double join_of(const Core& core) {
-    const AllPieces model(core.pieces());
-    // How often each edge is used by a trim.
-    std::vector<int> uses;
-    for (const Face& face : core.model().faces)
-        for (const Loop& loop : face.loops ? *face.loops : std::vector<Loop>{})
-            for (const TrimCurve& trim : loop.trims) {
-                if (trim.edge < 0) continue;
-                if (size_t(trim.edge) >= uses.size()) uses.resize(trim.edge + 1);
-                ++uses[trim.edge];
-            }
+    const Edges& edges = core.edges();
+    const double least = kJoin * core.pieces().size(), most = kHole * core.pieces().size();
     double widest = 0;
-    for (size_t f = 0; f < model.faces.size(); ++f) {
-        if (!model.faces[f]) continue;
-        const auto& edges = model.region(int(f)).arc_edge();
-        for (size_t a = 0; a < edges.size(); ++a) {
-            if (edges[a] < 0 || uses[edges[a]] < 2) continue;
-            for (const double t : {0.03, 0.25, 0.5, 0.77})
-                widest = std::max(widest, model.gap(model.place(int(f), int(a), t)));
-        }
+    for (size_t e = 0; e < edges.images().uses.size(); ++e) {
+        if (edges.images().uses[e].size() < 2) continue;
+        // What is soon found is enough where it changes nothing.
+        const double rough = edges.rough(int(e));
+        if (rough <= widest || kJoinOfWidth * rough <= least) continue;
+        const CrackWidth& width = edges.width(int(e));
+        if (!width.known)
+            throw std::invalid_argument("edge " + std::to_string(e) +
+                                        ": an image is not known whole, so no crack's width is");
+        widest = std::max(widest, width.d.hi.up());
     }
-    // Four times what samples show; a crack beyond 2^-12 of the size is no crack but a hole.
-    constexpr double kSafety = 4;
-    return std::max(0x1p-44 * model.size, std::min(kSafety * widest, 0x1p-12 * model.size));
+    return std::max(least, std::min(next_up(kJoinOfWidth * widest), most));
 }
 
 }  // namespace feeler_oracle

@@ -96,8 +96,10 @@ struct ContactBudget {
 Contacts contacts(const Pieces& model, const Objective& objective, double limit, double join,
                   const ContactBudget& budget = {});
 
-// A length no less than any crack that is seen at samples of the edges' images, and than 2^-44 of
-// the size: what contacts takes as `join`. The theorem holds for any.
+// What contacts takes as `join`: four times the widest crack, as certified (edge_width.hpp), but no
+// less than 2^-44 of the size and no more than 2^-12 of it: farther apart the images of an edge
+// bound a hole. The theorem holds for any length; which contacts there are depends on it. Throws
+// std::invalid_argument where an image is not known whole.
 double join_of(const class Core& core);
 
 }  // namespace feeler_oracle

@@ -122,13 +122,15 @@ CurveJet jet(const Curve& c, const Real& t) {
     return r;
 }
 
-// About the nearest point to p of the curve over [lo, hi]; no guarantee. In doubles relative to p,
-// then some steps of Newton's in Intervals: distances far below the rounding of coordinates count
-// here.
-Real project(const Curve& c, const Real& lo, const Real& hi, const Vec& p) {
+struct Near64 {
+    double t;
+    double square;  // of the distance
+};
+
+// About the nearest point to p of the curve over [lo, hi]; no guarantee. In doubles relative to p.
+Near64 near64(const Curve& c, const Real& lo, const Real& hi, const Vec& p) {
     constexpr int kStarts = 8;
     constexpr int kSteps64 = 20;
-    constexpr int kSteps = 5;
     std::array<std::vector<double>, 4> d;
     for (std::size_t i = 0; i < c[3].size(); ++i) {
         for (int k = 0; k < 3; ++k) d[k].push_back((c[k][i] - p[k] * c[3][i]).lo.near());
@@ -175,6 +177,13 @@ Real project(const Curve& c, const Real& lo, const Real& hi, const Vec& p) {
         if (!(next != at)) break;
         at = next;
     }
+    return {at, square64(jet64(at).x)};
+}
+
+// The same, after some steps of Newton's in Intervals from there: distances far below the rounding
+// of coordinates count here.
+Real polished(const Curve& c, const Real& lo, const Real& hi, const Vec& p, double at) {
+    constexpr int kSteps = 5;
     Real t(at);
     const auto clamp = [&] {
         if (t < lo) t = lo;
@@ -200,6 +209,10 @@ Real project(const Curve& c, const Real& lo, const Real& hi, const Vec& p) {
     return t;
 }
 
+Real project(const Curve& c, const Real& lo, const Real& hi, const Vec& p) {
+    return polished(c, lo, hi, p, near64(c, lo, hi, p).t);
+}
+
 struct Pair {
     std::size_t i, j;  // curves
     Real a0, a1, b0, b1;
@@ -218,6 +231,9 @@ class Matching {
     Matching(const Chain& a, const Chain& b, const Real& floor) : a_(a), b_(b), floor_(floor) {}
 
     CrackWidth run(int budget, const Real& ends) {
+        // Without cuts the bound above is rough anyway, to the rounding of coordinates, and that
+        // below is the ends'.
+        polish_ = budget > 0;
         Real lower = ends;
         for (const int end : {0, 1}) {
             candidate(end_of(a_, end), end_of(b_, end));
@@ -304,17 +320,22 @@ class Matching {
 
     void add(std::size_t i, const Real& a0, const Real& a1, std::size_t j, const Real& b0,
              const Real& b1, int depth) {
-        const Curve a = part_of(a_.curves[i], a0, a1), b = part_of(b_.curves[j], b0, b1);
+        Curve a = part_of(a_.curves[i], a0, a1), b = part_of(b_.curves[j], b0, b1);
+        // The coefficients of a product are sums of products of these, over a factor of all four.
+        for (Curve* c : {&a, &b}) {
+            const int degree = int((*c)[3].size()) - 1;
+            for (int s = 0; s <= degree; ++s)
+                for (auto& row : *c)
+                    row[std::size_t(s)] = binomial(degree, s) * row[std::size_t(s)];
+        }
         const int m = int(a[3].size()) - 1, n = int(b[3].size()) - 1;
         Real most;
         for (int k = 0; k <= m + n; ++k) {
             std::array<Interval, 4> sum;
             for (int s = std::max(0, k - n); s <= std::min(k, m); ++s) {
-                const Interval factor =
-                    divide_positive(binomial(m, s) * binomial(n, k - s), binomial(m + n, k));
                 for (int c = 0; c < 3; ++c)
-                    sum[c] = sum[c] + factor * (a[c][s] * b[3][k - s] - b[c][k - s] * a[3][s]);
-                sum[3] = sum[3] + factor * (a[3][s] * b[3][k - s]);
+                    sum[c] = sum[c] + (a[c][s] * b[3][k - s] - b[c][k - s] * a[3][s]);
+                sum[3] = sum[3] + a[3][s] * b[3][k - s];
             }
             const Real d2 = (square(sum[0]) + square(sum[1]) + square(sum[2])).hi;
             most = larger(most, div_up(sqrt_up(d2), sum[3].lo));
@@ -344,20 +365,28 @@ class Matching {
             const std::size_t middle = (o0.curve + o1.curve) / 2;  // < o1.curve
             const Curve& before = own.curves[middle];
             const Vec p = control_point(before, before[3].size() - 1);
-            Position best{n0.curve, n0.t};
-            double least = std::numeric_limits<double>::infinity();
+            // Which curve it is on, doubles tell well enough: any matching will do.
+            const auto from = [&](std::size_t c) { return c == n0.curve ? n0.t : Real(0.0); };
+            const auto to = [&](std::size_t c) { return c == n1.curve ? n1.t : Real(1.0); };
+            std::size_t nearest = n0.curve;
+            Near64 least{n0.t.near(), std::numeric_limits<double>::infinity()};
             for (std::size_t c = n0.curve; c <= n1.curve; ++c) {
-                const Real lo = c == n0.curve ? n0.t : Real(0.0);
-                const Real hi = c == n1.curve ? n1.t : Real(1.0);
-                const Real at = project(other.curves[c], lo, hi, p);
-                const double d = norm(minus(jet(other.curves[c], at).x, p)).hi.near();
-                if (d < least) {
-                    least = d;
-                    best = {c, at};
+                const Near64 here = near64(other.curves[c], from(c), to(c), p);
+                if (here.square < least.square) {
+                    least = here;
+                    nearest = c;
                 }
             }
-            const Vec q = jet(other.curves[best.curve], best.t).x;
-            first ? candidate(p, q) : candidate(q, p);
+            Position best{nearest, Real(least.t)};
+            if (polish_)
+                best.t = polished(other.curves[nearest], from(nearest), to(nearest), p, least.t);
+            // The ends of the stretch are no doubles.
+            if (best.t < from(nearest)) best.t = from(nearest);
+            if (to(nearest) < best.t) best.t = to(nearest);
+            if (polish_) {
+                const Vec q = jet(other.curves[best.curve], best.t).x;
+                first ? candidate(p, q) : candidate(q, p);
+            }
             const Position end{middle, Real(1.0)}, start{middle + 1, Real(0.0)};
             if (first) {
                 stack.push_back({t.a0, end, t.b0, best});
@@ -391,6 +420,7 @@ class Matching {
 
     const Chain &a_, &b_;
     Real floor_;
+    bool polish_ = true;
     std::vector<Pair> pairs_;
     std::vector<Candidate> candidates_;
     int tries_ = 0;

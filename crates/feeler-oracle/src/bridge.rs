@@ -195,6 +195,7 @@ pub(crate) mod ffi {
         fn add_arc(self: Pin<&mut Builder>, numbers: &[f64]) -> Result<()>;
         fn finish(self: Pin<&mut Builder>) -> Result<UniquePtr<Core>>;
 
+        fn prepare(core: &Core, what: u8, face: usize) -> Result<()>;
         fn evaluate_face(
             core: &Core,
             face: usize,

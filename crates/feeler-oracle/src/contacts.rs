@@ -99,8 +99,8 @@ impl Oracle {
         })
     }
 
-    /// The length within which points of the faces count as joined: four times the widest crack that samples of the
-    /// edges show, and no less than 2^-44 of the model's size.
+    /// The length within which points of the faces count as joined: four times the widest crack, as certified, no less
+    /// than 2^-44 of the model's size and no more than 2^-12 of it.
     fn join(&self) -> Result<f64, OracleError> {
         if let Some(join) = self.join.get() {
             return Ok(*join);

@@ -46,5 +46,5 @@ pub use stub::{Oracle, critical_points, eigen_candidates};
 pub use truth::{
     AxisRootsTruth, ContactTruth, ContactsTruth, CriticalPoint, CriticalPoints,
     DerivativeRootTruth, DerivativeRootsTruth, DistanceStatus, DistanceTruth, Evaluation,
-    InsideTruth, LineHitTruth, LineOpen, LineTruth, OracleError, SideTruth, TruthEnclosure,
+    InsideTruth, LineHitTruth, LineOpen, LineTruth, OracleError, Shared, SideTruth, TruthEnclosure,
 };

@@ -2,7 +2,7 @@
 
 use crate::bridge::ffi;
 use crate::convert;
-use crate::truth::{Evaluation, OracleError, SideTruth, TruthEnclosure};
+use crate::truth::{Evaluation, OracleError, Shared, SideTruth, TruthEnclosure};
 use dashu_int::IBig;
 use feeler::brep::Brep;
 use feeler::numeric::Dyadic;
@@ -114,6 +114,31 @@ impl Oracle {
                 count: self.faces,
             })
         }
+    }
+
+    /// Makes now what queries would make on first use and keep. What is left to them are exact widths of
+    /// cracks that they come near, and arcs of loops, halved where they look closely. 0.1 ms a patch, 0.3 ms
+    /// a trim curve.
+    ///
+    /// # Errors
+    /// Where a query that needs it would fail.
+    pub fn prepare(&self, what: Shared) -> Result<(), OracleError> {
+        let (what, face) = match what {
+            Shared::Face(face) => {
+                self.check_face(face)?;
+                (0, face)
+            }
+            Shared::Pieces => (1, 0),
+            Shared::Edges => (2, 0),
+        };
+        ffi::prepare(&self.core, what, face)?;
+        // Signed separations of several BREPs ask each of them.
+        if what == 2 && !self.is_single() {
+            for one in self.each_brep()? {
+                ffi::prepare(&one.core, what, 0)?;
+            }
+        }
+        Ok(())
     }
 
     /// The point of a face's surface at `uv` and its derivatives up to the second, rounded outward

@@ -2,7 +2,7 @@
 
 use crate::truth::{
     ContactsTruth, CriticalPoints, DerivativeRootsTruth, DistanceTruth, Evaluation, InsideTruth,
-    LineTruth, OracleError, SideTruth, TruthEnclosure,
+    LineTruth, OracleError, Shared, SideTruth, TruthEnclosure,
 };
 use feeler::brep::Brep;
 use feeler::nurbs::{Limit, NurbsSurface};
@@ -39,6 +39,11 @@ impl Oracle {
 
     /// How many faces all BREPs have together.
     pub fn faces(&self) -> usize {
+        match self.never {}
+    }
+
+    /// Makes what queries share.
+    pub fn prepare(&self, _what: Shared) -> Result<(), OracleError> {
         match self.never {}
     }
 

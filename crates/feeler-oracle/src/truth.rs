@@ -25,6 +25,17 @@ impl TruthEnclosure {
     }
 }
 
+/// What queries share, for [`Oracle::prepare`](crate::Oracle::prepare).
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Shared {
+    /// Of one face, what sides in its parameter space and evaluations take.
+    Face(usize),
+    /// Of all faces, what distances take.
+    Pieces,
+    /// The same, and what lines, sides in space and lists of contacts take: images of edges.
+    Edges,
+}
+
 /// A surface point and its derivatives up to the second.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Evaluation {

@@ -57,8 +57,8 @@
 //! **Contact.** A connected component of the local minimisers (of the distance to the centre, or of n.x) over the union of
 //! the faces, with `separation <= prediction` (with the centre in material: within `r + prediction` of it, or the
 //! nearest of all), from which no way leads to a lower point without a rise: the end of a face at a seam, where the face
-//! beyond the crack goes on falling, is none. A way may jump a crack: points of faces nearer to each other than the
-//! widest crack, or than 2^-44 of the size, count as joined. Contacts nearer to each other than 2^-24 of the size count
+//! beyond the crack goes on falling, is none. A way may jump a crack: points of faces nearer to each other than four times the
+//! widest crack (but no more than 2^-12 of the size: beyond it is a hole), or than 2^-44 of the size, count as joined. Contacts nearer to each other than 2^-24 of the size count
 //! as one. Which contacts there are is searched in certified boxes, but that each is a minimum (no way down, in steps
 //! from 2^-24 of the size, along lines in uv and along edges) is tested, not proven. The normal points from the BREP to the probe; with the centre on the surface it is the
 //! face's. A contact is a *continuum* when the points within max(accuracy, 2^-44 size) of the minimum reach beyond

@@ -40,7 +40,7 @@ enum Task {
     /// Count the instructions of some queries under valgrind, and hold them against the stored counts.
     Instructions(instructions::Args),
     /// Hold the oracle's C++ to clang-format and clang-tidy.
-    Tidy,
+    Tidy(tidy::Args),
 }
 
 fn main() -> ExitCode {
@@ -50,6 +50,7 @@ fn main() -> ExitCode {
         Task::Truth(args) if args.verify.verify => verify::run(
             &args.verify,
             args.sample,
+            args.slow,
             &args.corpora,
             args.suite.as_deref(),
         ),
@@ -57,7 +58,7 @@ fn main() -> ExitCode {
         Task::Agree(args) => agree::run(&args),
         Task::Sanitize(args) => sanitize::run(&args),
         Task::Instructions(args) => instructions::run(&args),
-        Task::Tidy => tidy::run(),
+        Task::Tidy(args) => tidy::run(&args),
     };
     match result {
         Ok(()) => ExitCode::SUCCESS,

@@ -22,22 +22,37 @@ pub(crate) struct Args {
 
 #[derive(Clone, Copy, Debug, clap::ValueEnum)]
 enum Sanitizer {
-    /// Memory that is not ours, leaks (AddressSanitizer).
-    Address,
-    /// What the language leaves undefined (UndefinedBehaviorSanitizer).
-    Undefined,
+    /// Memory that is not ours, leaks (AddressSanitizer), and what the language leaves undefined
+    /// (UndefinedBehaviorSanitizer): one build, one run.
+    Memory,
     /// Data races (ThreadSanitizer), on the tests with threads.
     Thread,
 }
 
 impl Sanitizer {
-    const ALL: [Self; 3] = [Self::Address, Self::Undefined, Self::Thread];
+    const ALL: [Self; 2] = [Self::Memory, Self::Thread];
 
+    /// The folder of its build.
     fn name(self) -> &'static str {
         match self {
-            Self::Address => "address",
-            Self::Undefined => "undefined",
+            Self::Memory => "memory",
             Self::Thread => "thread",
+        }
+    }
+
+    /// What g++ calls it.
+    fn kinds(self) -> &'static str {
+        match self {
+            Self::Memory => "address,undefined",
+            Self::Thread => "thread",
+        }
+    }
+
+    /// The libraries that the program needs beside g++'s.
+    fn libraries(self) -> &'static [&'static str] {
+        match self {
+            Self::Memory => &["libasan.so", "libubsan.so"],
+            Self::Thread => &["libtsan.so"],
         }
     }
 }
@@ -76,9 +91,11 @@ fn one(sanitizer: Sanitizer, test: Option<&str>) -> Result<(), String> {
     let name = sanitizer.name();
     println!("==> {name} sanitizer");
     let root = root();
-    let flag = format!("-fsanitize={name}");
+    let flag = format!("-fsanitize={}", sanitizer.kinds());
     let host = host()?;
-    let runtime = runtime(sanitizer)?;
+    let all = sanitizer.libraries().iter();
+    let runtimes = all.map(|l| runtime(l)).collect::<Result<Vec<_>, _>>()?;
+    let link: Vec<String> = runtimes.iter().map(|r| format!("-Clink-arg={r}")).collect();
     let mut command = Command::new(env!("CARGO"));
     command
         .current_dir(&root)
@@ -93,13 +110,13 @@ fn one(sanitizer: Sanitizer, test: Option<&str>) -> Result<(), String> {
         )
         // rustc links without a compiler's default libraries, so the runtime is named; and it must come
         // before the C library, which only preloading gives.
-        .env("RUSTFLAGS", format!("-Clink-arg={runtime}"))
+        .env("RUSTFLAGS", link.join(" "))
         .env(
             format!(
                 "CARGO_TARGET_{}_RUNNER",
                 host.to_uppercase().replace('-', "_")
             ),
-            format!("env LD_PRELOAD={runtime}"),
+            format!("env LD_PRELOAD={}", runtimes.join(":")),
         )
         .env("UBSAN_OPTIONS", "print_stacktrace=1")
         .env("TSAN_OPTIONS", "halt_on_error=1");
@@ -119,13 +136,8 @@ fn one(sanitizer: Sanitizer, test: Option<&str>) -> Result<(), String> {
     }
 }
 
-/// The path of the sanitizer's library, which is the C++ compiler's.
-fn runtime(sanitizer: Sanitizer) -> Result<String, String> {
-    let library = match sanitizer {
-        Sanitizer::Address => "libasan.so",
-        Sanitizer::Undefined => "libubsan.so",
-        Sanitizer::Thread => "libtsan.so",
-    };
+/// The path of a sanitizer's library, which is the C++ compiler's.
+fn runtime(library: &str) -> Result<String, String> {
     let output = Command::new("g++")
         .arg(format!("-print-file-name={library}"))
         .output()

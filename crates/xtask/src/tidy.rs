@@ -10,10 +10,16 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 /// What both programs are, and how to get them.
 const REMEDY: &str = "install it (on Debian: apt-get install clang-format clang-tidy)";
 
-pub(crate) fn run() -> Result<(), String> {
+#[derive(Debug, clap::Args)]
+pub(crate) struct Args {
+    /// Only these files of `cpp/`, by their names; all of them takes a core for the better part of an hour.
+    files: Vec<String>,
+}
+
+pub(crate) fn run(args: &Args) -> Result<(), String> {
     let root = root();
     format(&root)?;
-    tidy(&root)
+    tidy(&root, &args.files)
 }
 
 /// The C++ of the oracle with this extension, by name.
@@ -45,8 +51,17 @@ pub(crate) fn format(root: &Path) -> Result<(), String> {
     }
 }
 
-fn tidy(root: &Path) -> Result<(), String> {
-    let files = sources(root, &["cpp"])?;
+fn tidy(root: &Path, only: &[String]) -> Result<(), String> {
+    let mut files = sources(root, &["cpp"])?;
+    if !only.is_empty() {
+        let is = |p: &PathBuf, name: &String| p.file_name().is_some_and(|f| f == name.as_str());
+        if let Some(none) = only.iter().find(|n| !files.iter().any(|p| is(p, n))) {
+            return Err(format!(
+                "cpp/ has no source {none}; name files as in `distance.cpp`"
+            ));
+        }
+        files.retain(|p| only.iter().any(|n| is(p, n)));
+    }
     let include = bridge_includes(root)?;
     let bar = ProgressBar::new(files.len() as u64);
     if let Ok(style) = ProgressStyle::with_template("clang-tidy {bar:30} {pos}/{len} {eta}") {

@@ -36,8 +36,11 @@ pub(crate) struct Args {
     #[arg(long, conflicts_with_all = ["force", "prune", "times"])]
     check: bool,
     /// Write nothing: print how long each of the oracle's functions takes on a sample, and how wide the truths are.
-    #[arg(long, conflicts_with_all = ["force", "prune"])]
+    #[arg(long, conflicts_with_all = ["force", "prune"], group = "timed")]
     times: bool,
+    /// With --verify or --times: print queries that take at least so many seconds.
+    #[arg(long, requires = "timed")]
+    pub(crate) slow: Option<f64>,
     /// With --verify, --check or --times: about so many queries of each suite.
     #[arg(long)]
     pub(crate) sample: Option<usize>,

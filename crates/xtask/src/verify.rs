@@ -23,14 +23,11 @@ use std::time::{Duration, Instant};
 #[derive(Debug, Clone, clap::Args)]
 pub(crate) struct Args {
     /// Compute nothing: hold the stored truth against the second method, and stop where they disagree.
-    #[arg(long)]
+    #[arg(long, group = "timed")]
     pub(crate) verify: bool,
     /// With --verify: go on after a disagreement.
     #[arg(long, requires = "verify")]
     pub(crate) keep_going: bool,
-    /// With --verify: print queries that take at least so many seconds.
-    #[arg(long, requires = "verify")]
-    pub(crate) slow: Option<f64>,
 }
 
 /// Faces whose trims have more pieces than this are not given to the second method.
@@ -68,6 +65,7 @@ struct Done {
 pub(crate) fn run(
     args: &Args,
     sample: Option<usize>,
+    slow: Option<f64>,
     corpora: &Path,
     suite: Option<&str>,
 ) -> Result<(), String> {
@@ -129,7 +127,7 @@ pub(crate) fn run(
             let begun = Instant::now();
             let outcome = checker.held(&job.query.query, &job.truth);
             let time = begun.elapsed();
-            if args.slow.is_some_and(|s| time.as_secs_f64() >= s) {
+            if slow.is_some_and(|s| time.as_secs_f64() >= s) {
                 let line = job.query.line.to_text();
                 bar.suspend(|| println!("{:.1} s, {outcome:?}: {line}", time.as_secs_f64()));
             }

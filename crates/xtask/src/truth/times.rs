@@ -1,17 +1,19 @@
 //! `cargo xtask truth --times`: how long the oracle's functions take on the corpora, and how wide their truths are.
 //!
-//! Times are those of the processor for the thread, so that other work on the machine counts little. A query that is the
-//! first about a face includes what the oracle prepares for that face.
+//! Times are those of the processor for the thread, so that other work on the machine counts little. What queries share is
+//! made, and timed, before the first that needs it (`Oracle::prepare`). Parts of many faces, of which there are few, are
+//! asked some queries more.
 
 use super::Args;
 use super::check::sample;
 use super::parallel::in_parallel;
-use super::with_oracle::oracle_of;
+use super::with_oracle::{Loaded, load, oracle_of};
 use feeler::query::{Contacts, Probe};
-use feeler_corpus::{Ask, Query};
-use feeler_oracle::{Oracle, OracleError, TruthEnclosure};
+use feeler_corpus::{Ask, CorpusQuery, Query, suites};
+use feeler_oracle::{Oracle, OracleError, Shared, TruthEnclosure};
 use rustix::time::{ClockId, clock_gettime};
 use std::collections::BTreeMap;
+use std::path::Path;
 
 /// Queries of each suite.
 const SAMPLE: usize = 20;
@@ -38,10 +40,45 @@ fn widest<'a>(all: impl IntoIterator<Item = &'a TruthEnclosure>, unit: f64) -> O
     widths.reduce(f64::max)
 }
 
-/// Calls the functions of which the query's truth is made.
-fn calls(oracle: &Oracle, query: &Query, size: f64) -> Result<Vec<Call>, OracleError> {
+/// What the query shares with others, and what making it is called.
+fn shared(query: &Query, closed: bool) -> Option<(Shared, &'static str)> {
+    const PIECES: (Shared, &str) = (Shared::Pieces, "prepare a model's pieces");
+    const EDGES: (Shared, &str) = (Shared::Edges, "prepare pieces and edges");
+    match query.ask {
+        Ask::Contact(_) if query.contacts == Some(Contacts::All) => Some(EDGES),
+        // The sign of a distance takes the edges.
+        Ask::Contact(Probe::Sphere(_)) if closed => Some(EDGES),
+        Ask::Contact(_) => Some(PIECES),
+        Ask::Line(_) | Ask::Inside(_) => Some(EDGES),
+        Ask::Side(face, _) | Ask::Evaluate(face, _) => {
+            Some((Shared::Face(face), "prepare a face in uv"))
+        }
+        Ask::Split(_) => None,
+    }
+}
+
+/// Calls the functions of which the query's truth is made. `made` is what was prepared before.
+fn calls(
+    oracle: &Oracle,
+    query: &Query,
+    loaded: &Loaded,
+    made: &mut Vec<Shared>,
+) -> Result<Vec<Call>, OracleError> {
     let mut out = Vec::new();
     let faces = oracle.faces();
+    let size = loaded.size;
+    let closed = loaded.model.breps.iter().any(|b| b.is_closed());
+    if let Some((what, name)) = shared(query, closed).filter(|(w, _)| !made.contains(w)) {
+        let begun = clock();
+        oracle.prepare(what)?;
+        made.push(what);
+        out.push(Call {
+            function: name,
+            milliseconds: clock() - begun,
+            faces,
+            width: None,
+        });
+    }
     let mut note = |function, begun: f64, width| {
         out.push(Call {
             function,
@@ -159,29 +196,79 @@ fn row(name: &str, calls: &[&Call], time: impl Fn(&Call) -> f64) {
     );
 }
 
+/// Some contact queries about each part of many faces.
+fn of_large_parts(
+    corpora: &Path,
+    suite: Option<&str>,
+    models: &mut BTreeMap<String, Loaded>,
+    each: usize,
+) -> Result<Vec<CorpusQuery>, String> {
+    let text = |e: feeler_corpus::CorpusError| e.to_string();
+    let mut out = Vec::new();
+    for suite in suites(corpora, suite).map_err(text)? {
+        for file in &suite.files {
+            let (queries, _) = file.queries().map_err(text)?;
+            load(corpora, &queries, models)?;
+            let mut by_model: BTreeMap<&str, Vec<&CorpusQuery>> = BTreeMap::new();
+            for q in &queries {
+                let large = models.get(&q.model).is_some_and(|loaded| {
+                    let faces = loaded.model.breps.iter().map(|b| b.faces().len());
+                    faces.sum::<usize>() >= LARGE
+                });
+                if large && matches!(q.query.ask, Ask::Contact(_)) {
+                    by_model.entry(&q.model).or_default().push(q);
+                }
+            }
+            for all in by_model.values() {
+                let step = (all.len() / each.max(1)).max(1);
+                out.extend(all.iter().step_by(step).take(each).map(|q| (*q).clone()));
+            }
+        }
+    }
+    Ok(out)
+}
+
 pub(super) fn run(args: &Args) -> Result<(), String> {
     let mut models = BTreeMap::new();
     let each = args.sample.unwrap_or(SAMPLE);
-    let asked = sample(&args.corpora, args.suite.as_deref(), &mut models, each)?;
+    let suite = args.suite.as_deref();
+    let sampled = sample(&args.corpora, suite, &mut models, each)?;
+    let mut asked: Vec<CorpusQuery> = sampled.into_iter().map(|(_, query, _)| query).collect();
+    asked.extend(of_large_parts(&args.corpora, suite, &mut models, each)?);
+    // Those about one model one after another, so that what they share is made once.
+    asked.sort_by(|a, b| a.model.cmp(&b.model));
     let jobs = args
         .jobs
         .or_else(|| std::thread::available_parallelism().ok().map(Into::into));
     let found = in_parallel(asked.len(), jobs.unwrap_or(1), || {
         let mut oracle: Option<(&str, Result<Oracle, String>)> = None;
+        let mut made = Vec::new();
         let (asked, models) = (&asked, &models);
         move |i| {
-            let (_, query, _) = &asked[i];
+            let query = &asked[i];
             let loaded = models.get(&query.model).ok_or("no model")?;
             if oracle.as_ref().is_none_or(|(name, _)| *name != query.model) {
                 oracle = Some((&query.model, oracle_of(&loaded.model)));
+                made.clear();
             }
-            match &oracle {
+            let found = match &oracle {
                 Some((_, Ok(oracle))) => {
-                    calls(oracle, &query.query, loaded.size).map_err(|e| e.to_string())
+                    calls(oracle, &query.query, loaded, &mut made).map_err(|e| e.to_string())
                 }
                 Some((_, Err(why))) => Err(why.clone()),
                 None => Err("no oracle".to_owned()),
+            }?;
+            for call in &found {
+                if args.slow.is_some_and(|s| call.milliseconds >= s * 1e3) {
+                    let line = query.line.to_text();
+                    println!(
+                        "{:.1} s, {}: {line}",
+                        call.milliseconds * 1e-3,
+                        call.function
+                    );
+                }
             }
+            Ok::<_, String>(found)
         }
     })?;
     let mut all: Vec<Call> = Vec::new();
@@ -193,6 +280,9 @@ pub(super) fn run(args: &Args) -> Result<(), String> {
         "function", "calls", "median ms", "p99 ms", "most ms", "widest"
     );
     for function in [
+        "prepare a face in uv",
+        "prepare a model's pieces",
+        "prepare pieces and edges",
         "distance",
         "half-space",
         "sphere (with the side)",
@@ -206,7 +296,7 @@ pub(super) fn run(args: &Args) -> Result<(), String> {
     ] {
         let of: Vec<&Call> = all.iter().filter(|c| c.function == function).collect();
         row(function, &of, |c| c.milliseconds);
-        if ["distance", "half-space"].contains(&function) {
+        if ["distance", "half-space", "sphere (with the side)"].contains(&function) {
             row("  by face", &of, |c| c.milliseconds / c.faces.max(1) as f64);
             let of_faces = |least: usize, most: usize| -> Vec<&Call> {
                 let of = of.iter().filter(|c| (least..=most).contains(&c.faces));
