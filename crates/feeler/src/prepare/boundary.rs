@@ -1,7 +1,6 @@
 //! The boundary of a face in space: trim curves and the segments that join them, cut at the
 //! patches of the surface and lifted onto them.
 
-use super::compose::compose;
 use super::spline::curve_pieces;
 use super::{Homogeneous, Net, ParamMap, Patch, Patches};
 use crate::brep::{Brep, TrimCurve};
@@ -73,6 +72,8 @@ const BORDER_SLACK: f64 = 1.0 / (1u64 << 44) as f64;
 /// How often a curve may be halved to find where it crosses from patch to patch: what is left belongs to
 /// both, and the search cuts it finer where that matters.
 const MAX_DEPTH: u32 = 10;
+/// How often a part over one patch may be halved so that it can be composed.
+const MAX_HALVINGS: u32 = 6;
 /// How many parts of a curve may cross at one depth; a curve with more runs along a border, and is left to
 /// the patches on both sides.
 const MAX_CROSSING: usize = 64;
@@ -307,17 +308,51 @@ pub(crate) fn cut_boundary(brep: &Brep, face: usize, patches: &Patches<f64>) -> 
         for (from, to, (us, vs)) in settled {
             for iu in us {
                 for iv in vs.clone() {
-                    out.push(Cut {
-                        curve: index,
-                        from,
-                        to,
-                        patch: iu * count_v + iv,
-                    });
+                    let patch = iu * count_v + iv;
+                    for (from, to) in composable(&curve.points, from, to, &patches[patch]) {
+                        out.push(Cut {
+                            curve: index,
+                            from,
+                            to,
+                            patch,
+                        });
+                    }
                 }
             }
         }
     }
     out
+}
+
+/// Halves a part of a curve until each is of a kind that composes well with its patch, in double-double too.
+fn composable(
+    curve: &[Homogeneous<f64, 3>],
+    from: f64,
+    to: f64,
+    patch: &Patch<f64>,
+) -> Vec<(f64, f64)> {
+    let mut settled = Vec::new();
+    let mut open = vec![(from, to, 0)];
+    while let Some((from, to, depth)) = open.pop() {
+        let part = || to_local(&restrict(curve, from, to), patch);
+        if depth < MAX_HALVINGS && patch.wants_parts(&part(), Dd::UNIT) {
+            let middle = 0.5 * (from + to);
+            open.extend([(middle, to, depth + 1), (from, middle, depth + 1)]);
+        } else {
+            settled.push((from, to));
+        }
+    }
+    settled
+}
+
+/// A curve in the patch's local square.
+fn to_local<T: Real>(points: &[Homogeneous<T, 3>], patch: &Patch<T>) -> Vec<Homogeneous<T, 3>> {
+    let local = |p: &Homogeneous<T, 3>, c: usize| {
+        let m = &patch.maps[c];
+        (p[c] - p[2] * Ball::exact(m.start)) / Ball::difference(m.end, m.start)
+    };
+    let both = |p| [local(p, 0), local(p, 1), p[2]];
+    points.iter().map(both).collect()
 }
 
 /// The rows and columns of patches that a part of a curve lies over.
@@ -336,18 +371,8 @@ fn merge(parts: &mut Vec<(f64, f64, Cells)>) {
 
 /// The piece of the boundary that a cut describes.
 pub(crate) fn lift<T: Real>(curve: &UvCurve<T>, cut: &Cut, surface: &Patch<T>) -> Piece<T> {
-    let part = restrict(&curve.points, cut.from, cut.to);
-    let local: Vec<Homogeneous<T, 3>> = part
-        .iter()
-        .map(|p| {
-            let to_local = |c: usize| {
-                let m = &surface.maps[c];
-                (p[c] - p[2] * Ball::exact(m.start)) / Ball::difference(m.end, m.start)
-            };
-            [to_local(0), to_local(1), p[2]]
-        })
-        .collect();
-    let space = compose(&surface.net, &local).map(|points| {
+    let local = to_local(&restrict(&curve.points, cut.from, cut.to), surface);
+    let space = surface.compose(&local).map(|points| {
         let u = points.len() - 1;
         Net::new(Bidegree { u, v: 0 }, points, surface.net.origin)
     });

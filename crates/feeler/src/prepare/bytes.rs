@@ -1,6 +1,9 @@
 //! How much memory a prepared BREP holds.
 
-use super::{Box3, FaceGeometry, Image, Net, PreparedBrep, PreparedFace, Products, SideCells};
+use super::turned::Turned;
+use super::{
+    Box3, FaceGeometry, Image, Net, Patch, PreparedBrep, PreparedFace, Products, SideCells,
+};
 use crate::numeric::Real;
 use std::sync::OnceLock;
 
@@ -23,7 +26,11 @@ fn products<T>(slots: &Vec<OnceLock<Products<T>>>) -> usize {
 }
 
 fn geometry<T: Real>(g: &FaceGeometry<T>) -> usize {
-    let patches = g.patches.bytes(net);
+    let turned = |p: &Patch<T>| {
+        let turned = p.turned.as_ref();
+        turned.map_or(0, |t| size_of::<Turned<T>>() + list(&t.profile))
+    };
+    let patches = g.patches.bytes(|p| net(&p.net) + turned(p));
     let curves: usize = g.curves.iter().map(|c| list(&c.points)).sum();
     let made = g.pieces.iter().filter_map(OnceLock::get);
     let pieces: usize = made

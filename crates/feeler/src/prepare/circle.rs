@@ -4,7 +4,7 @@
 //! rational circle has another parametrisation. So cosine and sine are replaced by their Taylor
 //! polynomials on short spans, and what is left out goes into the radius of the coefficients.
 
-use super::spline::{BezierCurve, Homogeneous};
+use super::spline::{ArcPiece, BezierCurve, Homogeneous};
 use crate::numeric::sin_cos;
 use crate::numeric::{Ball, Dd, Interval, Real, TINY};
 use crate::nurbs::Arc;
@@ -20,6 +20,8 @@ pub(crate) struct Span<T> {
     pub(crate) cos: Vec<Ball<T>>,
     pub(crate) sin: Vec<Ball<T>>,
     pub(crate) range: Interval,
+    /// The angle at the start, and how much further it is at the end.
+    pub(crate) angle: [Ball<Dd>; 2],
 }
 
 /// Cuts `[from, to]` of a domain, over which the angle runs linearly, into spans.
@@ -77,6 +79,7 @@ pub(crate) fn spans<T: Real>(
                 cos: taylor(cos, -sin, half),
                 sin: taylor(sin, cos, half),
                 range,
+                angle: [a, b - a],
             }
         })
         .collect()
@@ -99,21 +102,28 @@ fn taylor<T: Real>(f: Ball<Dd>, g: Ball<Dd>, half: Ball<Dd>) -> Vec<Ball<T>> {
     }
     // `power` is now h^(n+1) / (n+1)!; the fourfold of it, see `spans`.
     let left_out = 4.0 * power.magnitude();
+    bernstein(&terms, left_out)
+}
+
+/// Bernstein coefficients over `[0, 1]` of a polynomial in powers of `x = 2 t - 1`, with a radius for what it leaves out. See
+/// [`spans`] for the formula: no coefficient of a power of `x` is above 1.
+pub(super) fn bernstein<T: Real>(powers: &[Ball<Dd>], left_out: f64) -> Vec<Ball<T>> {
+    let n = powers.len() - 1;
     let binomial = row(n, 0);
     (0..=n)
         .map(|j| {
             let polar = row(n - j, j);
             let mut sum = Ball::<Dd>::ZERO;
             for i in 0..=n {
-                sum = sum + terms[i] * Ball::exact(polar[i]) / Ball::exact(binomial[i].abs());
+                sum = sum + powers[i] * Ball::exact(polar[i]) / Ball::exact(binomial[i].abs());
             }
             Ball::from_dd(sum.mid, sum.rad + left_out)
         })
         .collect()
 }
 
-/// The coefficients of `(1 - z)^minus (1 + z)^plus`: whole numbers below 2^14.
-fn row(minus: usize, plus: usize) -> Vec<f64> {
+/// The coefficients of `(1 - z)^minus (1 + z)^plus`: whole numbers of at most 2^(minus + plus), exact up to a sum of 53.
+pub(super) fn row(minus: usize, plus: usize) -> Vec<f64> {
     let mut c = vec![1.0];
     for k in 0..minus + plus {
         let sign = if k < minus { -1.0 } else { 1.0 };
@@ -214,6 +224,9 @@ pub(crate) fn arc_pieces<T: Real, const D: usize, const H: usize>(
     let radius = Ball::exact(arc.radius);
     let x = x.map(|b| convert(radius * b));
     let y = y.map(|b| convert(radius * b));
+    let coordinates = |of: &dyn Fn(usize) -> Ball<T>, last: Ball<T>| -> Homogeneous<T, H> {
+        std::array::from_fn(|c| if c < D { of(c) } else { last })
+    };
     for span in spans::<T>(arc.angle, arc.domain, from, to) {
         let points: Vec<Homogeneous<T, H>> = (0..=DEGREE)
             .map(|j| {
@@ -232,6 +245,12 @@ pub(crate) fn arc_pieces<T: Real, const D: usize, const H: usize>(
                 start: span.range.start,
                 end: span.range.end,
             },
+            arc: Some(ArcPiece {
+                center: coordinates(&|c| Ball::exact(arc.center[c]), Ball::ONE),
+                x: coordinates(&|c| x[c], Ball::ZERO),
+                y: coordinates(&|c| y[c], Ball::ZERO),
+                angle: span.angle,
+            }),
         });
     }
 }

@@ -8,7 +8,8 @@ use crate::numeric::{Ball, Real};
 /// The largest degree of a composed curve; beyond it a trim is not composed.
 pub(crate) const MAX_COMPOSED_DEGREE: usize = 80;
 
-type Poly<T> = Vec<Ball<T>>;
+/// Bernstein coefficients of a polynomial.
+pub(super) type Poly<T> = Vec<Ball<T>>;
 
 /// Product of two polynomials in Bernstein form with running bounds.
 pub(super) fn multiply<T: Real>(x: &[Ball<T>], y: &[Ball<T>]) -> Poly<T> {

@@ -19,6 +19,8 @@ const HALVINGS: u32 = 52;
 /// A curve that stays within so many roundings of a border is not cut there; where the first makes too many cuts,
 /// the next.
 const ROUNDINGS: [f64; 5] = [8.0, 512.0, 32768.0, 4_194_304.0, 268_435_456.0];
+/// How often what cannot be composed is halved.
+const PARTS: u32 = 6;
 /// A curve is cut into no more parts than this...
 const MOST_PARTS: usize = 4096;
 /// ...and crosses no more borders than this; else its image counts as not known.
@@ -444,12 +446,19 @@ impl<T: Real> Builder<T> {
         self.image.extra = self.image.extra.max(self.pending * UP);
     }
 
-    /// `None` where something is not known.
-    fn curve(&mut self, grid: &Grid<T>, points: &[Homogeneous<T, 3>], levels: u32) -> Option<()> {
+    /// `None` where something is not known. Crossings are cut `levels` times more, and what is better composed in parts is
+    /// halved `parts` times.
+    fn curve(
+        &mut self,
+        grid: &Grid<T>,
+        points: &[Homogeneous<T, 3>],
+        levels: u32,
+        parts: u32,
+    ) -> Option<()> {
         for part in cut(grid, points)? {
             let Some([u, v]) = part.cells else {
                 if levels > 0 {
-                    self.curve(grid, &part.points, levels - 1)?;
+                    self.curve(grid, &part.points, levels - 1, parts)?;
                 } else {
                     let ranges = [range(&part.points, 0)?, range(&part.points, 1)?];
                     let widths = ranges.map(|r| (r[1] - r[0]).magnitude());
@@ -460,6 +469,12 @@ impl<T: Real> Builder<T> {
             let patch = grid.patch(u, v);
             let points = self::part(points, T::from_f64(part.from), T::from_f64(part.to));
             let local = localized(&points, patch, [u, v]);
+            if parts > 0 && patch.wants_parts(&local, T::UNIT) {
+                for [from, to] in [[T::ZERO, T::ONE.half()], [T::ONE.half(), T::ONE]] {
+                    self.curve(grid, &self::part(&points, from, to), levels, parts - 1)?;
+                }
+                continue;
+            }
             let ranges = [range(&points, 0)?, range(&points, 1)?];
             let (space, moved, twist) = lifted(patch, &local);
             // Past the border the patch's polynomials go on by the overhang, and so does the image: on the next patch,
@@ -558,7 +573,7 @@ fn lifted<T: Real>(
             .collect();
         return (Some(points), [0.0; 2], twist);
     }
-    (compose(&patch.net, local), [0.0; 2], 0.0)
+    (patch.compose(local), [0.0; 2], 0.0)
 }
 
 /// For a bilinear patch with equal weights: how far it is from the plane patch with the same three corners, if no
@@ -652,7 +667,7 @@ fn image_of<T: Real>(
             pending: 0.0,
         };
         for curve in geometry.curves.iter().filter(|c| own(c)) {
-            builder.curve(&grid, &curve.points, levels)?;
+            builder.curve(&grid, &curve.points, levels, PARTS)?;
         }
         let image = builder.image;
         (!image.stretches.is_empty() && image.extra.is_finite()).then_some(image)

@@ -21,6 +21,7 @@ mod recognise;
 mod shortcuts;
 mod side_cells;
 mod spline;
+mod turned;
 
 pub use boundary::Piece;
 pub use bytes::FaceBytes;

@@ -1,7 +1,9 @@
 //! Rational Bezier patches of a face's surface, with bounds.
 
 use super::circle::{Span, normalized, spans};
-use super::spline::{Blossom, curve_pieces};
+use super::compose::compose;
+use super::spline::{BezierCurve, Blossom, curve_pieces};
+use super::turned::Turned;
 use super::{Box3, Homogeneous, Net, ParamMap};
 use crate::numeric::bernstein::Bidegree;
 use crate::numeric::{Ball, Dd, Interval, Real};
@@ -15,7 +17,38 @@ pub struct Patch<T> {
     pub net: Net<T>,
     /// Native parameters, u and v.
     pub maps: [ParamMap; 2],
+    /// How it is made of an angle and a profile, where it is of a revolution.
+    pub(crate) turned: Option<Box<Turned<T>>>,
 }
+
+impl<T: Real> Patch<T> {
+    /// The homogeneous Bezier points, relative to the net's origin, of the image of a curve, which is homogeneous `(s w, t w, w)` in
+    /// the local square; by whichever way gives the lower degree. `None` where that is too high.
+    pub(crate) fn compose(&self, curve: &[Homogeneous<T, 3>]) -> Option<Vec<Homogeneous<T, 4>>> {
+        let degree = self.composed_degree(curve);
+        if degree > LOW
+            && let Some(turned) = &self.turned
+            && let Some(points) = turned.compose(curve, &self.net.origin)
+            && points.len() <= degree
+        {
+            return Some(points);
+        }
+        compose(&self.net, curve)
+    }
+
+    fn composed_degree(&self, curve: &[Homogeneous<T, 3>]) -> usize {
+        (curve.len() - 1) * (self.net.degree.u + self.net.degree.v)
+    }
+
+    /// Whether the image of a curve is better composed from shorter parts of it, in an arithmetic of this unit.
+    pub(crate) fn wants_parts(&self, curve: &[Homogeneous<T, 3>], unit: f64) -> bool {
+        let turned = self.turned.as_ref();
+        self.composed_degree(curve) > LOW && turned.is_some_and(|t| !t.composes(curve, unit))
+    }
+}
+
+/// Degrees up to this are composed as they are.
+const LOW: usize = 20;
 
 /// The patches of a surface, in order of u, then v: a grid.
 pub(crate) fn surface_patches<T: Real>(surface: &Surface) -> Vec<Patch<T>> {
@@ -59,6 +92,16 @@ fn revolution_patches<T: Real>(s: &Revolution) -> Vec<Patch<T>> {
         start: r.start,
         end: r.end,
     };
+    let turned = |turn: &Span<T>, piece: &BezierCurve<T, 4>| {
+        Some(Box::new(Turned {
+            transposed: s.transposed,
+            angle: turn.angle,
+            origin: s.origin.coords.into(),
+            axis,
+            profile: piece.points.clone(),
+            arc: piece.arc.clone(),
+        }))
+    };
     let mut out = Vec::new();
     if s.transposed {
         for piece in &profile {
@@ -75,6 +118,7 @@ fn revolution_patches<T: Real>(s: &Revolution) -> Vec<Patch<T>> {
                 out.push(Patch {
                     net: Net::centered(degree, net),
                     maps: [piece.map, map(turn.range)],
+                    turned: turned(turn, piece),
                 });
             }
         }
@@ -93,6 +137,7 @@ fn revolution_patches<T: Real>(s: &Revolution) -> Vec<Patch<T>> {
             out.push(Patch {
                 net: Net::centered(degree, net),
                 maps: [map(turn.range), piece.map],
+                turned: turned(turn, piece),
             });
         }
     }
@@ -131,6 +176,7 @@ fn sum_patches<T: Real>(s: &Sum) -> Vec<Patch<T>> {
             out.push(Patch {
                 net: Net::centered(degree, net),
                 maps: [a.map, b.map],
+                turned: None,
             });
         }
     }
@@ -158,6 +204,7 @@ fn plane_patch<T: Real>(plane: &Plane) -> Patch<T> {
     Patch {
         net: Net::centered(Bidegree { u: 1, v: 1 }, net),
         maps: [map(0), map(1)],
+        turned: None,
     }
 }
 
@@ -238,6 +285,7 @@ fn of_columns<T: Real>(
     Patch {
         net: Net::centered(degree, net),
         maps: [along_u.map, along_v.map],
+        turned: None,
     }
 }
 
@@ -284,18 +332,18 @@ impl<T: Real> Patches<T> {
         (0..self.len()).map(|i| &self[i])
     }
 
-    /// Bytes of its lists, and of the nets that have been made as `net` tells.
-    pub(super) fn bytes(&self, net: impl Fn(&Net<T>) -> usize) -> usize {
+    /// Bytes of its lists, and of the patches that have been made as `patch` tells.
+    pub(super) fn bytes(&self, patch: impl Fn(&Patch<T>) -> usize) -> usize {
         match self {
             Self::Made(all) => {
-                let nets = all.iter().map(|p| net(&p.net));
-                all.capacity() * size_of::<Patch<T>>() + nets.sum::<usize>()
+                let own = all.iter().map(patch);
+                all.capacity() * size_of::<Patch<T>>() + own.sum::<usize>()
             }
             Self::OnDemand { surface, slots, .. } => {
-                let nets = slots.iter().filter_map(OnceLock::get).map(|p| net(&p.net));
+                let own = slots.iter().filter_map(OnceLock::get).map(patch);
                 slots.capacity() * size_of::<OnceLock<Patch<T>>>()
                     + size_of_val(surface.control_net())
-                    + nets.sum::<usize>()
+                    + own.sum::<usize>()
             }
         }
     }

@@ -2,7 +2,7 @@
 
 use super::ParamMap;
 use super::circle::arc_pieces;
-use crate::numeric::{Ball, Interval, Real};
+use crate::numeric::{Ball, Dd, Interval, Real};
 use crate::nurbs::{Curve, KnotVector};
 use nalgebra::{Point, SVector};
 
@@ -15,6 +15,18 @@ pub(crate) type Homogeneous<T, const H: usize> = [Ball<T>; H];
 pub(crate) struct BezierCurve<T, const H: usize> {
     pub(crate) points: Vec<Homogeneous<T, H>>,
     pub(crate) map: ParamMap,
+    /// What the points stand for where it is an arc.
+    pub(crate) arc: Option<ArcPiece<T, H>>,
+}
+
+/// `center + cos a x + sin a y`, homogeneous, the angle running linearly over the piece.
+#[derive(Clone, Debug)]
+pub(crate) struct ArcPiece<T, const H: usize> {
+    pub(crate) center: Homogeneous<T, H>,
+    pub(crate) x: Homogeneous<T, H>,
+    pub(crate) y: Homogeneous<T, H>,
+    /// The angle at the start, and how much further it is at the end.
+    pub(crate) angle: [Ball<Dd>; 2],
 }
 
 /// How the Bezier control points over `[a, b]` within a span of a spline follow from its own.
@@ -118,6 +130,7 @@ pub(crate) fn curve_pieces<T: Real, const D: usize, const H: usize>(
             out.push(BezierCurve {
                 points: vec![on_segment(a, b, span, s), on_segment(a, b, span, e)],
                 map: ParamMap { start: s, end: e },
+                arc: None,
             });
         }
     };
@@ -144,6 +157,7 @@ pub(crate) fn curve_pieces<T: Real, const D: usize, const H: usize>(
                         points: Blossom::new(c.knots(), index, s, e)
                             .apply(|i| exact(&c.control_points()[i])),
                         map: ParamMap { start: s, end: e },
+                        arc: None,
                     });
                 }
             }
@@ -206,6 +220,8 @@ fn reparametrize<T: Real, const H: usize>(
     if exact {
         return;
     }
+    // Its angle is no longer known to the last digit.
+    piece.arc = None;
     let off = 4.0 * f64::EPSILON * to[0].abs().max(to[1].abs()) / (end - start);
     let degree = (piece.points.len() - 1) as f64;
     for c in 0..H {

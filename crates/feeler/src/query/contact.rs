@@ -292,7 +292,7 @@ fn spreads(
     let Locus::Patch { patch, local } = foot.spot else {
         return false;
     };
-    let Patch { net, maps } = &brep.double(foot.face).patches[patch];
+    let Patch { net, maps, .. } = &brep.double(foot.face).patches[patch];
     let at = local.map(|x| x.mid.hi);
     let limit = raised(found, objective, slack);
     let [here, along_u, along_v] = rough_jet(net, at);
