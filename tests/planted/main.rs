@@ -26,7 +26,7 @@ fn gate(engine: &mut dyn Engine, suite: &str) -> Report {
         suite: Some(suite),
         tolerance: 0.0,
     };
-    run(engine, &gate, &mut |_| {}).unwrap()
+    run(&mut [engine], &gate, &mut |_| {}).unwrap()
 }
 
 fn row(report: &Report) -> &Row {

@@ -8,6 +8,7 @@ use feeler_gate::{
 };
 use indicatif::{ProgressBar, ProgressStyle};
 use std::io::Write;
+use std::num::NonZero;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
@@ -41,6 +42,10 @@ pub(crate) struct Args {
     /// Where to write the report as JUnit XML.
     #[arg(long, value_name = "FILE")]
     junit: Option<PathBuf>,
+    /// How many models are asked about at a time, each on a thread of its own; times are best with 1 [default: one a core
+    /// for the engines in the program, 1 for a command, which may use threads of its own].
+    #[arg(long, value_name = "COUNT")]
+    jobs: Option<NonZero<usize>>,
     /// What an engine outside reads.
     #[arg(long, value_enum, default_value_t = Models::Json)]
     models: Models,
@@ -92,6 +97,15 @@ impl Args {
         };
         found.map_err(|e| Bad(format!("--engine: {e}")))
     }
+
+    /// How many engines work at a time.
+    fn jobs(&self) -> usize {
+        let usual = || match self.engine {
+            EngineChoice::Command(_) => NonZero::<usize>::MIN,
+            _ => std::thread::available_parallelism().unwrap_or(NonZero::<usize>::MIN),
+        };
+        self.jobs.unwrap_or_else(usual).get()
+    }
 }
 
 pub(crate) fn run(args: &Args) -> Result<Outcome, Bad> {
@@ -113,7 +127,13 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Bad> {
         Some(path) => Some(Report::read(path).map_err(|e| file(path, e))?),
         None => None,
     };
-    let mut engine = args.engine()?;
+    let mut engines = (0..args.jobs())
+        .map(|_| args.engine())
+        .collect::<Result<Vec<_>, Bad>>()?;
+    let mut each: Vec<&mut dyn Engine> = Vec::new();
+    for engine in &mut engines {
+        each.push(engine.as_mut());
+    }
     let tolerance = match args.engine.certifies() {
         true => 0.0,
         false => TOLERANCE,
@@ -123,7 +143,7 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Bad> {
         suite: args.suite.as_deref(),
         tolerance: args.tolerance.unwrap_or(tolerance),
     };
-    let report = run_gate(engine.as_mut(), &gate, &mut progress);
+    let report = run_gate(&mut each, &gate, &mut progress);
     bar.finish_and_clear();
     let report = report.map_err(|e| Bad(e.to_string()))?;
     report.write(&args.out).map_err(|e| file(&args.out, e))?;

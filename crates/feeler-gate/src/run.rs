@@ -1,6 +1,6 @@
 //! Engines x corpus -> verdicts.
 
-use crate::cases::{Models, cases};
+use crate::cases::{Case, Models, cases};
 use crate::engine::Engine;
 use crate::report::{Failure, Report, Row};
 use feeler::query::{Accuracy, Contacts};
@@ -9,6 +9,8 @@ use feeler_corpus::{
 };
 use std::collections::BTreeMap;
 use std::path::Path;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::mpsc::channel;
 use std::time::{Duration, Instant};
 
 /// What is run, and how it is judged.
@@ -57,59 +59,123 @@ pub fn asked(query: &Query, size: f64, tolerance: f64) -> Asked {
 /// Runs the suites of a corpus, or the one named, through an engine, and holds the answers against
 /// the stored truth. Where the engine cannot open a model, each query about it counts as refused.
 ///
+/// `engines` are several of the same: each works on a thread of its own, and the models of a suite are dealt out
+/// to them. The report does not depend on how many there are, but for its times. No engine, no report but empty rows.
+///
 /// # Errors
 /// The corpus cannot be read, or its truth was made for other queries or BREPs.
 pub fn run(
-    engine: &mut dyn Engine,
+    engines: &mut [&mut dyn Engine],
     gate: &Gate<'_>,
     progress: &mut dyn FnMut(&Progress),
 ) -> Result<Report, CorpusError> {
     let mut models = Models::new();
     let mut rows = Vec::new();
     for suite in suites(gate.corpus, gate.suite)? {
-        rows.push(run_suite(engine, gate, &suite, &mut models, progress)?);
+        let cases = cases(gate.corpus, &suite, &mut models)?;
+        let tally = run_cases(engines, gate, &cases, &models, &mut |done| {
+            progress(&Progress {
+                suite: suite.name.clone(),
+                done,
+                total: cases.len(),
+            });
+        });
+        rows.push(tally.finish(&suite, gate));
     }
     Ok(Report {
-        engine: engine.name(),
+        engine: engines.first().map(|e| e.name()).unwrap_or_default(),
         tolerance: gate.tolerance,
         suites: rows,
     })
 }
 
-fn run_suite(
+/// What a thread tells the one that waits.
+enum Told {
+    Answered,
+    /// The group of that number is through.
+    Group(usize, Tally),
+}
+
+/// All cases of a suite, which are sorted by model, dealt out a model at a time to whichever engine is free.
+fn run_cases(
+    engines: &mut [&mut dyn Engine],
+    gate: &Gate<'_>,
+    cases: &[Case],
+    models: &Models,
+    tick: &mut dyn FnMut(usize),
+) -> Tally {
+    let groups: Vec<&[Case]> = cases
+        .chunk_by(|a, b| a.query.model == b.query.model)
+        .collect();
+    let next = AtomicUsize::new(0);
+    let (tell, told) = channel();
+    let mut tallies = BTreeMap::new();
+    tick(0);
+    std::thread::scope(|scope| {
+        for engine in engines.iter_mut() {
+            let (tell, next, groups) = (tell.clone(), &next, &groups);
+            scope.spawn(move || {
+                loop {
+                    let k = next.fetch_add(1, Ordering::Relaxed);
+                    let Some(group) = groups.get(k) else { break };
+                    // Nobody listens only if the thread that waits is lost, and all with it.
+                    let _ = tell.send(Told::Group(
+                        k,
+                        run_model(*engine, gate, group, models, &|| {
+                            let _ = tell.send(Told::Answered);
+                        }),
+                    ));
+                }
+            });
+        }
+        // The last of the others ends with its thread, and the loop with that.
+        drop(tell);
+        let mut done = 0;
+        for told in told {
+            match told {
+                Told::Answered => {
+                    done += 1;
+                    tick(done);
+                }
+                Told::Group(k, tally) => {
+                    tallies.insert(k, tally);
+                }
+            }
+        }
+    });
+    let mut all = Tally::default();
+    for tally in tallies.into_values() {
+        all.merge(tally);
+    }
+    all
+}
+
+/// The cases of one model.
+fn run_model(
     engine: &mut dyn Engine,
     gate: &Gate<'_>,
-    suite: &Suite,
-    models: &mut Models,
-    progress: &mut dyn FnMut(&Progress),
-) -> Result<Row, CorpusError> {
-    let cases = cases(gate.corpus, suite, models)?;
+    cases: &[Case],
+    models: &Models,
+    answered: &dyn Fn(),
+) -> Tally {
     let mut row = Tally::default();
-    let mut open: Option<(&str, Result<(), String>)> = None;
-    let total = cases.len();
-    for (done, case) in cases.iter().enumerate() {
-        let Some(loaded) = models.get(&case.query.model) else {
-            continue;
-        };
+    let Some(loaded) = cases.first().and_then(|c| models.get(&c.query.model)) else {
+        return row;
+    };
+    let open = engine.open(&loaded.model);
+    for case in cases {
         let query = &case.query;
-        if open.as_ref().map(|o| o.0) != Some(query.model.as_str()) {
-            open = Some((&query.model, engine.open(&loaded.model)));
-        }
-        progress(&Progress {
-            suite: suite.name.clone(),
-            done,
-            total,
-        });
         if !engine.treats(&query.query) {
             row.not_asked += 1;
+            answered();
             continue;
         }
         let start = Instant::now();
         let answer = match &open {
-            Some((_, Err(error))) => Body::Error {
+            Err(error) => Body::Error {
                 error: error.clone(),
             },
-            _ => engine.answer(&query.query).body,
+            Ok(()) => engine.answer(&query.query).body,
         };
         let time = start.elapsed();
         let asked = asked(&query.query, loaded.size, gate.tolerance);
@@ -124,8 +190,9 @@ fn run_suite(
                 .repeats(&query.query)
                 .unwrap_or_else(|| case.command(gate.corpus)),
         });
+        answered();
     }
-    Ok(row.finish(suite, gate))
+    row
 }
 
 #[derive(Debug, Default)]
@@ -143,6 +210,7 @@ struct Tally {
     times: Vec<Duration>,
     kinds: BTreeMap<String, (usize, f64)>,
     failures: Vec<Failure>,
+    /// The one with the largest error in ulp.
     worst: Option<(f64, Failure)>,
 }
 
@@ -193,6 +261,32 @@ impl Tally {
             reason: judgement.reason.unwrap_or_default(),
             ..failure()
         });
+    }
+
+    /// Those of the cases that follow.
+    fn merge(&mut self, next: Self) {
+        self.queries += next.queries;
+        self.not_asked += next.not_asked;
+        self.wrong += next.wrong;
+        self.indeterminate += next.indeterminate;
+        self.undecided += next.undecided;
+        self.unbounded += next.unbounded;
+        for (fault, count) in next.faults {
+            *self.faults.entry(fault).or_default() += count;
+        }
+        for (kind, (count, seconds)) in next.kinds {
+            let all = self.kinds.entry(kind).or_default();
+            *all = (all.0 + count, all.1 + seconds);
+        }
+        let before = self.error_ulp;
+        self.error_ulp = larger(self.error_ulp, next.error_ulp);
+        self.error_length = larger(self.error_length, next.error_length);
+        self.derivative_error = larger(self.derivative_error, next.derivative_error);
+        if self.error_ulp != before || self.worst.is_none() {
+            self.worst = next.worst;
+        }
+        self.times.extend(next.times);
+        self.failures.extend(next.failures);
     }
 
     fn finish(mut self, suite: &Suite, gate: &Gate<'_>) -> Row {

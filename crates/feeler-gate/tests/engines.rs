@@ -23,7 +23,7 @@ fn gate(python: &str, script: &Path, suite: &str) -> Report {
         suite: Some(suite),
         tolerance: 1e-9,
     };
-    run(&mut engine, &gate, &mut |_| ()).unwrap()
+    run(&mut [&mut engine], &gate, &mut |_| ()).unwrap()
 }
 
 /// Whether a Python has a module; said aloud where it has not.

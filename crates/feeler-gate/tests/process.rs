@@ -299,7 +299,7 @@ fn gate(engine: &mut ProcessEngine, suite: &str) -> Report {
         suite: Some(suite),
         tolerance: 1e-9,
     };
-    run(engine, &gate, &mut |_| ()).unwrap()
+    run(&mut [engine], &gate, &mut |_| ()).unwrap()
 }
 
 /// Through the gate: whatever it does, each query gets its verdict.

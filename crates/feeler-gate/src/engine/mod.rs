@@ -16,8 +16,8 @@ pub use thesis::ThesisEngine;
 
 use feeler_corpus::{Answer, Claim, Model, Query};
 
-/// What answers queries about one model at a time.
-pub trait Engine {
+/// What answers queries about one model at a time, on any thread.
+pub trait Engine: Send {
     /// Its name and version, for reports.
     fn name(&self) -> String;
 

@@ -36,7 +36,7 @@ use feeler::query::{Contacts, Feature, LineKind, LineProbe, Probe};
 use feeler::trim::Side;
 use feeler_corpus::{Answer, Ask, Body, ContactLine, HitLine, Hits, Model, Query};
 use nalgebra::{Point2, Point3, Vector3};
-use std::rc::Rc;
+use std::sync::Arc;
 use trims::Piece;
 
 #[cfg(test)]
@@ -309,7 +309,7 @@ impl Engine for ThesisEngine {
         self.faces.clear();
         for brep in &model.breps {
             let parts = brep.parts();
-            let curves: Vec<_> = parts.curves2.iter().cloned().map(Rc::new).collect();
+            let curves: Vec<_> = parts.curves2.iter().cloned().map(Arc::new).collect();
             for face in brep.faces() {
                 let pieces = face.loops.as_ref().map(|loops| {
                     let trims = loops.iter().flat_map(|l| &parts.loops[*l].trims);

@@ -3,7 +3,7 @@
 use feeler::numeric::Interval;
 use feeler::nurbs::{Curve, Curve2, NurbsCurve2};
 use nalgebra::Point2;
-use std::rc::Rc;
+use std::sync::Arc;
 
 /// Steps before Newton's method is given up.
 const STEPS: usize = 50;
@@ -18,7 +18,7 @@ const AT_JOINT: f64 = 1e-12;
 #[derive(Clone, Debug)]
 pub(super) struct Piece {
     /// Shared: a curve may have as many pieces as segments.
-    pub(super) curve: Rc<Curve2>,
+    pub(super) curve: Arc<Curve2>,
     pub(super) from: f64,
     pub(super) to: f64,
 }
@@ -132,7 +132,7 @@ fn spans(curve: &Curve2, used: Interval) -> Vec<Span<'_>> {
 }
 
 /// Algorithm 3: the used part of a trim curve, cut at its derivative roots in u and in v.
-pub(super) fn pieces(curve: &Rc<Curve2>, span: Interval) -> Vec<Piece> {
+pub(super) fn pieces(curve: &Arc<Curve2>, span: Interval) -> Vec<Piece> {
     let spans = spans(curve, span);
     let mut cuts: Vec<f64> = spans.iter().flat_map(|s| [s.from, s.to]).collect();
     for axis in 0..2 {
@@ -141,7 +141,7 @@ pub(super) fn pieces(curve: &Rc<Curve2>, span: Interval) -> Vec<Piece> {
     cuts.sort_by(f64::total_cmp);
     cuts.dedup();
     let piece = |w: &[f64]| Piece {
-        curve: Rc::clone(curve),
+        curve: Arc::clone(curve),
         from: w[0],
         to: w[1],
     };
