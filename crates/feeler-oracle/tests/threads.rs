@@ -2,6 +2,7 @@
 //! sanitize thread` runs this under ThreadSanitizer.
 #![allow(dead_code, reason = "of the shared scenes a few are used")]
 
+#[path = "oracle/scene/mod.rs"]
 mod scene;
 
 use feeler::brep::Brep;

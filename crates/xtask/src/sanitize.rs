@@ -15,7 +15,7 @@ pub(crate) struct Args {
     /// One sanitizer alone.
     #[arg(value_enum)]
     sanitizer: Option<Sanitizer>,
-    /// One test file of crate `feeler-oracle` alone.
+    /// One module of the tests of crate `feeler-oracle` alone, or `threads`.
     #[arg(long)]
     test: Option<String>,
 }
@@ -59,7 +59,7 @@ impl Sanitizer {
 
 /// The tests of the oracle's functions one by one. Left out are those that ask the same functions about many models,
 /// and those of the second method, which is Rust alone.
-const TESTS: [&str; 16] = [
+const TESTS: [&str; 15] = [
     "arcs",
     "contacts",
     "contacts_native",
@@ -75,8 +75,10 @@ const TESTS: [&str; 16] = [
     "native_space",
     "space",
     "synthetic",
-    "threads",
 ];
+
+/// A program of its own.
+const THREADS: &str = "threads";
 
 pub(crate) fn run(args: &Args) -> Result<(), String> {
     setup::install_packages()?;
@@ -121,9 +123,12 @@ fn one(sanitizer: Sanitizer, test: Option<&str>) -> Result<(), String> {
         .env("UBSAN_OPTIONS", "print_stacktrace=1")
         .env("TSAN_OPTIONS", "halt_on_error=1");
     match (sanitizer, test) {
-        (_, Some(test)) => command.args(["--test", test]),
-        (Sanitizer::Thread, None) => command.args(["--test", "threads"]),
-        (_, None) => command.args(TESTS.iter().flat_map(|t| ["--test", t])),
+        (_, Some(THREADS)) | (Sanitizer::Thread, None) => command.args(["--test", THREADS]),
+        (_, Some(test)) => command.args(["--test", "oracle", "--", &format!("{test}::")]),
+        (_, None) => {
+            command.args(["--test", THREADS, "--test", "oracle", "--"]);
+            command.args(TESTS.map(|t| format!("{t}::")))
+        }
     };
     let status = command
         .status()

@@ -38,19 +38,23 @@ pub(crate) fn run() -> Result<(), String> {
     step("formatting", &mut cargo("fmt --all --check"))?;
     step(
         "clippy without the oracle",
-        &mut cargo("clippy --workspace --all-targets --quiet -- -D warnings"),
+        &mut cargo(
+            "clippy --profile ci --package feeler-oracle --package xtask --all-targets --quiet -- -D warnings",
+        ),
     )?;
     step(
         "clippy with the oracle",
         &mut cargo(&format!(
-            "clippy --workspace --all-targets --quiet --features {ORACLE} -- -D warnings"
+            "clippy --profile ci --workspace --all-targets --quiet --features {ORACLE} -- -D warnings"
         )),
     )?;
     step(
         "documentation",
-        cargo("doc --workspace --no-deps --quiet").env("RUSTDOCFLAGS", "-D warnings"),
+        cargo("doc --profile ci --workspace --no-deps --quiet").env("RUSTDOCFLAGS", "-D warnings"),
     )?;
-    let mut tests = cargo(&format!("test --workspace --features {ORACLE}"));
+    let mut tests = cargo(&format!(
+        "test --profile ci --workspace --features {ORACLE}"
+    ));
     if let Some(python) = &python {
         tests.env("FEELER_PYTHON", python);
     }
@@ -58,17 +62,21 @@ pub(crate) fn run() -> Result<(), String> {
         "unit, property, oracle and snapshot tests, doctests",
         &mut tests,
     )?;
+    let truth = |arguments: &str| {
+        let run = "run --profile ci --quiet --package xtask --features cgal -- truth";
+        cargo(&format!("{run} {arguments}"))
+    };
     step(
         "a sample of the truth, computed again",
-        &mut cargo("run --release --quiet --package xtask --features cgal -- truth --check"),
+        &mut truth("--check"),
     )?;
     step(
         "a sample of the truth against the second method",
-        &mut cargo("run --release --quiet --package xtask -- truth --verify --sample 4"),
+        &mut truth("--verify --sample 4"),
     )?;
     step(
         "instructions of some queries",
-        &mut cargo("run --release --quiet --package xtask -- instructions"),
+        &mut cargo("run --profile ci --quiet --package xtask --features cgal -- instructions"),
     )?;
     step("the gate", &mut cargo("run --release --quiet -- gate"))?;
     release_is_free_of_the_oracle(&root)?;

@@ -1,14 +1,12 @@
 //! Widths of cracks, and the side of points next to edges, against what is known by construction.
-#![cfg(feature = "cgal")]
 
-mod scene;
-
+use crate::scene;
+use crate::scene::{changed, dyadic, model};
 use feeler::brep::{Brep, BrepBuilder};
 use feeler::numeric::Dyadic;
 use feeler::nurbs::Surface;
 use feeler::query::LineKind;
 use feeler_oracle::{InsideTruth, Oracle};
-use scene::{changed, dyadic, model};
 
 /// The unit cube of planes.
 fn cube() -> Brep {

@@ -1,15 +1,12 @@
 //! Sides in uv of the models, and of random loops of any degree: the oracle and the kernel, which share no
 //! algorithm, agree wherever the kernel answers.
-#![cfg(feature = "cgal")]
 
-mod scene;
-
+use crate::scene::{Random, brep, plane};
 use feeler::brep::Brep;
 use feeler::nurbs::{Curve2, NurbsCurve};
 use feeler::trim::TrimRegion;
 use feeler_oracle::Oracle;
 use nalgebra::Point2;
-use scene::{Random, brep, plane};
 use std::path::Path;
 use std::time::{Duration, Instant};
 

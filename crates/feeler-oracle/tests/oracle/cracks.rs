@@ -1,5 +1,4 @@
 //! The kernel's proven widths of cracks against the certified ones.
-#![cfg(feature = "cgal")]
 
 use feeler::brep::Brep;
 use feeler::numeric::Dyadic;

@@ -1,15 +1,13 @@
 //! All contacts with native surfaces: against what geometry says, and against the same parts as NURBS.
-#![cfg(feature = "cgal")]
 
-mod scene;
-
+use crate::scene;
+use crate::scene::contacts::{must_be, near, one_continuum};
+use crate::scene::{Random, brep, interval, plane};
 use feeler::brep::Brep;
 use feeler::nurbs::{Arc, Curve2, Curve3, Line, PolyCurve, Revolution, Sum, Surface};
 use feeler::query::{HalfSpace, Probe, Sphere};
 use feeler_oracle::{ContactsTruth, Oracle};
 use nalgebra::{Point2, Point3, Vector2, Vector3};
-use scene::contacts::{must_be, near, one_continuum};
-use scene::{Random, brep, interval, plane};
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
 fn ask(b: &Brep, center: [f64; 3], prediction: f64) -> ContactsTruth {

@@ -1,14 +1,11 @@
 //! Lines that lie in curved faces, pass poles and seams, or hit loops exactly.
-#![cfg(feature = "cgal")]
 
-mod scene;
-
+use crate::scene::{bezier, brep, dyadic, line as segment, patch, polygon};
 use feeler::numeric::Dyadic;
 use feeler::nurbs::{Curve2, NurbsSurface, Surface};
 use feeler::query::LineKind;
 use feeler_oracle::{LineTruth, Oracle, TruthEnclosure};
 use nalgebra::Vector4;
-use scene::{bezier, brep, dyadic, line as segment, patch, polygon};
 
 fn oracle(s: Surface, loops: Option<Vec<Vec<Curve2>>>) -> Oracle {
     Oracle::new(&[&brep(s, loops)]).unwrap()

@@ -1,9 +1,8 @@
 //! Lines, the side of a point and signed separations on native surfaces and arcs: against closed forms
 //! in exact arithmetic, and against the second method.
-#![cfg(feature = "cgal")]
 
-mod scene;
-
+use crate::scene::native::{arc_xz, arc3, circle2, line3, revolved};
+use crate::scene::{Random, brep, dyadic as d, interval, model, plane, polygon, sq};
 use feeler::brep::Brep;
 use feeler::numeric::Dyadic;
 use feeler::nurbs::{Curve3, Line, Plane, Sum, Surface};
@@ -11,8 +10,6 @@ use feeler::query::LineKind;
 use feeler_oracle::second::{Second, SecondSide};
 use feeler_oracle::{InsideTruth, LineTruth, Oracle, TruthEnclosure};
 use nalgebra::{Point3, Vector3};
-use scene::native::{arc_xz, arc3, circle2, line3, revolved};
-use scene::{Random, brep, dyadic as d, interval, model, plane, polygon, sq};
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
 fn oracle(b: &Brep) -> Oracle {

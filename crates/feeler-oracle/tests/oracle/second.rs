@@ -1,7 +1,7 @@
 //! The second method against closed forms, and against scenes whose answers are known by construction.
 
-mod scene;
-
+use crate::scene;
+use crate::scene::{Random, brep, circle, interval, plane, polygon};
 use feeler::brep::Brep;
 use feeler::numeric::Interval;
 use feeler::nurbs::{Arc, Curve3, Line, Revolution, Surface};
@@ -9,7 +9,6 @@ use feeler::query::LineKind;
 use feeler_oracle::second::number::{Ball, Number};
 use feeler_oracle::second::{Bound, Second, SecondContacts, analytic};
 use nalgebra::{Point3, Vector3};
-use scene::{Random, brep, circle, interval, plane, polygon};
 use std::f64::consts::PI;
 
 /// The enclosures meet, and the second is narrow.

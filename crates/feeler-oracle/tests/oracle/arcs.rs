@@ -1,8 +1,6 @@
 //! Sides in uv where loops hold circular arcs, and where they are many, against exact predicates.
-#![cfg(feature = "cgal")]
 
-mod scene;
-
+use crate::scene::{Random, brep, changed, interval, line, plane, polygon};
 use dashu_int::IBig;
 use dashu_ratio::RBig;
 use feeler::brep::Brep;
@@ -12,7 +10,6 @@ use feeler::query::LineKind;
 use feeler::trim::Side;
 use feeler_oracle::Oracle;
 use nalgebra::{Point2, Vector2};
-use scene::{Random, brep, changed, interval, line, plane, polygon};
 use std::cmp::Ordering;
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 

@@ -1,17 +1,14 @@
 //! Distances and half-spaces of native surfaces against closed forms in exact arithmetic, and
 //! against the same parts as NURBS.
-#![cfg(feature = "cgal")]
 
-mod scene;
-
+use crate::scene::native::{arc_xz, circle2, line3, revolved};
+use crate::scene::{Random, brep, dyadic as d, interval, model, plane, polygon, sq};
 use dashu_int::IBig;
 use feeler::brep::Brep;
 use feeler::numeric::Dyadic;
 use feeler::nurbs::{Arc, Curve3, NurbsCurve, PolyCurve, Revolution, Sum, Surface};
 use feeler_oracle::{DistanceStatus, DistanceTruth, Oracle, TruthEnclosure};
 use nalgebra::{Point3, Vector3, Vector4};
-use scene::native::{arc_xz, circle2, line3, revolved};
-use scene::{Random, brep, dyadic as d, interval, model, plane, polygon, sq};
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
 fn oracle(b: &Brep) -> Oracle {

@@ -1,16 +1,13 @@
 //! Contacts of the kernel against the oracle on random faces made to be hard: kinks, wild weights, spans of
 //! very different lengths, poles, high degrees, and trims that run along joints or leave the domain.
-#![cfg(feature = "cgal")]
 
-mod scene;
-
+use crate::scene::{Random, bezier, brep, dyadic, polygon};
 use feeler::brep::Brep;
 use feeler::nurbs::{Curve2, NurbsSurface, Surface};
 use feeler::prepare::PreparedBrep;
 use feeler::query::{Accuracy, Options, Probe, Sphere, Workspace, contact, evaluate};
 use feeler_oracle::Oracle;
 use nalgebra::{Point3, Vector3, Vector4};
-use scene::{Random, bezier, brep, dyadic, polygon};
 
 /// A random face, and points of it to ask near to.
 struct Case {

@@ -1,16 +1,14 @@
 //! Derivative roots of trim curves against roots that are known from how the curves are made: the
 //! cases S1 to S13 of the stress list.
-#![cfg(feature = "cgal")]
 
-mod scene;
-
+use crate::scene;
+use crate::scene::stress::{chebyshev, curve, graph, integral, product, reweighted, root};
+use crate::scene::{bezier, brep, changed, dyadic, interval, line, plane};
 use feeler::brep::Brep;
 use feeler::numeric::Dyadic;
 use feeler::nurbs::{Arc, Curve2, NurbsCurve, PolyCurve, Polyline};
 use feeler_oracle::{AxisRootsTruth, DerivativeRootTruth, Oracle, TruthEnclosure};
 use nalgebra::{Point2, Vector2, Vector3};
-use scene::stress::{chebyshev, curve, graph, integral, product, reweighted, root};
-use scene::{bezier, brep, changed, dyadic, interval, line, plane};
 
 fn roots_of(b: &Brep) -> [AxisRootsTruth; 2] {
     let o = Oracle::new(&[b]).unwrap();

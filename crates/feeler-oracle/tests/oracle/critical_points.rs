@@ -1,14 +1,11 @@
 //! Distances and contacts against all critical points, by the bivariate algebraic kernel.
-#![cfg(feature = "cgal")]
 
-mod scene;
-
+use crate::scene::{Random, brep, patch};
 use feeler::nurbs::{NurbsSurface, Surface};
 use feeler::query::Probe;
 use feeler::query::Sphere;
 use feeler_oracle::{CriticalPoints, Oracle, TruthEnclosure, critical_points};
 use nalgebra::Point3;
-use scene::{Random, brep, patch};
 use std::time::Instant;
 
 fn nurbs(s: &Surface) -> &NurbsSurface {

@@ -1,12 +1,9 @@
 //! How long lines take on real parts, and how many stay open. `--ignored --nocapture`; prints.
-#![cfg(feature = "cgal")]
 
-mod scene;
-
+use crate::scene::{Random, model};
 use feeler::brep::Brep;
 use feeler::query::LineKind;
 use feeler_oracle::Oracle;
-use scene::{Random, model};
 use std::collections::BTreeMap;
 
 /// Seconds that this thread ran: other work on the machine does not count.

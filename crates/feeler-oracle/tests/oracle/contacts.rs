@@ -1,15 +1,13 @@
 //! All contacts within a prediction, against what geometry says.
-#![cfg(feature = "cgal")]
 
-mod scene;
-
+use crate::scene;
+use crate::scene::contacts::{must_be, near, one_continuum};
+use crate::scene::{bezier, interval, line, patch};
 use feeler::brep::{Brep, BrepBuilder, TrimSpec};
 use feeler::nurbs::Surface;
 use feeler::query::{HalfSpace, Probe, Sphere};
 use feeler_oracle::{ContactsTruth, Oracle};
 use nalgebra::{Point3, Vector3};
-use scene::contacts::{must_be, near, one_continuum};
-use scene::{bezier, interval, line, patch};
 
 fn ball(center: [f64; 3], radius: f64) -> Probe {
     Probe::Sphere(Sphere::new(Point3::from(center), radius).unwrap())

@@ -1,13 +1,10 @@
 //! Lines that touch a face, or nearly, against analysis.
-#![cfg(feature = "cgal")]
 
-mod scene;
-
+use crate::scene::{Random, brep, dyadic, patch};
 use feeler::numeric::Dyadic;
 use feeler::nurbs::Surface;
 use feeler::query::LineKind;
 use feeler_oracle::{LineTruth, Oracle, TruthEnclosure};
-use scene::{Random, brep, dyadic, patch};
 
 fn oracle(s: Surface) -> Oracle {
     Oracle::new(&[&brep(s, None)]).unwrap()

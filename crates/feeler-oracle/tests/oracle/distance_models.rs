@@ -1,15 +1,12 @@
 //! Distances and half-spaces on real parts: narrow, never above an exactly evaluated point of the
 //! face, and in times that are printed (`--nocapture`).
-#![cfg(feature = "cgal")]
 
-mod scene;
-
+use crate::scene::Random;
 use feeler::brep::Brep;
 use feeler::numeric::Dyadic;
 use feeler::trim::Side;
 use feeler_io::{ObjectKind, read_file};
 use feeler_oracle::{DistanceStatus, Oracle};
-use scene::Random;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 

@@ -1,8 +1,7 @@
 //! Evaluation of native surfaces: closed forms, differences, one-sided limits, their NURBS siblings.
-#![cfg(feature = "cgal")]
 
-mod scene;
-
+use crate::scene;
+use crate::scene::{Random, brep, exact, interval, rational};
 use dashu_int::IBig;
 use dashu_ratio::RBig;
 use feeler::brep::Brep;
@@ -11,7 +10,6 @@ use feeler::nurbs::{
 };
 use feeler_oracle::{Evaluation, Oracle, TruthEnclosure};
 use nalgebra::{Point3, Vector3, Vector4};
-use scene::{Random, brep, exact, interval, rational};
 
 /// Models of the thesis in their native form that have a sibling of NURBS.
 const NATIVE: [&str; 6] = [

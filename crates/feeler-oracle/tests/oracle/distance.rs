@@ -1,8 +1,6 @@
 //! The oracle's distances against analysis and against samples.
-#![cfg(feature = "cgal")]
 
-mod scene;
-
+use crate::scene::{Random, dyadic as d, interval, polygon};
 use feeler::brep::{
     Brep, BrepParts, Edge, Face, Iso, LoopKind, TrimCurve, TrimKind, TrimLoop, Vertex,
 };
@@ -11,7 +9,6 @@ use feeler::nurbs::{Curve2, NurbsCurve, NurbsSurface, Plane, Surface};
 use feeler::trim::Side;
 use feeler_oracle::{DistanceStatus, DistanceTruth, Oracle, TruthEnclosure};
 use nalgebra::{Point3, Vector3, Vector4};
-use scene::{Random, dyadic as d, interval, polygon};
 
 // ---- building
 

@@ -1,8 +1,8 @@
 //! The first method against the second: derivative roots, sides, evaluation.
-#![cfg(feature = "cgal")]
 
-mod scene;
-
+use crate::scene;
+use crate::scene::stress::{chebyshev, curve, graph, reweighted, root};
+use crate::scene::{Random, bezier, brep, changed, circle, interval, line, plane};
 use feeler::brep::{Brep, TrimCurve};
 use feeler::numeric::Enclosure;
 use feeler::nurbs::{Arc, Curve2, NurbsCurve, PolyCurve};
@@ -11,8 +11,6 @@ use feeler_oracle::{
     AxisRootsTruth, DerivativeRootsTruth, Oracle, TruthEnclosure, eigen_candidates, second,
 };
 use nalgebra::{Point2, Vector2, Vector3};
-use scene::stress::{chebyshev, curve, graph, reweighted, root};
-use scene::{Random, bezier, brep, changed, circle, interval, line, plane};
 use std::time::Instant;
 
 fn overlap(a: &TruthEnclosure, b: &TruthEnclosure) -> bool {

@@ -6,10 +6,9 @@
 //! that takes the border round the border once misses no point inside. So weights and knots may be as
 //! hostile as one likes, and the distance is still that to the rectangle. A curve times a positive polynomial, in
 //! homogeneous coordinates, is the same curve at a higher degree.
-#![cfg(feature = "cgal")]
 
-mod scene;
-
+use crate::scene::stress::binomials;
+use crate::scene::{Random, bezier, brep, dyadic, patch, plane};
 use feeler::numeric::Dyadic;
 use feeler::nurbs::{Curve2, NurbsCurve, NurbsSurface, Surface};
 use feeler::query::LineKind;
@@ -17,8 +16,6 @@ use feeler::trim::Side;
 use feeler_oracle::second::{Bound, Second, TrimmedRegion, derivative_roots};
 use feeler_oracle::{DistanceStatus, Oracle, TruthEnclosure};
 use nalgebra::{Vector3, Vector4};
-use scene::stress::binomials;
-use scene::{Random, bezier, brep, dyadic, patch, plane};
 use std::time::Instant;
 
 /// What an enclosure may be wide, as a part of the model's size: 2^-100.

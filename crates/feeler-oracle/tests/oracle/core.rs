@@ -1,8 +1,9 @@
 //! Evaluation, sides in uv and containment of failures, against exact arithmetic by hand.
-#![cfg(feature = "cgal")]
 
-mod scene;
-
+use crate::scene;
+use crate::scene::{
+    Random, bezier, brep, changed, circle, exact, line, patch, plane, polygon, rational,
+};
 use dashu_int::IBig;
 use dashu_ratio::RBig;
 use feeler::brep::Brep;
@@ -10,7 +11,6 @@ use feeler::nurbs::{Curve2, KnotVector, NurbsCurve, NurbsSurface, PolyCurve, Pol
 use feeler::trim::Side;
 use feeler_oracle::{Oracle, OracleError, TruthEnclosure, set_rounding_upward};
 use nalgebra::{Point2, Vector4};
-use scene::{Random, bezier, brep, changed, circle, exact, line, patch, plane, polygon, rational};
 
 fn oracle(b: &Brep) -> Oracle {
     Oracle::new(&[b]).unwrap()

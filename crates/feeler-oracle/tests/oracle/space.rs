@@ -1,12 +1,10 @@
 //! Lines, the side of a point in space and signed separations, against analysis.
-#![cfg(feature = "cgal")]
 
-mod scene;
-
+use crate::scene;
+use crate::scene::{brep, circle, dyadic, model, patch, plane, polygon};
 use feeler::numeric::Dyadic;
 use feeler::query::LineKind;
 use feeler_oracle::{InsideTruth, LineTruth, Oracle, TruthEnclosure};
-use scene::{brep, circle, dyadic, model, patch, plane, polygon};
 use std::time::Instant;
 
 fn oracle(b: feeler::brep::Brep) -> Oracle {
