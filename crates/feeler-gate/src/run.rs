@@ -93,7 +93,7 @@ pub fn run(
 enum Told {
     Answered,
     /// The group of that number is through.
-    Group(usize, Tally),
+    Group(usize, Box<Tally>),
 }
 
 /// All cases of a suite, which are sorted by model, dealt out a model at a time to whichever engine is free.
@@ -119,12 +119,10 @@ fn run_cases(
                     let k = next.fetch_add(1, Ordering::Relaxed);
                     let Some(group) = groups.get(k) else { break };
                     // Nobody listens only if the thread that waits is lost, and all with it.
-                    let _ = tell.send(Told::Group(
-                        k,
-                        run_model(*engine, gate, group, models, &|| {
-                            let _ = tell.send(Told::Answered);
-                        }),
-                    ));
+                    let tally = run_model(*engine, gate, group, models, &|| {
+                        let _ = tell.send(Told::Answered);
+                    });
+                    let _ = tell.send(Told::Group(k, Box::new(tally)));
                 }
             });
         }
@@ -145,7 +143,7 @@ fn run_cases(
     });
     let mut all = Tally::default();
     for tally in tallies.into_values() {
-        all.merge(tally);
+        all.merge(*tally);
     }
     all
 }

@@ -1,11 +1,12 @@
 //! All contacts within a prediction, against what geometry says.
 
 use feeler::brep::{Brep, BrepBuilder};
-use feeler::prepare::PreparedBrep;
+use feeler::nurbs::{NurbsSurface, Surface};
+use feeler::prepare::{PreparedBrep, Shortcuts};
 use feeler::query::{
     ContactAnswer, Contacts, HalfSpace, Options, Probe, Sphere, Workspace, contact,
 };
-use nalgebra::{Point3, Vector3};
+use nalgebra::{Point3, Vector3, Vector4};
 
 /// The box [0, 1]^3.
 fn cube() -> Brep {
@@ -75,4 +76,96 @@ fn a_half_space_and_a_box() {
     let below = Probe::HalfSpace(HalfSpace::new(normal, 0.0).unwrap());
     // The other vertices are none: along an edge each of them falls, though the steepest way leaves the face.
     must_be(&all(&cube, &below, 9.0), &[([0.0; 3], 0.0)]);
+}
+
+/// The patch `(x, y, p(x) + y^2)` over [-2, 2] x [-1, 1], `p` given by its coefficients in `s = (x + 2) / 4`.
+fn valley(p: &[f64]) -> Brep {
+    let n = p.len() - 1;
+    let binomial =
+        |n: usize, k: usize| (0..k).fold(1.0, |b, i| b * (n - i) as f64 / (i + 1) as f64);
+    let mut net = Vec::new();
+    for j in 0..=n {
+        let z: f64 = (0..=j)
+            .map(|i| p[i] * binomial(j, i) / binomial(n, i))
+            .sum();
+        for (y, square) in [(-1.0, 1.0), (0.0, -1.0), (1.0, 1.0)] {
+            let x = 4.0 * j as f64 / n as f64 - 2.0;
+            net.push(Vector4::new(x, y, z + square, 1.0));
+        }
+    }
+    let clamped = |p: usize| [vec![0.0; p + 1], vec![1.0; p + 1]].concat();
+    let surface = NurbsSurface::new([n, 2], [n + 1, 3], net, [clamped(n), clamped(2)]).unwrap();
+    Brep::from_surface(Surface::Nurbs(surface)).unwrap()
+}
+
+/// Coefficients of the product of two polynomials.
+fn times(a: &[f64], b: &[f64]) -> Vec<f64> {
+    let mut out = vec![0.0; a.len() + b.len() - 1];
+    for (i, x) in a.iter().enumerate() {
+        for (j, y) in b.iter().enumerate() {
+            out[i + j] += x * y;
+        }
+    }
+    out
+}
+
+/// A minimum that is flat to the fourth order is a contact like any other, or the answer is undecided; it is never left out in
+/// silence, whatever the search may use.
+#[test]
+fn a_flat_minimum_is_not_lost() {
+    // ((x^2 - 1)^4 - (x - 1)^4 / 8 with x = 4 s - 2: minima at 1, where it is 0, and where 16 x (x + 1)^3 = 1, lower.
+    let power = |a: &[f64], n: usize| (0..n).fold(vec![1.0], |p, _| times(&p, a));
+    let (minus, plus) = ([-3.0, 4.0], [-1.0, 4.0]);
+    let mut p = power(&times(&minus, &plus), 4);
+    for (i, c) in power(&minus, 4).into_iter().enumerate() {
+        p[i] -= c / 8.0;
+    }
+    let below = Probe::HalfSpace(HalfSpace::new(Vector3::z(), -3.0).unwrap());
+    for convex_leaves in [true, false] {
+        let shortcuts = Shortcuts {
+            convex_leaves,
+            ..Shortcuts::default()
+        };
+        let brep = PreparedBrep::with_shortcuts(valley(&p), shortcuts);
+        let answer = all(&brep, &below, 5.0);
+        let near = |x: f64| {
+            let near = |p: Point3<f64>| (p.x - x).abs() < 0.05 && p.y.abs() < 0.05;
+            answer.contacts.iter().any(|c| near(c.on_brep))
+        };
+        assert!(
+            answer.undecided.is_some() || near(1.0) && near(-1.358),
+            "{convex_leaves}: {answer:#?}"
+        );
+    }
+}
+
+/// Without its proof of convexity the search must not lose what it finds with it.
+#[test]
+fn contacts_do_not_hang_on_a_shortcut() {
+    let shortcuts = Shortcuts {
+        convex_leaves: false,
+        closed_forms: false,
+        ..Shortcuts::default()
+    };
+    let (full, less) = (
+        PreparedBrep::new(cube()),
+        PreparedBrep::with_shortcuts(cube(), shortcuts),
+    );
+    let mut decided = 0;
+    for k in 0..20 {
+        let t = f64::from(k) / 20.0;
+        let centre = Point3::new(0.3 + 0.4 * t, 0.6 - 0.2 * t, 0.5 + 0.3 * t);
+        let ball = Probe::Sphere(Sphere::new(centre, 0.55).unwrap());
+        let (a, b) = (all(&full, &ball, 0.0), all(&less, &ball, 0.0));
+        assert!(a.undecided.is_none());
+        decided += usize::from(b.undecided.is_none());
+        for c in &a.contacts {
+            let found = b
+                .contacts
+                .iter()
+                .any(|o| (o.on_brep - c.on_brep).norm() < 1e-6);
+            assert!(found || b.undecided.is_some(), "{centre}: {c:#?} of {b:#?}");
+        }
+    }
+    println!("{decided} of 20 decided without convexity");
 }

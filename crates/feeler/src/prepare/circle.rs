@@ -9,8 +9,11 @@ use crate::numeric::sin_cos;
 use crate::numeric::{Ball, Dd, Interval, Real, TINY};
 use crate::nurbs::Arc;
 
-/// Degree of the Taylor polynomials.
-pub(crate) const DEGREE: usize = 14;
+/// Degree of the Taylor polynomials: what they leave out (see [`spans`]) is a fourth of a unit in f64 and below one in
+/// double-double.
+pub(crate) const fn degree<T: Real>() -> usize {
+    if T::UNIT < f64::UNIT { 19 } else { 11 }
+}
 /// Longest span, in radians: a little more than a sixteenth of a turn, so that whole turns
 /// need 16 and no seventeenth for rounding.
 const LONGEST_SPAN: f64 = std::f64::consts::FRAC_PI_8 * (1.0 + 1.0 / 1024.0);
@@ -27,7 +30,7 @@ pub(crate) struct Span<T> {
 /// Cuts `[from, to]` of a domain, over which the angle runs linearly, into spans.
 ///
 /// On a span with middle `m` and half-width `h`, `cos(m + h x) = sum_i c_i h^i x^i / i! + e(x)`, the `c_i` being
-/// `cos m, -sin m, -cos m, sin m, ...` and `|e| <= h^(n+1) / (n+1)!` with `n` = [`DEGREE`] (Lagrange). The Bernstein
+/// `cos m, -sin m, -cos m, sin m, ...` and `|e| <= h^(n+1) / (n+1)!` with `n` = [`degree`] (Lagrange). The Bernstein
 /// coefficient `j` of `x^i` is the polar form of `x^i` at `n - j` times -1 and `j` times +1: the coefficient of
 /// `z^i` in `(1-z)^(n-j) (1+z)^j`, over `C(n, i)` (Ramshaw).
 ///
@@ -87,7 +90,7 @@ pub(crate) fn spans<T: Real>(
 
 /// Bernstein coefficients of the function with value `f` and derivative `g` in the middle and `f'' = -f`.
 fn taylor<T: Real>(f: Ball<Dd>, g: Ball<Dd>, half: Ball<Dd>) -> Vec<Ball<T>> {
-    let n = DEGREE;
+    let n = degree::<T>();
     let mut terms = Vec::with_capacity(n + 1);
     let mut power = Ball::<Dd>::ONE;
     for i in 0..=n {
@@ -228,7 +231,7 @@ pub(crate) fn arc_pieces<T: Real, const D: usize, const H: usize>(
         std::array::from_fn(|c| if c < D { of(c) } else { last })
     };
     for span in spans::<T>(arc.angle, arc.domain, from, to) {
-        let points: Vec<Homogeneous<T, H>> = (0..=DEGREE)
+        let points: Vec<Homogeneous<T, H>> = (0..=degree::<T>())
             .map(|j| {
                 std::array::from_fn(|c| {
                     if c < D {

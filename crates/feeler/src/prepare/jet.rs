@@ -20,7 +20,7 @@ use crate::numeric::bernstein::Bidegree;
 use crate::numeric::{Ball, Dd, Real, TINY, two_prod, two_sum};
 
 /// Above this degree these functions are not used.
-const MAX_DEGREE: usize = 15;
+const MAX_DEGREE: usize = 19;
 const ROOM: usize = MAX_DEGREE + 1;
 /// Roundings added for terms of second order.
 const UNITS: usize = 4;

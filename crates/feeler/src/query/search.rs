@@ -746,8 +746,12 @@ impl Search<'_> {
 
     /// Keeps a node that no convexity settles, for the extent of the minimum.
     fn settle_unshaped(&mut self, source: Source, u: [f64; 2], v: [f64; 2], lo: Dd) {
-        let at = [0.5 * (u[0] + u[1]), 0.5 * (v[0] + v[1])];
+        let mut at = [0.5 * (u[0] + u[1]), 0.5 * (v[0] + v[1])];
         let point = u[0] == u[1] && v[0] == v[1];
+        if self.goal.all_below.is_some() && !point {
+            // Only where it comes to rest can be a minimum to report.
+            at = self.descend(source, at, [u, v]);
+        }
         self.out.settled.push(Settled {
             source: Some(source),
             lo,
