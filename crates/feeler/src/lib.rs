@@ -13,6 +13,8 @@
 //! | [`prepare`] | what a scene needs: patches, trim index, boxes |
 //! | [`query`] | sphere, half-space, line; contacts |
 //!
+//! `PROOFS.md` beside this crate's sources lists what is proven, on which assumptions, and where.
+//!
 //! # What is true
 //!
 //! Every claim of this crate is about the following definitions, and the oracle that checks it computes
