@@ -6,10 +6,9 @@ use super::{Target, newton};
 use feeler::numeric::Interval;
 use feeler::nurbs::{Arc, Curve2, Line, NurbsCurve2, NurbsSurface, Surface};
 use nalgebra::{Point2, Vector2, Vector3};
-use std::sync::Arc;
 
 fn whole(curve: &Curve2) -> Vec<Piece> {
-    pieces(&Arc::new(curve.clone()), curve.domain())
+    pieces(&std::sync::Arc::new(curve.clone()), curve.domain())
 }
 
 fn interval(start: f64, end: f64) -> Interval {
