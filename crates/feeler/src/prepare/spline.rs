@@ -150,12 +150,26 @@ pub(crate) fn curve_pieces<T: Real, const D: usize, const H: usize>(
         }
         Curve::Nurbs(c) => {
             let exact = |p: &SVector<f64, H>| std::array::from_fn(|i| Ball::exact(p[i]));
+            let stored = |i: usize| exact(&c.control_points()[i]);
+            // Pieces are affine combinations of the control points: where all weights are 1, so are those of the pieces, exactly.
+            let plain = c.control_points().iter().all(|p| p[H - 1] == 1.0);
+            let (p, knots) = (c.knots().degree(), c.knots().knots());
             for (index, start, end) in c.knots().spans() {
                 let (s, e) = (from.max(start), to.min(end));
                 if s < e {
+                    let mut points = Blossom::new(c.knots(), index, s, e).apply(stored);
+                    // At a knot as often there as the degree the curve is at a control point.
+                    if knots[index + 1 - p] == s {
+                        points[0] = stored(index - p);
+                    }
+                    if knots[index + p] == e {
+                        points[p] = stored(index);
+                    }
+                    if plain {
+                        points.iter_mut().for_each(|x| x[H - 1] = Ball::ONE);
+                    }
                     out.push(BezierCurve {
-                        points: Blossom::new(c.knots(), index, s, e)
-                            .apply(|i| exact(&c.control_points()[i])),
+                        points,
                         map: ParamMap { start: s, end: e },
                         arc: None,
                     });
