@@ -11,6 +11,8 @@ const ORACLE: &str = "feeler-oracle/cgal,xtask/cgal,feeler/rayon";
 /// Installs what is missing and runs all checks, in order of what fails fastest.
 pub(crate) fn run() -> Result<(), String> {
     let root = root();
+    // Where it will be once it has been built with the oracle; asked for before that takes its place.
+    let program = std::env::current_exe().map_err(|e| format!("this program's path: {e}"))?;
     setup::install_packages()?;
     let python = setup::python(&root);
     let start = Instant::now();
@@ -62,22 +64,26 @@ pub(crate) fn run() -> Result<(), String> {
         "unit, property, oracle and snapshot tests, doctests",
         &mut tests,
     )?;
-    let truth = |arguments: &str| {
-        let run = "run --profile ci --quiet --package xtask --features cgal -- truth";
-        cargo(&format!("{run} {arguments}"))
+    step(
+        "this program with the oracle",
+        &mut cargo(&format!(
+            "build --profile ci --workspace --bins --quiet --features {ORACLE}"
+        )),
+    )?;
+    let own = |arguments: &str| {
+        let mut command = Command::new(&program);
+        command.args(arguments.split_whitespace());
+        command
     };
     step(
         "a sample of the truth, computed again",
-        &mut truth("--check"),
+        &mut own("truth --check"),
     )?;
     step(
         "a sample of the truth against the second method",
-        &mut truth("--verify --sample 4"),
+        &mut own("truth --verify --sample 4"),
     )?;
-    step(
-        "instructions of some queries",
-        &mut cargo("run --profile ci --quiet --package xtask --features cgal -- instructions"),
-    )?;
+    step("instructions of some queries", &mut own("instructions"))?;
     step("the gate", &mut cargo("run --release --quiet -- gate"))?;
     release_is_free_of_the_oracle(&root)?;
     if available("cargo-deny") {

@@ -21,6 +21,8 @@ use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::time::{Duration, Instant};
 
 #[derive(Debug, Clone, clap::Args)]
+// It is part of `truth::Args`, whose group has the name that this one's would have.
+#[group(skip)]
 pub(crate) struct Args {
     /// Compute nothing: hold the stored truth against the second method, and stop where they disagree.
     #[arg(long, group = "timed")]
