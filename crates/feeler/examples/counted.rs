@@ -40,6 +40,15 @@ const NAMES: [&str; 16] = [
 
 /// How many places each query is asked at.
 const PLACES: usize = 20;
+/// Centres of balls keep this far from the sphere's centre, but for those of `ball_joint_nurbs_near`...
+const NEXT_TO_CENTRE: f64 = 1e-3;
+/// ...which are this times as far...
+const NEARER: f64 = 1e-6;
+/// ...and keep within half of its radius.
+const HALF_RADIUS: f64 = 1.25;
+/// About the sizes of the models: accuracies are in parts of these.
+const BALL_SIZE: f64 = 5.0;
+const PRISM_SIZE: f64 = 10.0;
 
 fn main() {
     let name = std::env::args().nth(1);
@@ -60,7 +69,7 @@ fn counted_queries(query: &mut Query) {
 fn query(name: &str) -> Option<Query> {
     let mut random = Random::new(11);
     let off_centre: Vec<Point3<f64>> = (0..PLACES)
-        .map(|_| Point3::from(random.direction() * random.between(1e-3, 1.25)))
+        .map(|_| Point3::from(random.direction() * random.between(NEXT_TO_CENTRE, HALF_RADIUS)))
         .collect();
     let over: Vec<Point3<f64>> = (0..PLACES)
         .map(|_| {
@@ -69,13 +78,13 @@ fn query(name: &str) -> Option<Query> {
         })
         .collect();
     let directions: Vec<Vector3<f64>> = (0..PLACES).map(|_| random.direction()).collect();
-    let coarse = Accuracy::Length(5e-12);
+    let coarse = Accuracy::Length(BALL_SIZE * 1e-12);
     Some(match name {
         "ball_joint_native_full" => balls(native_sphere(), 2.49, Accuracy::Full, off_centre),
         "ball_joint_nurbs_1e-12" => balls(nurbs_sphere(), 2.49, coarse, off_centre),
         "ball_joint_nurbs_full" => balls(nurbs_sphere(), 2.49, Accuracy::Full, off_centre),
         "ball_joint_nurbs_near" => {
-            let near = off_centre.iter().map(|p| p * 1e-6).collect();
+            let near = off_centre.iter().map(|p| p * NEARER).collect();
             balls(nurbs_sphere(), 2.49, Accuracy::Full, near)
         }
         "bicubic_trimmed" => balls(trimmed_bicubic(), 0.01, Accuracy::Full, over),
@@ -109,7 +118,7 @@ fn query(name: &str) -> Option<Query> {
         "prism_line" | "prism_line_1e-12" => {
             let accuracy = match name {
                 "prism_line" => Accuracy::Full,
-                _ => Accuracy::Length(1e-11),
+                _ => Accuracy::Length(PRISM_SIZE * 1e-12),
             };
             let scaled = off_centre
                 .iter()

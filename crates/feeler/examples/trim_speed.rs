@@ -13,6 +13,10 @@ use scenes::Random;
 use scenes::loops::{anywhere, comb, face_within, islands, near, wavy};
 use std::time::Instant;
 
+/// How near to the boundary points are: about where f64 no longer tells, and beyond.
+const NEAR: f64 = 1e-12;
+const NEAREST: f64 = 1e-15;
+
 fn region(loops: Vec<Vec<Curve2>>) -> TrimRegion {
     let brep = face_within(loops);
     let start = Instant::now();
@@ -51,8 +55,8 @@ fn measure(name: &str, loops: Vec<Vec<Curve2>>) {
     let region = region(loops);
     let points = anywhere(&region, 100_000, &mut random);
     let (a, inside) = time(&region, &points);
-    let (b, _) = time(&region, &near(&region, 1e-12, 20_000, &mut random));
-    let (c, _) = time(&region, &near(&region, 1e-15, 20_000, &mut random));
+    let (b, _) = time(&region, &near(&region, NEAR, 20_000, &mut random));
+    let (c, _) = time(&region, &near(&region, NEAREST, 20_000, &mut random));
     // A box about each point, a hundredth of the domain wide.
     let size = region.domain().map(|d| (d.end - d.start) / 200.0);
     let start = Instant::now();
@@ -66,7 +70,7 @@ fn measure(name: &str, loops: Vec<Vec<Curve2>>) {
     }
     let boxes = start.elapsed().as_secs_f64() * 1e9 / points.len() as f64;
     println!(
-        "random {a:7.1}, within 1e-12 {b:7.1}, within 1e-15 {c:8.1}, box {boxes:6.1} ns | inside {:.3}, mixed {:.3}",
+        "random {a:7.1}, within {NEAR:e} {b:7.1}, within {NEAREST:e} {c:8.1}, box {boxes:6.1} ns | inside {:.3}, mixed {:.3}",
         inside as f64 / points.len() as f64,
         mixed as f64 / points.len() as f64
     );

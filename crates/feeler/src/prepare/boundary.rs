@@ -1,6 +1,7 @@
 //! The boundary of a face in space: trim curves and the segments that join them, cut at the
 //! patches of the surface and lifted onto them.
 
+use super::patch::COMPOSE_HALVINGS;
 use super::spline::curve_pieces;
 use super::{Homogeneous, Net, ParamMap, Patch, Patches};
 use crate::brep::{Brep, TrimCurve};
@@ -11,8 +12,8 @@ use nalgebra::Point2;
 
 /// A piece of the boundary over one patch.
 ///
-/// The composed curve may reach past the patch's border: there it is a point of the
-/// patch's polynomial extension, not of the surface. A minimum over it is thus a minimum over a
+/// The composed curve may reach past the patch's border: there it is a point of what the patch goes on as
+/// (its polynomials, or the whole revolution: see `Patch::compose`), not of the trimmed surface's domain. A minimum over it is thus a minimum over a
 /// superset: good for lower bounds; upper bounds must check that the point is on the patch.
 #[derive(Clone, Debug)]
 pub struct Piece<T> {
@@ -72,8 +73,6 @@ const BORDER_SLACK: f64 = 1.0 / (1u64 << 44) as f64;
 /// How often a curve may be halved to find where it crosses from patch to patch: what is left belongs to
 /// both, and the search cuts it finer where that matters.
 const MAX_DEPTH: u32 = 10;
-/// How often a part over one patch may be halved so that it can be composed.
-const MAX_HALVINGS: u32 = 6;
 /// How many parts of a curve may cross at one depth; a curve with more runs along a border, and is left to
 /// the patches on both sides.
 const MAX_CROSSING: usize = 64;
@@ -335,7 +334,7 @@ fn composable(
     let mut open = vec![(from, to, 0)];
     while let Some((from, to, depth)) = open.pop() {
         let part = || to_local(&restrict(curve, from, to), patch);
-        if depth < MAX_HALVINGS && patch.wants_parts(&part(), Dd::UNIT) {
+        if depth < COMPOSE_HALVINGS && patch.wants_parts(&part(), Dd::UNIT) {
             let middle = 0.5 * (from + to);
             open.extend([(middle, to, depth + 1), (from, middle, depth + 1)]);
         } else {

@@ -8,6 +8,7 @@
 use super::boundary::UvCurve;
 use super::compose::compose;
 use super::net::curve_jet;
+use super::patch::COMPOSE_HALVINGS;
 use super::{Box3, FaceGeometry, Homogeneous, Net, ParamMap, Patch, Patches};
 use crate::numeric::bernstein::Bidegree;
 use crate::numeric::{Ball, Real};
@@ -19,8 +20,6 @@ const HALVINGS: u32 = 52;
 /// A curve that stays within so many roundings of a border is not cut there; where the first makes too many cuts,
 /// the next.
 const ROUNDINGS: [f64; 5] = [8.0, 512.0, 32768.0, 4_194_304.0, 268_435_456.0];
-/// How often what cannot be composed is halved.
-const PARTS: u32 = 6;
 /// A curve is cut into no more parts than this...
 const MOST_PARTS: usize = 4096;
 /// ...and crosses no more borders than this; else its image counts as not known.
@@ -667,7 +666,7 @@ fn image_of<T: Real>(
             pending: 0.0,
         };
         for curve in geometry.curves.iter().filter(|c| own(c)) {
-            builder.curve(&grid, &curve.points, levels, PARTS)?;
+            builder.curve(&grid, &curve.points, levels, COMPOSE_HALVINGS)?;
         }
         let image = builder.image;
         (!image.stretches.is_empty() && image.extra.is_finite()).then_some(image)

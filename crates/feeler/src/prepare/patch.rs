@@ -49,6 +49,8 @@ impl<T: Real> Patch<T> {
 
 /// Degrees up to this are composed as they are.
 const LOW: usize = 20;
+/// How often what [wants parts](Patch::wants_parts) is halved.
+pub(super) const COMPOSE_HALVINGS: u32 = 6;
 
 /// The patches of a surface, in order of u, then v: a grid.
 pub(crate) fn surface_patches<T: Real>(surface: &Surface) -> Vec<Patch<T>> {

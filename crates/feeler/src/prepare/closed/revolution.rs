@@ -122,7 +122,8 @@ impl RoughModel {
     }
 }
 
-/// Above the root of what underflows.
+/// What a square below the least normal number, 2^-1022, can have been lost of a root: a square that underflows is
+/// of a number below 2^-511, 1.5e-154.
 const UNDERFLOW: f64 = 1e-150;
 
 /// A profile is in closed form when `skew` is below this part of its least distance from the axis: what is within
