@@ -19,7 +19,8 @@ use std::hint::black_box;
 /// One query, as a closure that keeps what it needs.
 type Query = Box<dyn FnMut()>;
 
-const NAMES: [&str; 16] = [
+const NAMES: [&str; 17] = [
+    "ball_joint_native_1e-12",
     "ball_joint_native_full",
     "ball_joint_nurbs_1e-12",
     "ball_joint_nurbs_full",
@@ -80,6 +81,7 @@ fn query(name: &str) -> Option<Query> {
     let directions: Vec<Vector3<f64>> = (0..PLACES).map(|_| random.direction()).collect();
     let coarse = Accuracy::Length(BALL_SIZE * 1e-12);
     Some(match name {
+        "ball_joint_native_1e-12" => balls(native_sphere(), 2.49, coarse, off_centre),
         "ball_joint_native_full" => balls(native_sphere(), 2.49, Accuracy::Full, off_centre),
         "ball_joint_nurbs_1e-12" => balls(nurbs_sphere(), 2.49, coarse, off_centre),
         "ball_joint_nurbs_full" => balls(nurbs_sphere(), 2.49, Accuracy::Full, off_centre),

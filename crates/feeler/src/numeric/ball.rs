@@ -117,13 +117,27 @@ impl<T: Real> Ball<T> {
 
     /// The square root of a number that is not negative; where the ball reaches below zero,
     /// the part below is cut off.
+    ///
+    /// Far from zero: `|sqrt x - sqrt m| = |x - m| / (sqrt x + sqrt m)`, and for `x >= m (1 - 2^-10)` that is at most `0.50013 |x - m| /
+    /// sqrt m`; the rest of the factor makes up for the root's own rounding.
     #[must_use]
-    pub fn sqrt(self) -> Ball<Dd> {
+    pub fn sqrt(self) -> Self {
+        let lead = self.mid.approximate();
+        if lead > LEAST_ROOTED && self.rad <= lead * FAR_FROM_ZERO {
+            let mid = self.mid.sqrt();
+            let root = mid.approximate();
+            let rad = (0.5003 * (self.rad / root) + T::UNIT * mid.magnitude()) * ROUND_UP;
+            return Self { mid, rad };
+        }
+        self.sqrt_near_zero()
+    }
+
+    fn sqrt_near_zero(self) -> Self {
         let x = self.mid.to_dd();
         let top = x + Dd::from(self.rad * ROUND_UP);
         if x.hi.is_nan() || self.rad.is_nan() || top.hi < 0.0 {
-            return Ball {
-                mid: Dd::ZERO,
+            return Self {
+                mid: T::ZERO,
                 rad: f64::INFINITY,
             };
         }
@@ -139,9 +153,14 @@ impl<T: Real> Ball<T> {
         let mid = (a + b).half();
         // Half the width, the roots' own errors (25/8 u² each), the sums' and bounds'.
         let rad = ((b - a).half().magnitude() + 8.0 * Dd::UNIT * b.magnitude()) * ROUND_UP + TINY;
-        Ball { mid, rad }
+        Self::from_dd(mid, rad)
     }
 }
+
+/// A ball's radius is below this part of its value: it is far from zero.
+const FAR_FROM_ZERO: f64 = 1.0 / (1u64 << 10) as f64;
+/// Roots of smaller numbers lose digits to underflow in double-double.
+const LEAST_ROOTED: f64 = 1e-250;
 
 impl<T: Real> Add for Ball<T> {
     type Output = Self;

@@ -224,4 +224,8 @@ impl Real for Dd {
             lo: 0.5 * self.lo,
         }
     }
+    #[inline]
+    fn sqrt(self) -> Self {
+        Self::sqrt(self)
+    }
 }

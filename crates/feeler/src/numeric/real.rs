@@ -39,6 +39,9 @@ pub trait Real:
     fn approximate(self) -> f64;
     /// Half of it, exactly (unless it underflows).
     fn half(self) -> Self;
+    /// The square root, off by at most [`UNIT`](Self::UNIT) of it where the number is above 1e-250; NaN for negative
+    /// numbers.
+    fn sqrt(self) -> Self;
     /// `|self|` as f64, rounded up.
     #[inline]
     fn magnitude(self) -> f64 {
@@ -77,5 +80,9 @@ impl Real for f64 {
     #[inline]
     fn half(self) -> Self {
         0.5 * self
+    }
+    #[inline]
+    fn sqrt(self) -> Self {
+        f64::sqrt(self)
     }
 }

@@ -66,17 +66,15 @@ impl Shell {
 
     /// A lower bound of the target on the surface.
     ///
-    /// Rounding: a distance of differences is off by less than 8 units, heights by 8 units of their parts. What a target's
-    /// numbers are beyond their leading parts moves the distance by as much, and the height by that times the point's size.
+    /// Rounding: a distance of differences is off by less than 8 units, heights by 8 units of their parts.
     pub(crate) fn least(&self, target: &Target) -> Dd {
         const SLACK: f64 = 8.0 * f64::EPSILON;
         let (Target::Point(v) | Target::Height(v, _)) = target;
-        let x = Vector3::from_fn(|c, _| v[c].mid.hi);
-        let rest: f64 = v.iter().map(|b| b.mid.lo.abs() + b.rad).sum();
+        let x = Vector3::from(*v);
         match target {
             Target::Point(_) => {
                 let d = (x - self.center.coords).norm();
-                let off = d * SLACK + 2.0 * rest;
+                let off = d * SLACK;
                 let gap = (d - off - self.outer).max(self.inner - d - off);
                 // Two roundings of numbers no larger than these.
                 let gap = (gap - f64::EPSILON * (d + self.outer)).max(0.0);
@@ -85,9 +83,9 @@ impl Shell {
             Target::Height(_, h) => {
                 let far = self.center.coords.norm() + self.outer;
                 let reach = x.norm() * self.outer;
-                let size = x.norm() * far + h.magnitude();
-                let off = SLACK * size + 2.0 * rest * far + h.mid.lo.abs() + h.rad;
-                Dd::from(x.dot(&self.center.coords) - h.mid.hi - reach - off)
+                let size = x.norm() * far + h.abs();
+                let off = SLACK * size;
+                Dd::from(x.dot(&self.center.coords) - h - reach - off)
             }
         }
     }

@@ -1,10 +1,10 @@
 //! Faces in closed form within the search.
 
-use super::search::{Arithmetic, Foot, Locus, Search, Settled, Task};
+use super::search::{Arithmetic, Foot, Locus, QUARTER, Search, Settled, Task};
 use super::upper::{NEIGHBOURS, step_ulp};
 use crate::numeric::{Dd, Real};
 use crate::prepare::PreparedBrep;
-use crate::prepare::closed::{ClosedFace, Critical, Extent, Minimum, widened};
+use crate::prepare::closed::{Boxes, ClosedFace, Extent, Minimum, widened};
 use crate::trim::{BoxSide, Side};
 use nalgebra::Point2;
 use std::collections::BinaryHeap;
@@ -29,8 +29,7 @@ impl Search<'_> {
             return;
         };
         self.out.used_closed = true;
-        if let Critical::Boxes { boxes, minimum } = form.surface.critical(&self.target) {
-            let side = boxes_side(brep, face, &boxes);
+        if let Some((minimum, side)) = self.interior(face, form) {
             if side != BoxSide::Outside {
                 // The face's box bounds it too.
                 let least = if lo > minimum.range[0] {
@@ -48,6 +47,10 @@ impl Search<'_> {
         }
         let slack = form.surface.pole_slack();
         for curve in &form.curves {
+            let least = widened(&self.target, [curve.least(&self.target); 2], slack)[0];
+            if self.hopeless(least) {
+                continue;
+            }
             let mut minimum = curve.minimum(&self.target);
             minimum.range = widened(&self.target, minimum.range, slack);
             if self.hopeless(minimum.range[0]) {
@@ -63,6 +66,33 @@ impl Search<'_> {
         if !form.others.is_empty() {
             self.push_pieces::<T>(heap, face, lo, |c| form.others.contains(&c));
         }
+    }
+
+    /// The minimum in a face's interior, if there may be one, and whether its place is in the region.
+    ///
+    /// Numbers in f64 tell most places from the borders, and bound the value to nearly all of f64's digits; where that is not
+    /// enough, double-double does. What either says is proven, so what the one leaves open the other may settle.
+    fn interior(&self, face: usize, form: &ClosedFace) -> Option<(Minimum, BoxSide)> {
+        let target = &self.target;
+        let rough = form.surface.critical(target)?;
+        let side = boxes_side(self.brep, face, &rough.boxes);
+        let beside = side == BoxSide::Outside || self.hopeless(rough.minimum.range[0]);
+        if beside || (side == BoxSide::Inside && rough.sharp && self.is_fine(&rough.minimum)) {
+            return Some((rough.minimum, side));
+        }
+        if side == BoxSide::Inside && rough.sharp {
+            return Some((form.surface.sharpened(target, &rough), side));
+        }
+        let fine = form.surface.critical_fine(target)?;
+        let side = boxes_side(self.brep, face, &fine.boxes);
+        Some((fine.minimum, side))
+    }
+
+    /// Whether the value of a minimum is known well enough for what is asked.
+    fn is_fine(&self, minimum: &Minimum) -> bool {
+        let [low, high] = minimum.range;
+        let told = self.goal.threshold.is_some_and(|t| high < t || low >= t);
+        told || low >= self.near(high, QUARTER)
     }
 
     /// Whether a point of a curve that was moved into the domain is proven to be in the region.
@@ -140,10 +170,10 @@ impl Search<'_> {
 }
 
 /// Where some of the boxes of native parameters, which together hold one point's copies, lie.
-pub(super) fn boxes_side(brep: &PreparedBrep, face: usize, boxes: &[[[f64; 2]; 2]]) -> BoxSide {
+pub(super) fn boxes_side(brep: &PreparedBrep, face: usize, boxes: &Boxes) -> BoxSide {
     let domain = brep.brep().surface(face).domain();
     let mut all_out = true;
-    for b in boxes {
+    for b in boxes.iter() {
         let within = (0..2).all(|k| domain[k].start <= b[k][0] && b[k][1] <= domain[k].end);
         match brep.region(face).classify_box(b[0], b[1]) {
             BoxSide::Inside if within => return BoxSide::Inside,

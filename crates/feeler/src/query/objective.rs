@@ -2,7 +2,7 @@
 //! over a plane, each a quotient `f = N / C` of polynomials on every patch and boundary piece.
 
 use crate::numeric::{Ball, Dd, Real};
-use crate::prepare::closed::{Target, exact};
+use crate::prepare::closed::Target;
 use crate::prepare::{Net, Products, Quotient, jet};
 use nalgebra::{Point3, Vector3};
 
@@ -48,8 +48,8 @@ impl Objective {
     /// The same for closed forms.
     pub(crate) fn target(&self) -> Target {
         match self {
-            Self::SquaredDistance(q) => Target::Point(exact(q.coords.as_slice())),
-            Self::Height(n, h) => Target::Height(exact(n.as_slice()), Ball::exact(*h)),
+            Self::SquaredDistance(q) => Target::Point(q.coords.into()),
+            Self::Height(n, h) => Target::Height((*n).into(), *h),
         }
     }
 

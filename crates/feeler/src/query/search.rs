@@ -470,6 +470,8 @@ impl Search<'_> {
             self.out.nodes += 1;
             match task.kind {
                 Kind::Face(face) => match self.closed(face) {
+                    // Nothing else waits that might come first.
+                    Some(_) if heap.is_empty() => self.open_closed(heap, face, task.lo),
                     Some(form) => {
                         let least = form.surface.least(&self.target);
                         let lo = if least > task.lo { least } else { task.lo };

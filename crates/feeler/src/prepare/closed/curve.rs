@@ -1,7 +1,8 @@
 //! Boundary curves that are segments or arcs in space.
 
 use super::form::{
-    Extent, Minimum, Target, V3, add, along, angle, distance_range, dot, range, scale, sub,
+    Extent, Minimum, Target, V3, Vector, add, along, angle, distance_range, dot, exact, lead,
+    least_square, range, rounded, scale, sub,
 };
 use crate::numeric::{Ball, Dd, Real};
 
@@ -48,6 +49,8 @@ pub(crate) struct SegmentShape {
     /// `b - a` and its length, zero for a point.
     d: V3,
     length: Ball<Dd>,
+    /// `a` and `d` rounded to f64.
+    rough: [Vector<f64>; 2],
 }
 
 /// `center + radius (cos a x + sin a y)`, `0 <= a <= turn`, with orthonormal `x`, `y`, `z`.
@@ -63,6 +66,53 @@ pub(crate) struct ArcShape {
     pub(crate) end: [Ball<Dd>; 2],
     /// The end points.
     pub(crate) ends: [V3; 2],
+    rough: Circle<f64>,
+}
+
+/// The circle of an arc in one arithmetic: its centre, its axes and its radius.
+#[derive(Clone, Debug)]
+struct Circle<T> {
+    center: Vector<T>,
+    axes: [Vector<T>; 3],
+    radius: Ball<T>,
+}
+
+impl Circle<f64> {
+    fn rounded(center: &V3, axes: [&V3; 3], radius: Ball<Dd>) -> Self {
+        Self {
+            center: rounded(center),
+            axes: axes.map(rounded),
+            radius: lead(radius),
+        }
+    }
+}
+
+impl<T: Real> Circle<T> {
+    /// The direction of the minimum over the circle along the first two axes (not normalised), its length, and the value there.
+    ///
+    /// Squared distance: with `w = q - center`, `p = (w.x, w.y)`: `(|p| - R)^2 + (w.z)^2`, along `p`. Height: `n.center - h -
+    /// R |(n.x, n.y)|`, against it.
+    fn least(&self, target: &Target) -> ([Ball<T>; 2], Ball<T>, [Dd; 2]) {
+        let [x, y, z] = &self.axes;
+        match target {
+            Target::Point(q) => {
+                let w = sub(&exact(q), &self.center);
+                let p = [dot(&w, x), dot(&w, y)];
+                let off = dot(&w, z);
+                let plane = (p[0].square() + p[1].square()).sqrt();
+                let gap = plane - self.radius;
+                let d = (gap.square() + off.square()).sqrt();
+                (p, plane, distance_range(d, 0.0))
+            }
+            Target::Height(n, h) => {
+                let n = exact(n);
+                let p = [dot(&n, x), dot(&n, y)];
+                let plane = (p[0].square() + p[1].square()).sqrt();
+                let value = dot(&n, &self.center) - Ball::exact(*h) - self.radius * plane;
+                ([-p[0], -p[1]], plane, range(value, 0.0))
+            }
+        }
+    }
 }
 
 const WHOLE: f64 = std::f64::consts::TAU;
@@ -72,7 +122,14 @@ impl CurveShape {
     pub(super) fn segment(a: V3, b: V3) -> Self {
         let d = sub(&b, &a);
         let length = dot(&d, &d).sqrt();
-        Self::Segment(Box::new(SegmentShape { a, b, d, length }))
+        let rough = [rounded(&a), rounded(&d)];
+        Self::Segment(Box::new(SegmentShape {
+            a,
+            b,
+            d,
+            length,
+            rough,
+        }))
     }
 
     /// An arc that starts at `x` and turns towards `y`; `None` for one that turns back or more than once around.
@@ -101,6 +158,7 @@ impl CurveShape {
             turn,
             end: [cos, sin],
             ends,
+            rough: Circle::rounded(&center, [&x, &y, &z], radius),
         })))
     }
 }
@@ -129,6 +187,7 @@ impl CurveShape {
     pub(super) fn about(mut self, axis: V3) -> Self {
         if let Self::Arc(arc) = &mut self {
             arc.z = axis;
+            arc.rough.axes[2] = rounded(&axis);
         }
         self
     }
@@ -189,36 +248,19 @@ impl ArcShape {
         }
     }
 
-    /// The direction of the minimum (not normalised), and the value there if it is on the arc.
-    ///
-    /// Squared distance: with `w = q - center`, `p = (w.x, w.y)`: `(|p| - R)^2 + (w.z)^2`, along `p`. Height: `n.center - h -
-    /// R |(n.x, n.y)|`, against it.
-    fn inner(&self, target: &Target) -> ([Ball<Dd>; 2], [Dd; 2], Extent) {
-        match target {
-            Target::Point(q) => {
-                let w = sub(q, &self.center);
-                let p = [dot(&w, &self.x), dot(&w, &self.y)];
-                let off = dot(&w, &self.z);
-                let plane = (p[0].square() + p[1].square()).sqrt();
-                let gap = plane - self.radius;
-                let d = (gap.square() + off.square()).sqrt();
-                let reach = (self.radius.mid.hi / plane.mid.hi).sqrt();
-                (p, distance_range(d, 0.0), Extent::Root(reach))
-            }
-            Target::Height(n, h) => {
-                let p = [dot(n, &self.x), dot(n, &self.y)];
-                let plane = (p[0].square() + p[1].square()).sqrt();
-                let value = dot(n, &self.center) - *h - self.radius * plane;
-                let reach = (2.0 * self.radius.mid.hi / plane.mid.hi).sqrt();
-                ([-p[0], -p[1]], range(value, 0.0), Extent::Root(reach))
-            }
-        }
-    }
-
     fn minimum(&self, target: &Target) -> (Minimum, f64, f64) {
-        let (p, inner, extent) = self.inner(target);
+        let circle = Circle {
+            center: self.center,
+            axes: [self.x, self.y, self.z],
+            radius: self.radius,
+        };
+        let (p, length, inner) = circle.least(target);
+        let grow = match target {
+            Target::Point(_) => 1.0,
+            Target::Height(..) => 0.5,
+        };
+        let extent = Extent::Root((self.radius.mid.hi / (grow * length.mid.hi)).sqrt());
         let held = self.holds(p[0], p[1]);
-        let length = (p[0].square() + p[1].square()).sqrt();
         if held == Known::Yes {
             let d = [p[0] / length, p[1] / length];
             let point = along(
@@ -280,6 +322,14 @@ impl ClosedCurve {
         }
     }
 
+    /// A proven lower bound over the curve, of an arc over its whole circle. In f64: it only puts aside curves that are farther off.
+    pub(crate) fn least(&self, target: &Target) -> Dd {
+        match &self.shape {
+            CurveShape::Arc(arc) => arc.rough.least(target).2[0],
+            CurveShape::Segment(segment) => segment_least(target, &segment.rough),
+        }
+    }
+
     /// The minimum over the curve: for a segment, the foot where it is between the ends, else the nearer end. A squared
     /// distance on a segment is a parabola, a height is linear.
     pub(crate) fn minimum(&self, target: &Target) -> Minimum {
@@ -335,9 +385,40 @@ impl ClosedCurve {
     }
 }
 
+/// A lower bound over a segment `a + s d`, in f64. A distance is least at some `s` in a range that is the foot's, cut to `[0, 1]` as
+/// far as is known: the vectors from there, as one ball, bound it.
+fn segment_least(target: &Target, [a, d]: &[Vector<f64>; 2]) -> Dd {
+    match target {
+        Target::Point(q) => {
+            let w = sub(&exact(q), a);
+            let foot = dot(&w, d) / dot(d, d);
+            let s = if !(foot.rad < 1.0) {
+                // As good as a point: anywhere on it.
+                Ball { mid: 0.5, rad: 0.5 }
+            } else if foot.upper() <= 0.0 {
+                Ball::ZERO
+            } else if foot.lower() >= 1.0 {
+                Ball::ONE
+            } else {
+                foot
+            };
+            let w = along(&w, -s, d);
+            least_square(dot(&w, &w).sqrt(), 0.0)
+        }
+        Target::Height(n, h) => {
+            let n = exact(n);
+            let at = dot(&n, a) - Ball::exact(*h);
+            let ends = [at, at + dot(&n, d)].map(|x| range(x, 0.0)[0]);
+            if ends[1] < ends[0] { ends[1] } else { ends[0] }
+        }
+    }
+}
+
 /// The minimum, the part of the segment where it is, and how far that may be off.
 fn segment_minimum(target: &Target, segment: &SegmentShape) -> (Minimum, f64, f64) {
-    let SegmentShape { a, b, d, length } = segment;
+    let SegmentShape {
+        a, b, d, length, ..
+    } = segment;
     let length = *length;
     let at_end = |unique: bool, extent: Extent, least: Option<Dd>| {
         let [first, last] = [a, b].map(|p| target.range_at(p));
@@ -367,7 +448,7 @@ fn segment_minimum(target: &Target, segment: &SegmentShape) -> (Minimum, f64, f6
     };
     match target {
         Target::Height(n, _) => {
-            let slope = dot(n, d);
+            let slope = dot(&exact(n), d);
             let (length, slope) = (length.mid.hi, slope.mid.hi.abs() - slope.rad);
             if slope > 0.0 {
                 let slope = slope / length;
@@ -386,7 +467,7 @@ fn segment_minimum(target: &Target, segment: &SegmentShape) -> (Minimum, f64, f6
                     found.range[0] - Dd::from(8.0 * Dd::UNIT * found.range[0].magnitude());
                 return (found, s, 0.0);
             }
-            let w = sub(q, a);
+            let w = sub(&exact(q), a);
             let part = dot(&w, d) / length.square();
             let inside = part.lower() >= 0.0 && part.upper() <= 1.0;
             let outside = part.upper() < 0.0 || part.lower() > 1.0;

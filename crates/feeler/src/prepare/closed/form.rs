@@ -2,86 +2,39 @@
 
 use super::super::circle::normalized;
 use crate::numeric::{ATAN_ERROR, Ball, Dd, Interval, Real, atan2};
+use arrayvec::ArrayVec;
 
 /// What is minimised: the squared distance from a point, or `n.x - h`.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Target {
-    Point(V3),
-    Height(V3, Ball<Dd>),
+    Point([f64; 3]),
+    Height([f64; 3], f64),
 }
 
 impl Target {
     /// The value at a point.
-    pub(crate) fn range_at(&self, p: &V3) -> [Dd; 2] {
+    pub(crate) fn range_at<T: Real>(&self, p: &Vector<T>) -> [Dd; 2] {
         match self {
             Self::Point(q) => {
-                let w = sub(q, p);
+                let w = sub(&exact(q), p);
                 distance_range(dot(&w, &w).sqrt(), 0.0)
             }
-            Self::Height(n, h) => range(dot(n, p) - *h, 0.0),
+            Self::Height(n, h) => range(dot(&exact(n), p) - Ball::exact(*h), 0.0),
         }
     }
 }
 
-/// A vector or point with bounds.
-pub(crate) type V3 = [Ball<Dd>; 3];
+/// A vector or point with bounds, in one arithmetic.
+pub(crate) type Vector<T> = [Ball<T>; 3];
+/// The same in double-double.
+pub(crate) type V3 = Vector<Dd>;
 
 /// Makes up for the rounding of a bound that is computed in a few f64 operations.
 const UP: f64 = 1.0 + 32.0 * f64::EPSILON;
 
-/// A vector rounded to f64, and how far it may be from the true one in each coordinate.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Rough {
-    pub(super) v: [f64; 3],
-    off: f64,
-}
-
-impl Rough {
-    pub(super) fn new(v: &V3) -> Self {
-        let off = v.iter().map(|x| x.rad + x.mid.lo.abs());
-        Self {
-            v: v.map(|x| x.mid.hi),
-            off: off.fold(0.0, f64::max) * UP,
-        }
-    }
-
-    pub(super) fn exact(v: [f64; 3]) -> Self {
-        Self { v, off: 0.0 }
-    }
-
-    pub(super) fn off(&self) -> f64 {
-        self.off
-    }
-
-    /// The scalar product with another, and a bound on its error: `u = 2^-53`; three products and two sums of parts, each off by
-    /// three roundings at most, and what the vectors are off.
-    pub(super) fn dot(&self, o: &Self) -> (f64, f64) {
-        let (mut sum, mut size, mut left, mut right) = (0.0, 0.0, 0.0, 0.0);
-        for c in 0..3 {
-            let x = self.v[c] * o.v[c];
-            sum += x;
-            size += x.abs();
-            left += self.v[c].abs();
-            right += o.v[c].abs();
-        }
-        let off = 4.0 * f64::EPSILON * size + self.off * (right + 3.0 * o.off) + o.off * left;
-        (sum, off * UP + f64::MIN_POSITIVE)
-    }
-
-    /// The difference of two.
-    pub(super) fn sub(&self, o: &Self) -> Self {
-        let v: [f64; 3] = std::array::from_fn(|c| self.v[c] - o.v[c]);
-        let most = v.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
-        Self {
-            v,
-            off: (self.off + o.off + f64::EPSILON * most) * UP,
-        }
-    }
-}
-
-/// `(gap - off)^2` from below, or zero: the square of a distance of which `gap` is known within `off`.
-pub(super) fn least_square(gap: f64, off: f64) -> Dd {
-    let least = (gap.abs() - off) * (1.0 - 4.0 * f64::EPSILON);
+/// `(|gap| - slack)^2` from below, or zero: the square of a distance.
+pub(super) fn least_square(gap: Ball<f64>, slack: f64) -> Dd {
+    let least = (gap.mid.abs() - (gap.rad + slack) * UP) * (1.0 - 4.0 * f64::EPSILON);
     if !(least > 0.0) {
         return Dd::ZERO;
     }
@@ -89,28 +42,42 @@ pub(super) fn least_square(gap: f64, off: f64) -> Dd {
     square - Dd::from(4.0 * Dd::UNIT * square.hi)
 }
 
-pub(crate) fn exact(v: &[f64]) -> V3 {
+pub(crate) fn exact<T: Real>(v: &[f64]) -> Vector<T> {
     std::array::from_fn(|c| Ball::exact(v[c]))
 }
 
-pub(crate) fn dot(a: &V3, b: &V3) -> Ball<Dd> {
+/// Rounded to f64, with what that adds.
+pub(super) fn rounded(v: &V3) -> Vector<f64> {
+    v.map(lead)
+}
+
+pub(super) fn lead(x: Ball<Dd>) -> Ball<f64> {
+    Ball::from_dd(x.mid, x.rad)
+}
+
+#[inline]
+pub(crate) fn dot<T: Real>(a: &Vector<T>, b: &Vector<T>) -> Ball<T> {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
-pub(crate) fn sub(a: &V3, b: &V3) -> V3 {
+#[inline]
+pub(crate) fn sub<T: Real>(a: &Vector<T>, b: &Vector<T>) -> Vector<T> {
     std::array::from_fn(|c| a[c] - b[c])
 }
 
-pub(crate) fn add(a: &V3, b: &V3) -> V3 {
+#[inline]
+pub(crate) fn add<T: Real>(a: &Vector<T>, b: &Vector<T>) -> Vector<T> {
     std::array::from_fn(|c| a[c] + b[c])
 }
 
-pub(crate) fn scale(a: &V3, s: Ball<Dd>) -> V3 {
+#[inline]
+pub(crate) fn scale<T: Real>(a: &Vector<T>, s: Ball<T>) -> Vector<T> {
     a.map(|x| x * s)
 }
 
 /// `a + s b`.
-pub(crate) fn along(a: &V3, s: Ball<Dd>, b: &V3) -> V3 {
+#[inline]
+pub(crate) fn along<T: Real>(a: &Vector<T>, s: Ball<T>, b: &Vector<T>) -> Vector<T> {
     std::array::from_fn(|c| a[c] + s * b[c])
 }
 
@@ -120,9 +87,17 @@ pub(crate) fn unit(v: &V3) -> Option<V3> {
     out.iter().all(|x| x.rad < 1.0).then_some(out)
 }
 
+/// The point at a distance from one, against a direction: what that is off moves it by so much of the distance.
+pub(super) fn at_gap<T: Real>(q: &[f64; 3], gap: Ball<T>, up: &Vector<T>) -> V3 {
+    std::array::from_fn(|c| {
+        let step = gap * up[c];
+        Ball::exact(q[c]) - Ball::from_dd(step.mid.to_dd(), step.rad)
+    })
+}
+
 /// `[(|D| - slack)^2, (|D| + slack)^2]`, the first not below zero: bounds of a squared distance.
-pub(crate) fn distance_range(d: Ball<Dd>, slack: f64) -> [Dd; 2] {
-    let size = d.mid.abs();
+pub(crate) fn distance_range<T: Real>(d: Ball<T>, slack: f64) -> [Dd; 2] {
+    let size = d.mid.to_dd().abs();
     // The sum, the square and their roundings: 2^-102 each, of what is at most the result.
     let off = (d.rad + slack) * UP + f64::MIN_POSITIVE;
     let unit = |x: Dd, sign: f64| x + Dd::from(sign * 4.0 * Dd::UNIT * x.magnitude());
@@ -138,9 +113,10 @@ pub(crate) fn distance_range(d: Ball<Dd>, slack: f64) -> [Dd; 2] {
 }
 
 /// `[mid - rad - slack, mid + rad + slack]`, outward.
-pub(crate) fn range(x: Ball<Dd>, slack: f64) -> [Dd; 2] {
+pub(crate) fn range<T: Real>(x: Ball<T>, slack: f64) -> [Dd; 2] {
     let off = (x.rad + slack + 4.0 * Dd::UNIT * x.mid.magnitude()) * UP;
-    [x.mid - Dd::from(off), x.mid + Dd::from(off)]
+    let mid = x.mid.to_dd();
+    [mid - Dd::from(off), mid + Dd::from(off)]
 }
 
 /// A range of values, widened by a length: squared distances through their roots.
@@ -151,14 +127,14 @@ pub(crate) fn widened(target: &Target, r: [Dd; 2], slack: f64) -> [Dd; 2] {
     match target {
         Target::Height(..) => [
             range(
-                Ball {
+                Ball::<Dd> {
                     mid: r[0],
                     rad: 0.0,
                 },
                 2.0 * slack,
             )[0],
             range(
-                Ball {
+                Ball::<Dd> {
                     mid: r[1],
                     rad: 0.0,
                 },
@@ -193,8 +169,8 @@ pub(crate) struct Angle {
 ///
 /// The leading parts of `x` and `y` are off by `2^-53` of their size and by the radii: in all by `e` at most, which turns a
 /// vector of length `l >= 2 e` by less than `asin(e / (l - e)) <= 1.1 * 2 e / l`.
-pub(crate) fn angle(y: Ball<Dd>, x: Ball<Dd>) -> Angle {
-    let (a, b) = (x.mid.hi, y.mid.hi);
+pub(crate) fn angle<T: Real>(y: Ball<T>, x: Ball<T>) -> Angle {
+    let (a, b) = (x.mid.approximate(), y.mid.approximate());
     let l = a.abs().max(b.abs());
     let e = x.rad + y.rad + f64::EPSILON * l;
     let off = if 4.0 * e < l && l > f64::MIN_POSITIVE / f64::EPSILON {
@@ -216,12 +192,19 @@ pub(crate) struct Linear {
 }
 
 impl Linear {
-    pub(crate) fn at(&self, x: Ball<Dd>) -> Ball<Dd> {
+    pub(crate) fn inverse(&self) -> Self {
+        Self {
+            from: self.to,
+            to: self.from,
+        }
+    }
+
+    pub(crate) fn at<T: Real>(&self, x: Ball<T>) -> Ball<T> {
         if x.rad == 0.0 {
-            if x.mid == Dd::from(self.from.start) {
+            if x.mid == T::from_f64(self.from.start) {
                 return Ball::exact(self.to.start);
             }
-            if x.mid == Dd::from(self.from.end) {
+            if x.mid == T::from_f64(self.from.end) {
                 return Ball::exact(self.to.end);
             }
         }
@@ -270,17 +253,42 @@ impl Linear {
     }
 }
 
-/// Where an objective can have local minima in the interior of a surface.
+/// Ranges of a parameter: the copies of one at whole turns, three at most.
+pub(crate) type Copies = ArrayVec<[f64; 2], 3>;
+
+/// Boxes of native parameters: each range of `u` with each of `v`.
 #[derive(Clone, Debug)]
-pub(crate) enum Critical {
-    /// Nowhere.
-    None,
-    /// In these boxes of native parameters, only: at most one point or, on a focal set, one curve or all of it.
-    Boxes {
-        boxes: Vec<[[f64; 2]; 2]>,
-        /// What is there.
-        minimum: Minimum,
-    },
+pub(crate) struct Boxes {
+    pub(crate) u: Copies,
+    pub(crate) v: Copies,
+}
+
+impl Boxes {
+    pub(crate) fn one([u, v]: [[f64; 2]; 2]) -> Self {
+        let only = |r| Copies::from_iter([r]);
+        Self {
+            u: only(u),
+            v: only(v),
+        }
+    }
+
+    pub(crate) fn iter(&self) -> impl Iterator<Item = [[f64; 2]; 2]> {
+        self.v.iter().flat_map(|v| self.u.iter().map(|u| [*u, *v]))
+    }
+}
+
+/// Where an objective can have local minima in the interior of a surface: at most one point or, on a focal set, one curve or
+/// all of it.
+#[derive(Clone, Debug)]
+pub(crate) struct Critical {
+    /// In these boxes of native parameters, only.
+    pub(crate) boxes: Boxes,
+    /// What is there.
+    pub(crate) minimum: Minimum,
+    /// Whether the place is known to nearly all digits of f64.
+    pub(crate) sharp: bool,
+    /// The unit vector along which a distance grows, where it is sharp; of a height nothing.
+    pub(crate) up: Vector<f64>,
 }
 
 /// A minimum of an objective over a closed form.

@@ -21,7 +21,7 @@ pub(crate) struct ClosedHit {
     pub(crate) t: Ball<Dd>,
     pub(crate) point: V3,
     /// Boxes of native parameters, one of which holds it if it is in the domain.
-    pub(crate) boxes: Vec<[[f64; 2]; 2]>,
+    pub(crate) boxes: form::Boxes,
     pub(crate) uv: [f64; 2],
 }
 
@@ -62,7 +62,7 @@ fn plane_hits(p: &PlaneForm, line: &ClosedLine) -> Option<Vec<ClosedHit>> {
     Some(vec![ClosedHit {
         t,
         point: along(&line.origin, t, &line.direction),
-        boxes: vec![uv.map(|x| [x.lower(), x.upper()])],
+        boxes: form::Boxes::one(uv.map(|x| [x.lower(), x.upper()])),
         uv: uv.map(|x| x.mid.hi),
     }])
 }
@@ -73,25 +73,29 @@ fn plane_hits(p: &PlaneForm, line: &ClosedLine) -> Option<Vec<ClosedHit>> {
 /// a(s)^2 + b(s)^2` with linear `a`, `b`: exact, skew or not.
 fn revolution_hits(r: &RevolutionForm, line: &ClosedLine) -> Option<Vec<ClosedHit>> {
     let middle = Ball::exact(line.middle);
-    let w = along(&sub(&line.origin, &r.origin), middle, &line.direction);
+    let w = along(&sub(&line.origin, &r.fine.origin), middle, &line.direction);
     let d = &line.direction;
-    let [a, b, c] = match &r.profile {
+    let [a, b, c] = match &r.fine.profile {
         Profile::Arc { center, radius, .. } => {
             if center[0].magnitude().max(center[1].magnitude()) > ON_AXIS * radius {
                 return None;
             }
-            let w = along(&w, -center[2], &r.axis);
+            let w = along(&w, -center[2], &r.fine.axis);
             let square = Ball::exact(*radius).square();
             [dot(d, d), dot(&w, d), dot(&w, &w) - square]
         }
-        Profile::Line([p, q]) => {
+        Profile::Line { ends: [p, q], .. } => {
             let rise: [Ball<Dd>; 3] = std::array::from_fn(|k| q[k] - p[k]);
             if !(rise[2].mid.hi.abs() > LEAST_RISE * rise[0].mid.hi.abs() && rise[2].mid.hi != 0.0)
             {
                 return None;
             }
-            let (we, wb, wh) = (dot(&w, &r.e), dot(&w, &r.b), dot(&w, &r.axis));
-            let (de, db, dh) = (dot(d, &r.e), dot(d, &r.b), dot(d, &r.axis));
+            let (we, wb, wh) = (
+                dot(&w, &r.fine.e),
+                dot(&w, &r.fine.b),
+                dot(&w, &r.fine.axis),
+            );
+            let (de, db, dh) = (dot(d, &r.fine.e), dot(d, &r.fine.b), dot(d, &r.fine.axis));
             let (s0, s1) = ((wh - p[2]) / rise[2], dh / rise[2]);
             let (a0, b0) = (p[0] + rise[0] * s0, p[1] + rise[1] * s0);
             let (a1, b1) = (rise[0] * s1, rise[1] * s1);

@@ -12,7 +12,8 @@ mod plane;
 mod revolution;
 
 pub(crate) use curve::{ClosedCurve, CurveShape};
-pub(crate) use form::{Critical, Extent, Minimum, Target, V3, exact, widened};
+use form::Critical;
+pub(crate) use form::{Boxes, Extent, Minimum, Target, V3, exact, widened};
 pub(crate) use gap::frechet;
 pub(crate) use line::ClosedLine;
 
@@ -275,11 +276,27 @@ impl ClosedSurface {
         }
     }
 
-    /// Where the objective can have a local minimum within the surface's domain.
-    pub(crate) fn critical(&self, target: &Target) -> Critical {
+    /// Where the objective can have a local minimum within the surface's domain; `None` for nowhere. From numbers in f64.
+    pub(crate) fn critical(&self, target: &Target) -> Option<Critical> {
         match self {
             Self::Plane(p) => p.critical(target),
             Self::Revolution(r) => r.critical(target),
+        }
+    }
+
+    /// The same from numbers in double-double.
+    pub(crate) fn critical_fine(&self, target: &Target) -> Option<Critical> {
+        match self {
+            Self::Plane(p) => p.critical_fine(target),
+            Self::Revolution(r) => r.critical_fine(target),
+        }
+    }
+
+    /// The same minimum with its value to the last digits, of one that is [sharp](Critical::sharp).
+    pub(crate) fn sharpened(&self, target: &Target, found: &Critical) -> Minimum {
+        match self {
+            Self::Plane(p) => p.sharpened(target, found),
+            Self::Revolution(r) => r.sharpened(target, found),
         }
     }
 

@@ -2,10 +2,10 @@
 
 use super::curve::{ClosedCurve, CurveShape, UvPath};
 use super::form::{
-    Critical, Extent, Linear, Minimum, Rough, Target, V3, along, distance_range, dot, exact,
-    least_square, range, sub,
+    Boxes, Critical, Extent, Linear, Minimum, Target, V3, Vector, along, at_gap, distance_range,
+    dot, exact, lead, least_square, range, rounded, sub,
 };
-use crate::numeric::{Ball, Dd, Dyadic, Interval, sin_cos};
+use crate::numeric::{Ball, Dd, Dyadic, Interval, Real, sin_cos};
 use crate::nurbs::{Arc, NurbsSurface, Plane};
 use nalgebra::Vector4;
 
@@ -15,11 +15,12 @@ pub(crate) struct PlaneForm {
     pub(crate) origin: [f64; 3],
     pub(crate) x: V3,
     pub(crate) y: V3,
-    /// `x cross y`.
+    /// `x cross y`, and that as a unit vector.
     pub(crate) normal: V3,
-    length: Ball<Dd>,
-    /// The origin and the unit normal, rounded.
-    rough: [Rough; 2],
+    unit: V3,
+    /// Vectors whose products with an offset from the origin are its coordinates along `x` and `y`, and the unit normal: in f64,
+    /// to find where a foot is.
+    rough: [Vector<f64>; 3],
     /// `x.x`, `x.y`, `y.y` and the determinant.
     gram: [Ball<Dd>; 4],
     pub(crate) maps: [Linear; 2],
@@ -87,6 +88,14 @@ impl PlaneForm {
         let corner = |a: f64, b: f64| along(&along(&o, Ball::exact(a), &x), Ball::exact(b), &y);
         let [a, b] = extents;
         let length = gram[3].sqrt();
+        let unit = normal.map(|x| x / length);
+        let [xx, xy, yy, det] = gram;
+        let dual = |a: &V3, aa: Ball<Dd>, b: &V3| -> V3 {
+            std::array::from_fn(|c| (a[c] * aa - b[c] * xy) / det)
+        };
+        let rough = [dual(&x, yy, &y), dual(&y, xx, &x), unit]
+            .each_ref()
+            .map(rounded);
         Some(Self {
             origin,
             corners: [
@@ -95,8 +104,8 @@ impl PlaneForm {
                 corner(a.end, b.start),
                 corner(a.end, b.end),
             ],
-            length,
-            rough: [Rough::new(&o), Rough::new(&normal.map(|x| x / length))],
+            unit,
+            rough,
             similar,
             x,
             y,
@@ -118,13 +127,7 @@ impl PlaneForm {
         let (wx, wy) = (dot(w, &self.x), dot(w, &self.y));
         let [xx, xy, yy, det] = self.gram;
         let coordinates = [(wx * yy - wy * xy) / det, (wy * xx - wx * xy) / det];
-        [0, 1].map(|k| {
-            Linear {
-                from: self.maps[k].to,
-                to: self.maps[k].from,
-            }
-            .at(coordinates[k])
-        })
+        [0, 1].map(|k| self.maps[k].inverse().at(coordinates[k]))
     }
 
     pub(super) fn segment(&self, ends: [[Ball<Dd>; 2]; 2], trim: Option<usize>) -> ClosedCurve {
@@ -175,54 +178,58 @@ impl PlaneForm {
         })
     }
 
+    /// As that of a revolution: distances in f64, heights to their last digits.
     pub(super) fn least(&self, target: &Target) -> Dd {
         match target {
-            // In f64: it only puts aside faces that are farther off.
             Target::Point(q) => {
-                let [origin, unit] = &self.rough;
-                let (gap, off) = Rough::new(q).sub(origin).dot(unit);
-                least_square(gap, off)
+                let w: Vector<f64> = sub(&exact(q), &exact(&self.origin));
+                least_square(dot(&w, &self.rough[2]), 0.0)
             }
             // Linear: least at a corner.
             Target::Height(n, h) => {
+                let n: V3 = exact(n);
                 let values = self.corners.iter();
-                let values = values.map(|p| range(dot(n, p) - *h, 0.0)[0]);
+                let values = values.map(|p| range(dot(&n, p) - Ball::exact(*h), 0.0)[0]);
                 values.fold(Dd::from(f64::INFINITY), |m, x| if x < m { x } else { m })
             }
         }
     }
 
     /// A distance is least at the foot. A height has no minimum in the interior unless both its slopes vanish: where they do
-    /// so within their bounds, all of the plane counts.
-    pub(super) fn critical(&self, target: &Target) -> Critical {
+    /// so within their bounds, all of the plane counts. From numbers in f64, as far as they go.
+    pub(super) fn critical(&self, target: &Target) -> Option<Critical> {
+        let Target::Point(q) = target else {
+            return self.critical_fine(target);
+        };
+        let w: Vector<f64> = sub(&exact(q), &exact(&self.origin));
+        let [a, b, height] = self.rough.each_ref().map(|v| dot(&w, v));
+        let uv = [self.maps[0].inverse().at(a), self.maps[1].inverse().at(b)];
+        let range = distance_range(height, 0.0);
+        let point = at_gap(q, height, &self.rough[2]);
+        let sharp = a.rad.max(b.rad) < SHARP;
+        Some(self.at_foot(uv, range, point, sharp))
+    }
+
+    /// The same from numbers in double-double.
+    pub(super) fn critical_fine(&self, target: &Target) -> Option<Critical> {
         match target {
             Target::Point(q) => {
-                let w = sub(q, &exact(&self.origin));
-                let height = dot(&w, &self.normal) / self.length;
+                let w = sub(&exact(q), &exact(&self.origin));
                 let uv = self.parameters(&w);
-                let point = self.point(uv);
-                Critical::Boxes {
-                    boxes: vec![uv.map(|x| [x.lower(), x.upper()])],
-                    minimum: Minimum {
-                        range: distance_range(height, 0.0),
-                        point,
-                        uv: uv.map(|x| x.mid.hi),
-                        uv_off: [0.0; 2],
-                        unique: true,
-                        extent: Extent::Root(1.0),
-                    },
-                }
+                let range = distance_range(dot(&w, &self.unit), 0.0);
+                Some(self.at_foot(uv, range, self.point(uv), true))
             }
             Target::Height(n, h) => {
-                let slopes = [dot(n, &self.x), dot(n, &self.y)];
+                let n: V3 = exact(n);
+                let slopes = [dot(&n, &self.x), dot(&n, &self.y)];
                 if slopes.iter().any(|s| s.mid.abs().hi > s.rad * 2.0) {
-                    return Critical::None;
+                    return None;
                 }
                 let uv = [0, 1].map(|k| self.domain[k].mid());
                 let point = self.point(uv.map(Ball::exact));
-                let high = range(dot(n, &point) - *h, 0.0)[1];
-                Critical::Boxes {
-                    boxes: vec![self.domain.map(|d| [d.start, d.end])],
+                let high = range(dot(&n, &point) - Ball::exact(*h), 0.0)[1];
+                Some(Critical {
+                    boxes: Boxes::one(self.domain.map(|d| [d.start, d.end])),
                     minimum: Minimum {
                         range: [self.least(target), high],
                         point,
@@ -231,11 +238,51 @@ impl PlaneForm {
                         unique: false,
                         extent: Extent::Root(f64::INFINITY),
                     },
-                }
+                    sharp: false,
+                    up: self.rough[2],
+                })
             }
         }
     }
+
+    /// The same minimum to the last digits, of one that is sharp.
+    pub(super) fn sharpened(&self, target: &Target, found: &Critical) -> Minimum {
+        let Target::Point(q) = target else {
+            return found.minimum;
+        };
+        let height = dot(&sub(&exact(q), &exact(&self.origin)), &self.unit);
+        Minimum {
+            range: distance_range(height, 0.0),
+            point: at_gap(q, lead(height), &found.up),
+            ..found.minimum
+        }
+    }
+
+    fn at_foot<T: Real>(
+        &self,
+        uv: [Ball<T>; 2],
+        range: [Dd; 2],
+        point: V3,
+        sharp: bool,
+    ) -> Critical {
+        Critical {
+            boxes: Boxes::one(uv.map(|x| [x.lower(), x.upper()])),
+            minimum: Minimum {
+                range,
+                point,
+                uv: uv.map(|x| x.mid.approximate()),
+                uv_off: [0.0; 2],
+                unique: true,
+                extent: Extent::Root(1.0),
+            },
+            sharp,
+            up: self.rough[2],
+        }
+    }
 }
+
+/// Coordinates known within this part of the axes are sharp.
+const SHARP: f64 = 1.0 / (1u64 << 44) as f64;
 
 fn exact_pair(v: &[f64]) -> [Ball<Dd>; 2] {
     [Ball::exact(v[0]), Ball::exact(v[1])]

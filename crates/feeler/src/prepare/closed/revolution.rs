@@ -24,35 +24,47 @@
 use super::super::circle::normalized;
 use super::curve::{ClosedCurve, CurveShape, UvPath};
 use super::form::{
-    Angle, Critical, Extent, Linear, Minimum, Rough, Target, V3, add, along, angle, distance_range,
-    dot, exact, least_square, range, scale, sub, unit,
+    Angle, Boxes, Copies, Critical, Extent, Linear, Minimum, Target, V3, Vector, add, along, angle,
+    at_gap, distance_range, dot, exact, lead, least_square, range, rounded, scale, sub, unit,
 };
-use crate::numeric::{Ball, Dd, Interval, sin_cos};
+use crate::numeric::{Ball, Dd, Interval, Real, sin_cos};
 use crate::nurbs::{Curve3, Revolution};
 
 /// Profile points at `(a, b, h)`.
 #[derive(Clone, Debug)]
-pub(crate) enum Profile {
+pub(crate) enum Profile<T> {
     /// From the first to the second point as the parameter runs over its domain.
-    Line([[Ball<Dd>; 3]; 2]),
+    Line {
+        ends: [[Ball<T>; 3]; 2],
+        /// How far the second is from the first along `a` and `h`, and the length of that.
+        run: [Ball<T>; 2],
+        length: Ball<T>,
+    },
     /// `center + radius (cos x + sin y)`.
     Arc {
-        center: [Ball<Dd>; 3],
-        x: [Ball<Dd>; 3],
-        y: [Ball<Dd>; 3],
+        center: [Ball<T>; 3],
+        x: [Ball<T>; 3],
+        y: [Ball<T>; 3],
         radius: f64,
         angle: Interval,
     },
 }
 
+/// The frame and the profile in one arithmetic.
+#[derive(Clone, Debug)]
+pub(crate) struct Model<T> {
+    pub(crate) origin: Vector<T>,
+    pub(crate) axis: Vector<T>,
+    pub(crate) e: Vector<T>,
+    pub(crate) b: Vector<T>,
+    pub(crate) profile: Profile<T>,
+}
+
 #[derive(Clone, Debug)]
 pub(crate) struct RevolutionForm {
-    pub(crate) origin: V3,
-    pub(crate) axis: V3,
-    pub(crate) e: V3,
-    pub(crate) b: V3,
-    pub(crate) profile: Profile,
-    rough: RoughModel,
+    pub(crate) fine: Model<Dd>,
+    /// The same rounded to f64: it finds where minima are, and values to f64.
+    rough: Model<f64>,
     pub(crate) skew: f64,
     pub(crate) twist: f64,
     /// How far the true surface may be from the model, and points near a pole from it.
@@ -65,66 +77,168 @@ pub(crate) struct RevolutionForm {
     transposed: bool,
 }
 
-/// The model rounded to f64.
-#[derive(Clone, Debug)]
-struct RoughModel {
-    origin: Rough,
-    /// `e`, `b`, `axis`.
-    frame: [Rough; 3],
-    /// `(a, 0, h)` of the centre of an arc, or of the start of a segment.
-    from: Rough,
-    /// The radius of an arc, or the unit direction of a segment.
-    shape: Result<f64, Rough>,
+/// The target in the half-plane of the axis.
+struct Flat<T> {
+    /// What is across the axis, along `e` and `b`.
+    across: [Ball<T>; 2],
+    /// The length of that.
+    rho: Ball<T>,
+    /// What is along the axis.
+    h: Ball<T>,
 }
 
-impl RoughModel {
-    fn new(origin: &V3, frame: [&V3; 3], profile: &Profile) -> Self {
-        let flat = |p: &[Ball<Dd>; 3]| Rough::new(&[p[0], Ball::ZERO, p[2]]);
-        let (from, shape) = match profile {
-            Profile::Arc { center, radius, .. } => (flat(center), Ok(*radius)),
-            Profile::Line([p, q]) => {
-                let (da, dh) = (q[0] - p[0], q[2] - p[2]);
-                let length = (da.square() + dh.square()).sqrt();
-                (flat(p), Err(flat(&[da / length, Ball::ZERO, dh / length])))
-            }
-        };
-        Self {
-            origin: Rough::new(origin),
-            frame: frame.map(Rough::new),
-            from,
-            shape,
+impl Model<Dd> {
+    fn rounded(&self) -> Model<f64> {
+        Model {
+            origin: rounded(&self.origin),
+            axis: rounded(&self.axis),
+            e: rounded(&self.e),
+            b: rounded(&self.b),
+            profile: match &self.profile {
+                Profile::Line { ends, run, length } => Profile::Line {
+                    ends: ends.each_ref().map(rounded),
+                    run: run.map(lead),
+                    length: lead(*length),
+                },
+                Profile::Arc {
+                    center,
+                    x,
+                    y,
+                    radius,
+                    angle,
+                } => Profile::Arc {
+                    center: rounded(center),
+                    x: rounded(x),
+                    y: rounded(y),
+                    radius: *radius,
+                    angle: *angle,
+                },
+            },
         }
     }
 
-    /// How far a point is from the whole model (its circle or line turned all around), and a bound on the error.
-    ///
-    /// The distance from the axis is that of `(we, wb)`, and it and the height move the result by no more than they are off
-    /// (distances are 1-Lipschitz); the roots, sums and products that follow are off by a few units of what they are made of, and by
-    /// [`UNDERFLOW`] where squares vanish.
-    fn distance(&self, q: &V3) -> (f64, f64) {
-        let w = Rough::new(q).sub(&self.origin);
-        let [(we, e1), (wb, e2), (h, e3)] = [0, 1, 2].map(|k| w.dot(&self.frame[k]));
-        let rho = (we * we + wb * wb).sqrt();
-        let (x, y) = (rho - self.from.v[0], h - self.from.v[2]);
-        let mut size = rho + h.abs() + self.from.v[0].abs() + self.from.v[2].abs();
-        let mut off = e1 + e2 + e3 + 2.0 * self.from.off() + UNDERFLOW;
-        let gap = match &self.shape {
-            Ok(radius) => {
-                size += radius;
-                (x * x + y * y).sqrt() - radius
+    /// The profile's point `(a, b, h)` and its derivative's direction at its own parameter.
+    fn profile_at(&self, t: Ball<Dd>) -> (V3, V3) {
+        match &self.profile {
+            Profile::Line { ends: [p, q], .. } => {
+                let d = sub(q, p);
+                if t.rad == 0.0 && t.mid == Dd::ONE {
+                    return (*q, d);
+                }
+                (along(p, t, &d), d)
             }
-            Err(d) => {
-                off += d.off() * (x.abs() + y.abs());
-                d.v[0] * y - d.v[2] * x
+            Profile::Arc {
+                center,
+                x,
+                y,
+                radius,
+                ..
+            } => {
+                let (sin, cos) = sin_cos(t);
+                let r = Ball::exact(*radius);
+                (
+                    std::array::from_fn(|c| center[c] + r * (cos * x[c] + sin * y[c])),
+                    std::array::from_fn(|c| cos * y[c] - sin * x[c]),
+                )
             }
-        };
-        (gap, (off + 8.0 * f64::EPSILON * size) * 1.01)
+        }
+    }
+
+    /// A point or, from zero, a vector with coordinates `p`, turned by an angle.
+    fn turned(&self, from: &V3, p: &V3, sin: Ball<Dd>, cos: Ball<Dd>) -> V3 {
+        let a = cos * p[0] - sin * p[1];
+        let b = sin * p[0] + cos * p[1];
+        self.in_space(from, [a, b, p[2]])
     }
 }
 
-/// What a square below the least normal number, 2^-1022, can have been lost of a root: a square that underflows is
-/// of a number below 2^-511, 1.5e-154.
-const UNDERFLOW: f64 = 1e-150;
+impl<T: Real> Model<T> {
+    /// `from + a e + b b + h axis`.
+    fn in_space(&self, from: &Vector<T>, [a, b, h]: [Ball<T>; 3]) -> Vector<T> {
+        along(&along(&along(from, a, &self.e), b, &self.b), h, &self.axis)
+    }
+
+    /// `n` is taken against its direction: a height is least where `-n` points.
+    fn flatten(&self, target: &Target) -> Flat<T> {
+        let (v, sign) = match target {
+            Target::Point(q) => (sub(&exact(q), &self.origin), Ball::ONE),
+            Target::Height(n, _) => (exact(n), -Ball::<T>::ONE),
+        };
+        let across = [dot(&v, &self.e) * sign, dot(&v, &self.b) * sign];
+        Flat {
+            across,
+            rho: (across[0].square() + across[1].square()).sqrt(),
+            h: dot(&v, &self.axis),
+        }
+    }
+
+    /// `n.origin - h`.
+    fn base(&self, n: &[f64; 3], h: f64) -> Ball<T> {
+        dot(&exact(n), &self.origin) - Ball::exact(h)
+    }
+
+    /// Bounds of the least height on the whole model (on a segment: at its ends).
+    fn height(&self, base: Ball<T>, flat: &Flat<T>, slack: f64) -> [Dd; 2] {
+        match &self.profile {
+            Profile::Line { ends, .. } => {
+                let at = |p: &[Ball<T>; 3]| base + flat.h * p[2] - flat.rho * p[0];
+                let [a, b] = [0, 1].map(|k| range(at(&ends[k]), 2.0 * slack));
+                if a[0] < b[0] { a } else { b }
+            }
+            Profile::Arc { center, radius, .. } => {
+                let length = (flat.rho.square() + flat.h.square()).sqrt();
+                let center = base + flat.h * center[2] - flat.rho * center[0];
+                range(center - Ball::exact(*radius) * length, 2.0 * slack)
+            }
+        }
+    }
+
+    /// How far a point is from the line or the circle of the profile, with a sign.
+    fn gap(&self, flat: &Flat<T>) -> Ball<T> {
+        match &self.profile {
+            Profile::Line {
+                ends: [p, _],
+                run: [da, dh],
+                length,
+            } => (*da * (flat.h - p[2]) - *dh * (flat.rho - p[0])) / *length,
+            Profile::Arc { center, radius, .. } => {
+                let (x, y) = (flat.rho - center[0], flat.h - center[2]);
+                (x.square() + y.square()).sqrt() - Ball::exact(*radius)
+            }
+        }
+    }
+
+    /// The unit vector along which the [gap](Self::gap) grows.
+    fn up(&self, flat: &Flat<T>) -> Vector<T> {
+        let [a, h] = match &self.profile {
+            Profile::Line {
+                run: [da, dh],
+                length,
+                ..
+            } => [-*dh / *length, *da / *length],
+            Profile::Arc { center, .. } => {
+                let (x, y) = (flat.rho - center[0], flat.h - center[2]);
+                let length = (x.square() + y.square()).sqrt();
+                [x / length, y / length]
+            }
+        };
+        let a = a / flat.rho;
+        let zero = [Ball::ZERO; 3];
+        self.in_space(&zero, [a * flat.across[0], a * flat.across[1], h])
+    }
+
+    /// The foot of a height on an arc; on a segment it has none, or all of it is.
+    fn lowest(&self, flat: &Flat<T>) -> Option<Vector<T>> {
+        let Profile::Arc { center, radius, .. } = &self.profile else {
+            return None;
+        };
+        let length = (flat.rho.square() + flat.h.square()).sqrt();
+        let s = Ball::exact(*radius) / length;
+        let a = (center[0] + s * flat.rho) / flat.rho;
+        let h = center[2] - s * flat.h;
+        Some(self.in_space(&self.origin, [a * flat.across[0], a * flat.across[1], h]))
+    }
+}
 
 /// A profile is in closed form when `skew` is below this part of its least distance from the axis: what is within
 /// `3 skew` of the model is then known to about 2^-52 of that distance...
@@ -188,8 +302,11 @@ impl RevolutionForm {
                 let skew = ends[0][1].magnitude().max(ends[1][1].magnitude());
                 let least = ends[0][0].lower().min(ends[1][0].lower());
                 let rise = (ends[1][0] - ends[0][0]).mid.hi.abs();
-                let run = (ends[1][2] - ends[0][2]).mid.hi.abs();
-                (Profile::Line(ends), skew, least, rise > LEAST_SLOPE * run)
+                let along = (ends[1][2] - ends[0][2]).mid.hi.abs();
+                let run = [0, 2].map(|c| ends[1][c] - ends[0][c]);
+                let length = (run[0].square() + run[1].square()).sqrt();
+                let slopes = rise > LEAST_SLOPE * along;
+                (Profile::Line { ends, run, length }, skew, least, slopes)
             }
             Curve3::Arc(a) => {
                 let [x, y] = super::super::circle::axes(a);
@@ -219,13 +336,16 @@ impl RevolutionForm {
         } else {
             return None;
         };
-        Some(Self {
+        let fine = Model {
             origin,
             axis,
-            rough: RoughModel::new(&origin, [&e, &b, &axis], &profile),
             e,
             b,
             profile,
+        };
+        Some(Self {
+            rough: fine.rounded(),
+            fine,
             skew,
             twist,
             slack,
@@ -241,8 +361,8 @@ impl RevolutionForm {
     pub(super) fn name(&self) -> &'static str {
         /// Of the profile's size: what is nearer counts as equal.
         const SAME: f64 = 1.0 / (1u64 << 40) as f64;
-        match &self.profile {
-            Profile::Line([p, q]) => {
+        match &self.fine.profile {
+            Profile::Line { ends: [p, q], .. } => {
                 let [a, _, h] = [0, 1, 2].map(|c| (q[c].mid.hi - p[c].mid.hi).abs());
                 if a <= SAME * h {
                     "cylinder"
@@ -281,8 +401,8 @@ impl RevolutionForm {
     /// The profile's map from its own parameter (0 to 1 on a segment, the angle on an arc) to the native one.
     fn profile_map(&self) -> Linear {
         Linear {
-            from: match &self.profile {
-                Profile::Line(_) => UNIT_INTERVAL,
+            from: match &self.fine.profile {
+                Profile::Line { .. } => UNIT_INTERVAL,
                 Profile::Arc { angle, .. } => *angle,
             },
             to: self.profile_domain,
@@ -296,44 +416,6 @@ impl RevolutionForm {
             to: map.from,
         }
         .at(v)
-    }
-
-    /// The profile's point `(a, b, h)` and its derivative's direction at its own parameter.
-    fn profile_at(&self, t: Ball<Dd>) -> ([Ball<Dd>; 3], [Ball<Dd>; 3]) {
-        match &self.profile {
-            Profile::Line([p, q]) => {
-                let d: [Ball<Dd>; 3] = std::array::from_fn(|c| q[c] - p[c]);
-                if t.rad == 0.0 && t.mid == Dd::ONE {
-                    return (*q, d);
-                }
-                (std::array::from_fn(|c| p[c] + t * d[c]), d)
-            }
-            Profile::Arc {
-                center,
-                x,
-                y,
-                radius,
-                ..
-            } => {
-                let (sin, cos) = sin_cos(t);
-                let r = Ball::exact(*radius);
-                (
-                    std::array::from_fn(|c| center[c] + r * (cos * x[c] + sin * y[c])),
-                    std::array::from_fn(|c| cos * y[c] - sin * x[c]),
-                )
-            }
-        }
-    }
-
-    /// A point or, from zero, a vector with coordinates `p`, turned by an angle.
-    fn turned(&self, from: &V3, p: &[Ball<Dd>; 3], sin: Ball<Dd>, cos: Ball<Dd>) -> V3 {
-        let a = cos * p[0] - sin * p[1];
-        let b = sin * p[0] + cos * p[1];
-        along(
-            &along(&along(from, a, &self.e), b, &self.b),
-            p[2],
-            &self.axis,
-        )
     }
 
     /// Angular and profile parameter, in this order.
@@ -352,18 +434,20 @@ impl RevolutionForm {
     pub(super) fn point(&self, uv: [f64; 2]) -> V3 {
         let [u, v] = self.split(uv).map(Ball::exact);
         let (sin, cos) = sin_cos(self.angle_at(u));
-        let (p, _) = self.profile_at(self.own_parameter(v));
-        self.turned(&self.origin, &p, sin, cos)
+        let (p, _) = self.fine.profile_at(self.own_parameter(v));
+        self.fine.turned(&self.fine.origin, &p, sin, cos)
     }
 
     pub(super) fn normal(&self, uv: [f64; 2]) -> [f64; 3] {
         let [u, v] = self.split(uv).map(Ball::exact);
         let (sin, cos) = sin_cos(self.angle_at(u));
-        let (p, d) = self.profile_at(self.own_parameter(v));
+        let (p, d) = self.fine.profile_at(self.own_parameter(v));
         let zero = [Ball::ZERO; 3];
-        let slope = self.turned(&zero, &d, sin, cos).map(|x| x.mid.hi);
+        let slope = self.fine.turned(&zero, &d, sin, cos).map(|x| x.mid.hi);
         // The derivative by the angle: the part across, a quarter turn on.
-        let around = self.turned(&zero, &[-p[1], p[0], Ball::ZERO], sin, cos);
+        let around = self
+            .fine
+            .turned(&zero, &[-p[1], p[0], Ball::ZERO], sin, cos);
         let around = around.map(|x| x.mid.hi);
         let cross = |a: &[f64; 3], b: &[f64; 3]| {
             [
@@ -392,11 +476,11 @@ impl RevolutionForm {
         let mut ends = ends;
         if same(angular) {
             let (sin, cos) = sin_cos(self.angle_at(ends[0][angular]));
-            match &self.profile {
-                Profile::Line(_) => {
+            match &self.fine.profile {
+                Profile::Line { .. } => {
                     let at = |v| {
-                        let (p, _) = self.profile_at(self.own_parameter(v));
-                        self.turned(&self.origin, &p, sin, cos)
+                        let (p, _) = self.fine.profile_at(self.own_parameter(v));
+                        self.fine.turned(&self.fine.origin, &p, sin, cos)
                     };
                     let (a, b) = (at(ends[0][profile]), at(ends[1][profile]));
                     return Some(ClosedCurve::segment(a, b, ends, trim));
@@ -418,9 +502,9 @@ impl RevolutionForm {
                     let start: [Ball<Dd>; 3] = std::array::from_fn(|k| c * x[k] + s * y[k]);
                     let next: [Ball<Dd>; 3] = std::array::from_fn(|k| c * y[k] - s * x[k]);
                     let shape = CurveShape::arc(
-                        self.turned(&self.origin, center, sin, cos),
-                        self.turned(&zero, &start, sin, cos),
-                        self.turned(&zero, &next, sin, cos),
+                        self.fine.turned(&self.fine.origin, center, sin, cos),
+                        self.fine.turned(&zero, &start, sin, cos),
+                        self.fine.turned(&zero, &next, sin, cos),
                         Ball::exact(*radius),
                         to - from,
                     )?;
@@ -438,8 +522,8 @@ impl RevolutionForm {
         if !same(profile) {
             return None;
         }
-        let (p, _) = self.profile_at(self.own_parameter(ends[0][profile]));
-        let center = along(&self.origin, p[2], &self.axis);
+        let (p, _) = self.fine.profile_at(self.own_parameter(ends[0][profile]));
+        let center = along(&self.fine.origin, p[2], &self.fine.axis);
         let radius = (p[0].square() + p[1].square()).sqrt();
         if radius.magnitude() < self.slack {
             // A pole: a point within the surface's slack.
@@ -461,12 +545,12 @@ impl RevolutionForm {
         let next = [-unit[1], unit[0], Ball::ZERO];
         let shape = CurveShape::arc(
             center,
-            self.turned(&zero, &unit, sin, cos),
-            self.turned(&zero, &next, sin, cos),
+            self.fine.turned(&zero, &unit, sin, cos),
+            self.fine.turned(&zero, &next, sin, cos),
             radius,
             to - from,
         )?
-        .about(self.axis);
+        .about(self.fine.axis);
         Some(ClosedCurve {
             trim,
             shape,
@@ -477,157 +561,159 @@ impl RevolutionForm {
         })
     }
 
-    /// The target in the half-plane of the axis: what is across the axis (as `e`, `b` components), its length, and what
-    /// is along.
-    fn flatten(&self, target: &Target) -> ([Ball<Dd>; 2], Ball<Dd>, Ball<Dd>) {
-        let (v, sign) = match target {
-            Target::Point(q) => (sub(q, &self.origin), Ball::ONE),
-            Target::Height(n, _) => (*n, -Ball::<Dd>::ONE),
-        };
-        let w = [dot(&v, &self.e) * sign, dot(&v, &self.b) * sign];
-        (
-            w,
-            (w[0].square() + w[1].square()).sqrt(),
-            dot(&v, &self.axis),
-        )
-    }
-
-    /// `n.origin - h`.
-    fn base(&self, target: &Target) -> Ball<Dd> {
-        match target {
-            Target::Point(_) => Ball::ZERO,
-            Target::Height(n, h) => dot(n, &self.origin) - *h,
-        }
-    }
-
     /// The least value on the model, less the slack; for a squared distance on the whole of its line or circle.
+    ///
+    /// Of a distance in f64, which puts aside faces that are farther off; a height is least at the ends of a segment, and then as
+    /// good as what is found there: to its last digits it puts aside the rest of the face.
     pub(super) fn least(&self, target: &Target) -> Dd {
-        // In f64: it only puts aside faces that are farther off.
-        if let Target::Point(q) = target {
-            let (gap, off) = self.rough.distance(q);
-            return least_square(gap, off + self.slack);
-        }
-        let (_, rho, h) = self.flatten(target);
-        self.value(target, rho, h)[0]
-    }
-
-    /// Bounds of the least value on the whole model (on a segment: of a height, its ends).
-    fn value(&self, target: &Target, rho: Ball<Dd>, h: Ball<Dd>) -> [Dd; 2] {
-        match (target, &self.profile) {
-            (Target::Point(_), Profile::Line([p, q])) => {
-                let (da, dh) = (q[0] - p[0], q[2] - p[2]);
-                let length = (da.square() + dh.square()).sqrt();
-                let cross = da * (h - p[2]) - dh * (rho - p[0]);
-                distance_range(cross / length, self.slack)
+        match target {
+            Target::Point(_) => {
+                let flat = self.rough.flatten(target);
+                least_square(self.rough.gap(&flat), self.slack)
             }
-            (Target::Point(_), Profile::Arc { center, radius, .. }) => {
-                let (x, y) = (rho - center[0], h - center[2]);
-                let off = (x.square() + y.square()).sqrt() - Ball::exact(*radius);
-                distance_range(off, self.slack)
-            }
-            (Target::Height(..), Profile::Line(ends)) => {
-                let base = self.base(target);
-                let [a, b] = ends.map(|p| range(base + h * p[2] - rho * p[0], 2.0 * self.slack));
-                if a[0] < b[0] { a } else { b }
-            }
-            (Target::Height(..), Profile::Arc { center, radius, .. }) => {
-                let length = (rho.square() + h.square()).sqrt();
-                let base = self.base(target) + h * center[2] - rho * center[0];
-                range(base - Ball::exact(*radius) * length, 2.0 * self.slack)
+            Target::Height(n, h) => {
+                let base = self.fine.base(n, *h);
+                let flat = self.fine.flatten(target);
+                self.fine.height(base, &flat, self.slack)[0]
             }
         }
     }
 
-    /// See the module's description.
-    pub(super) fn critical(&self, target: &Target) -> Critical {
-        let (w, rho, h) = self.flatten(target);
-        let (t_box, t, extent_profile) = match self.critical_profile(target, rho, h) {
-            Some(found) => found,
-            None => return Critical::None,
-        };
-        let azimuth = angle(w[1], w[0]);
+    /// See the module's description; from numbers in f64.
+    pub(super) fn critical(&self, target: &Target) -> Option<Critical> {
+        self.critical_of(&self.rough, target)
+    }
+
+    /// The same from numbers in double-double.
+    pub(super) fn critical_fine(&self, target: &Target) -> Option<Critical> {
+        self.critical_of(&self.fine, target)
+    }
+
+    fn critical_of<T: Real>(&self, model: &Model<T>, target: &Target) -> Option<Critical> {
+        let flat = model.flatten(target);
+        let profile = self.critical_profile(model, target, &flat)?;
+        let azimuth = angle(flat.across[1], flat.across[0]);
         let known = azimuth.off + self.twist < KNOWN;
-        let (boxes, uv) = match self.boxes(azimuth, t_box, t) {
-            Some(found) => found,
-            None => return Critical::None,
+        let (boxes, uv) = self.boxes(azimuth, profile.range, profile.at)?;
+        let narrow = profile.range[1] - profile.range[0];
+        let tells = known && narrow < 1.0;
+        let mut up = [Ball::ZERO; 3];
+        let (range, foot) = match target {
+            Target::Point(q) => {
+                let gap = model.gap(&flat);
+                let foot = tells.then(|| {
+                    let fine = model.up(&flat);
+                    up = fine.map(|x| Ball::from_dd(x.mid.to_dd(), x.rad));
+                    at_gap(q, gap, &fine)
+                });
+                (distance_range(gap, self.slack), foot)
+            }
+            Target::Height(n, h) => {
+                let foot = model.lowest(&flat).filter(|_| tells);
+                let foot = foot.map(|p| p.map(|x| Ball::from_dd(x.mid.to_dd(), x.rad)));
+                (model.height(model.base(n, *h), &flat, self.slack), foot)
+            }
         };
-        let unique = known && t_box[1] - t_box[0] < 1.0;
-        let point = if unique {
-            self.foot(target, w, rho, h)
-        } else {
-            self.point(uv)
-        };
+        let unique = foot.is_some();
+        let point = foot.map_or_else(|| self.point(uv), |p| self.with_slack(p));
         // Around the axis: the growth of f over s^2 is rho / r for a distance, (rho / r) / 2 for a height.
-        let radius = point_radius(self, &point);
+        let radius = self.radius_at(&point);
         let grow = match target {
-            Target::Point(_) => rho.mid.hi / radius,
-            Target::Height(..) => 0.5 * rho.mid.hi / radius,
+            Target::Point(_) => flat.rho.mid.approximate() / radius,
+            Target::Height(..) => 0.5 * flat.rho.mid.approximate() / radius,
         };
         let around = (1.0 / grow).sqrt();
-        Critical::Boxes {
+        Some(Critical {
             boxes,
             minimum: Minimum {
                 range: if unique {
-                    self.value(target, rho, h)
+                    range
                 } else {
                     // The point is one of many, and not the lowest to the last digit.
-                    [self.value(target, rho, h)[0], target.range_at(&point)[1]]
+                    [range[0], target.range_at(&point)[1]]
                 },
                 point,
                 uv,
                 uv_off: [0.0; 2],
                 unique,
-                extent: Extent::Root(around.max(extent_profile)),
+                extent: Extent::Root(around.max(profile.reach)),
             },
+            sharp: unique && azimuth.off < SHARP && narrow < SHARP,
+            up,
+        })
+    }
+
+    /// The same minimum to the last digits, of one that is sharp.
+    pub(super) fn sharpened(&self, target: &Target, found: &Critical) -> Minimum {
+        let flat = self.fine.flatten(target);
+        let (range, point) = match target {
+            Target::Point(q) => {
+                let gap = self.fine.gap(&flat);
+                let range = distance_range(gap, self.slack);
+                (range, Some(at_gap(q, lead(gap), &found.up)))
+            }
+            Target::Height(n, h) => {
+                let base = self.fine.base(n, *h);
+                let range = self.fine.height(base, &flat, self.slack);
+                (range, self.fine.lowest(&flat))
+            }
+        };
+        Minimum {
+            range,
+            point: point.map_or(found.minimum.point, |p| self.with_slack(p)),
+            ..found.minimum
         }
+    }
+
+    fn with_slack(&self, p: V3) -> V3 {
+        p.map(|x| Ball {
+            mid: x.mid,
+            rad: x.rad + self.slack,
+        })
+    }
+
+    /// The distance of a point from the axis, rounded.
+    fn radius_at(&self, p: &V3) -> f64 {
+        let w: [f64; 3] = std::array::from_fn(|c| p[c].mid.hi - self.rough.origin[c].mid);
+        let along = |d: &Vector<f64>| (0..3).map(|c| w[c] * d[c].mid).sum::<f64>();
+        let (a, b) = (along(&self.rough.e), along(&self.rough.b));
+        (a * a + b * b).sqrt()
     }
 
     /// The boxes of native parameters that hold the points whose azimuth is that of a vector, within `twist`, and whose own
     /// profile parameter is in a range, and the parameters of one of them, rounded into the domain. `None` if none is near
     /// the domain.
-    #[allow(clippy::type_complexity)] // Named nowhere else.
-    fn boxes(
-        &self,
-        azimuth: Angle,
-        t_box: [f64; 2],
-        t: f64,
-    ) -> Option<(Vec<[[f64; 2]; 2]>, [f64; 2])> {
+    fn boxes(&self, azimuth: Angle, t_box: [f64; 2], t: f64) -> Option<(Boxes, [f64; 2])> {
         let map = self.profile_map();
-        let native = |b: [f64; 2], t: f64| (map.range(b), map.rough(t));
-        let v_boxes: Vec<([f64; 2], f64)> = match &self.profile {
-            Profile::Line(_) => vec![native(t_box, t)],
-            Profile::Arc { angle, .. } => {
-                let copies = turns(t_box, t, *angle).into_iter();
-                copies.map(|(b, t)| native(b, t)).collect()
-            }
+        let (vs, v) = match &self.fine.profile {
+            Profile::Line { .. } => (Copies::from_iter([map.range(t_box)]), map.rough(t)),
+            Profile::Arc { angle, .. } => turns(t_box, t, *angle, &map)?,
         };
         let off = azimuth.off + self.twist;
-        let u_boxes: Vec<([f64; 2], f64)> = if off < KNOWN {
-            let map = self.angular();
-            let copies = turns([azimuth.at - off, azimuth.at + off], azimuth.at, self.angle);
-            let native = |(b, a)| (map.range(b), map.rough(a));
-            copies.into_iter().map(native).collect()
+        let (us, u) = if off < KNOWN {
+            let around = [azimuth.at - off, azimuth.at + off];
+            turns(around, azimuth.at, self.angle, &self.angular())?
         } else {
             let d = self.angle_domain;
-            vec![([d.start, d.end], d.mid())]
+            (Copies::from_iter([[d.start, d.end]]), d.mid())
         };
-        let (first_u, first_v) = (u_boxes.first()?, v_boxes.first()?);
-        let uv = self.join(first_u.1, first_v.1);
         let domain = self.join(self.angle_domain, self.profile_domain);
+        let uv = self.join(u, v);
         let uv = [0, 1].map(|k| uv[k].clamp(domain[k].start, domain[k].end));
-        let pairs = v_boxes
-            .iter()
-            .flat_map(|v| u_boxes.iter().map(|u| self.join(u.0, v.0)));
-        Some((pairs.collect(), uv))
+        let [u, v] = self.join(us, vs);
+        Some((Boxes { u, v }, uv))
     }
 
     /// The boxes of a point of the surface given relative to the origin: see [`boxes`](Self::boxes).
-    #[allow(clippy::type_complexity)] // As above.
-    pub(super) fn locate(&self, w: &V3) -> Option<(Vec<[[f64; 2]; 2]>, [f64; 2])> {
-        let (we, wb, h) = (dot(w, &self.e), dot(w, &self.b), dot(w, &self.axis));
+    pub(super) fn locate(&self, w: &V3) -> Option<(Boxes, [f64; 2])> {
+        let (we, wb, h) = (
+            dot(w, &self.fine.e),
+            dot(w, &self.fine.b),
+            dot(w, &self.fine.axis),
+        );
         let azimuth = angle(wb, we);
-        match &self.profile {
-            Profile::Line([p, q]) => {
+        match &self.fine.profile {
+            Profile::Line { ends: [p, q], .. } => {
                 let s = (h - p[2]) / (q[2] - p[2]);
                 // Rounded outward a little more: `range` maps ends exactly, and this is none.
                 let b = [s.lower().next_down(), s.upper().next_up()];
@@ -658,105 +744,97 @@ impl RevolutionForm {
         }
     }
 
-    /// Where on the profile, in its own parameter, the minimum in the half-plane is: a range, a value, and how far it
-    /// extends along the profile.
+    /// Where on the profile the minimum in the half-plane is.
     ///
     /// With `q` (or `-n`) turned away from the half-plane by at most `twist`, its coordinates there are `rho cos`, `rho
     /// sin`, off by `rho twist^2` and `rho twist`; the second counts `skew` over the profile's length at most.
-    fn critical_profile(
+    fn critical_profile<T: Real>(
         &self,
+        model: &Model<T>,
         target: &Target,
-        rho: Ball<Dd>,
-        h: Ball<Dd>,
-    ) -> Option<([f64; 2], f64, f64)> {
+        &Flat { rho, h, .. }: &Flat<T>,
+    ) -> Option<OnProfile> {
         let turn = rho.magnitude() * self.twist * 1.01;
-        match &self.profile {
-            Profile::Line([p, q]) => {
-                let (da, dh) = (q[0] - p[0], q[2] - p[2]);
-                let square = da.square() + dh.square();
+        match &model.profile {
+            Profile::Line {
+                ends: [p, _],
+                run: [da, dh],
+                length,
+            } => {
+                let off = turn * (self.twist * da.magnitude() + 2.0 * self.skew);
                 if let Target::Height(..) = target {
-                    let slope = h * dh - rho * da;
-                    let off = slope.rad + turn * (self.twist * da.magnitude() + 2.0 * self.skew);
-                    if slope.mid.hi.abs() > 2.0 * off {
+                    let slope = h * *dh - rho * *da;
+                    if slope.mid.magnitude() > 2.0 * (slope.rad + off) {
                         return None;
                     }
-                    return Some(([0.0, 1.0], 0.5, f64::INFINITY));
+                    return Some(OnProfile {
+                        range: [0.0, 1.0],
+                        at: 0.5,
+                        reach: f64::INFINITY,
+                    });
                 }
-                let t = ((rho - p[0]) * da + (h - p[2]) * dh) / square;
-                let off = turn * (self.twist * da.magnitude() + 2.0 * self.skew) / square.lower();
-                let off = off * (1.0 + 8.0 * f64::EPSILON);
-                Some((
-                    [(t.lower() - off).next_down(), (t.upper() + off).next_up()],
-                    t.mid.hi,
-                    1.0,
-                ))
+                let square = length.square();
+                let t = ((rho - p[0]) * *da + (h - p[2]) * *dh) / square;
+                let off = off / square.lower() * (1.0 + 8.0 * f64::EPSILON);
+                Some(OnProfile {
+                    range: [(t.lower() - off).next_down(), (t.upper() + off).next_up()],
+                    at: t.mid.approximate(),
+                    reach: 1.0,
+                })
             }
             Profile::Arc {
                 center,
                 x,
                 y,
                 radius,
-                ..
+                angle: whole,
             } => {
                 let (da, dh) = match target {
                     Target::Point(_) => (rho - center[0], h - center[2]),
                     Target::Height(..) => (rho, -h),
                 };
-                let extra = |b: Ball<Dd>| Ball {
+                let extra = |b: Ball<T>| Ball {
                     mid: b.mid,
                     rad: b.rad + turn * 2.0 + self.skew * 2.0,
                 };
                 let dx = extra(da * x[0] + dh * x[2]);
                 let dy = extra(da * y[0] + dh * y[2]);
-                let length = (da.mid.hi.powi(2) + dh.mid.hi.powi(2)).sqrt();
+                let (a, b) = (da.mid.approximate(), dh.mid.approximate());
+                let length = (a * a + b * b).sqrt();
                 let grow = match target {
                     Target::Point(_) => length / radius,
                     Target::Height(..) => 0.5 * length / radius,
                 };
                 let at = angle(dy, dx);
-                let reach = (1.0 / grow).sqrt();
-                if at.off.is_finite() {
-                    Some(([at.at - at.off, at.at + at.off], at.at, reach))
+                Some(if at.off.is_finite() {
+                    OnProfile {
+                        range: [at.at - at.off, at.at + at.off],
+                        at: at.at,
+                        reach: (1.0 / grow).sqrt(),
+                    }
                 } else {
-                    let Profile::Arc { angle, .. } = &self.profile else {
-                        return None;
-                    };
-                    Some(([angle.start, angle.end], angle.mid(), f64::INFINITY))
-                }
+                    OnProfile {
+                        range: [whole.start, whole.end],
+                        at: whole.mid(),
+                        reach: f64::INFINITY,
+                    }
+                })
             }
         }
     }
-
-    /// The foot on the model.
-    fn foot(&self, target: &Target, w: [Ball<Dd>; 2], rho: Ball<Dd>, h: Ball<Dd>) -> V3 {
-        let (a, up) = match &self.profile {
-            Profile::Line([p, q]) => {
-                let (da, dh) = (q[0] - p[0], q[2] - p[2]);
-                let t = ((rho - p[0]) * da + (h - p[2]) * dh) / (da.square() + dh.square());
-                (p[0] + t * da, p[2] + t * dh)
-            }
-            Profile::Arc { center, radius, .. } => {
-                let (da, dh) = match target {
-                    Target::Point(_) => (rho - center[0], h - center[2]),
-                    Target::Height(..) => (rho, -h),
-                };
-                let s = Ball::exact(*radius) / (da.square() + dh.square()).sqrt();
-                (center[0] + s * da, center[2] + s * dh)
-            }
-        };
-        let s = a / rho;
-        let p = along(
-            &along(&along(&self.origin, s * w[0], &self.e), s * w[1], &self.b),
-            up,
-            &self.axis,
-        );
-        p.map(|x| Ball {
-            mid: x.mid,
-            rad: x.rad + self.slack,
-        })
-    }
 }
 
+/// A place on a profile, in its own parameter.
+struct OnProfile {
+    range: [f64; 2],
+    /// One of them.
+    at: f64,
+    /// How far it extends along the profile: see [`Extent::Root`].
+    reach: f64,
+}
+
+/// Angles and profile parameters known within this are sharp: a foot from them is off by that part of its distance.
+const SHARP: f64 = 1.0 / (1u64 << 44) as f64;
 /// An azimuth known no better than this, in radians, is not known.
 const KNOWN: f64 = 1.0;
 const UNIT_INTERVAL: Interval = Interval {
@@ -768,14 +846,8 @@ const ON_AXIS: f64 = 1e-28;
 /// A circle with a radius known no better than this is none.
 const HARDLY: f64 = (1u64 << 40) as f64;
 
-fn point_radius(s: &RevolutionForm, p: &V3) -> f64 {
-    let w: [f64; 3] = std::array::from_fn(|c| (p[c].mid - s.origin[c].mid).hi);
-    let [(a, _), (b, _)] = [0, 1].map(|k| Rough::exact(w).dot(&s.rough.frame[k]));
-    (a * a + b * b).sqrt()
-}
-
 /// The least `a` on an arc's profile: at an end, or at the circle's far side if the arc holds it.
-fn least_distance(profile: &Profile) -> Option<f64> {
+fn least_distance(profile: &Profile<Dd>) -> Option<f64> {
     let Profile::Arc {
         center,
         x,
@@ -794,8 +866,12 @@ fn least_distance(profile: &Profile) -> Option<f64> {
     if !far.off.is_finite() {
         return None;
     }
-    let held = turns([far.at - far.off, far.at + far.off], far.at, *range);
-    let inner = if held.is_empty() {
+    let same = Linear {
+        from: *range,
+        to: *range,
+    };
+    let held = turns([far.at - far.off, far.at + far.off], far.at, *range, &same);
+    let inner = if held.is_none() {
         f64::INFINITY
     } else {
         (center[0] - Ball::exact(*radius)).lower()
@@ -803,20 +879,27 @@ fn least_distance(profile: &Profile) -> Option<f64> {
     Some(a(range.start).min(a(range.end)).min(inner))
 }
 
-/// The copies of a range of angles, at whole turns, that meet another: each cut to it, with the angle itself moved likewise.
-fn turns(b: [f64; 2], at: f64, range: Interval) -> Vec<([f64; 2], f64)> {
+/// The images of those copies of a range of angles, at whole turns, that meet another, and that of the angle itself, moved with the first;
+/// `None` if none does.
+///
+/// Neither range is longer than a turn, up to roundings: the whole numbers of turns by which one must be moved to meet the other are in
+/// an interval hardly longer than 2, so they are three at most.
+fn turns(b: [f64; 2], at: f64, range: Interval, map: &Linear) -> Option<(Copies, f64)> {
     // Angles are below 2^30, so a turn more or less is off by less than this.
     let size = range.start.abs().max(range.end.abs()) + b[0].abs().max(b[1].abs()) + 8.0;
     let off = 8.0 * f64::EPSILON * size;
-    let first = ((range.start - b[1] - off) / TURN).floor();
-    let mut out = Vec::new();
-    let mut k = first;
-    while TURN * k + b[0] - off <= range.end {
-        let moved = [b[0] + TURN * k - off, b[1] + TURN * k + off];
-        if moved[1] >= range.start && moved[0] <= range.end {
-            out.push((moved, at + TURN * k));
+    let (low, high) = (b[0] - off, b[1] + off);
+    let least = ((range.start - high) / TURN).floor();
+    let (mut copies, mut first) = (Copies::new(), None);
+    for k in 0..=3 {
+        let turn = TURN * (least + f64::from(k));
+        if turn + low > range.end || copies.is_full() {
+            break;
         }
-        k += 1.0;
+        if turn + high >= range.start {
+            copies.push(map.range([turn + low, turn + high]));
+            first = first.or(Some(map.rough(at + turn)));
+        }
     }
-    out
+    Some((copies, first?))
 }
