@@ -15,6 +15,7 @@
 //! | `search` | the least value of an objective over trimmed faces: [`Second::distance`], [`Second::half_space`] |
 //! | `contacts` | all local minimisers: [`Second::sphere_contacts`], [`Second::half_space_contacts`] |
 //! | `standing` | whether a place on a border of a face is one |
+//! | `pole` | whether there is one at a side of the domain that is one point in space |
 //! | `line` | [`Second::line`] and [`Second::inside`] |
 //! | [`analytic`] | closed forms |
 //! | `polynomial`, `candidates`, `isolate` | exact roots: Sturm chains, eigenvalues as candidates |
@@ -32,6 +33,7 @@ mod isolate;
 mod line;
 pub mod number;
 mod pieces;
+mod pole;
 mod polynomial;
 mod rational;
 mod region;

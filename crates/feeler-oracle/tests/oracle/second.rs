@@ -203,3 +203,83 @@ fn a_fall_within_rounding_at_a_seam_is_no_way_down() {
         }
     }
 }
+
+/// The suite `contacts`, query 13, and others like it: a ball on the axis of the socket, whose NURBS sphere has its
+/// poles there. The foot is next to a pole, 4e-16 or so, and what falls from there by rounding once hid that the rest was
+/// not decided: the list was empty.
+#[test]
+fn a_ball_before_a_pole_has_its_contact_there() {
+    let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR"))
+        .join("../../corpora/models/thesis/ball_joint_cavity_nurbs.3dm");
+    let model = feeler_corpus::Model::load(&path, None).unwrap();
+    let breps: Vec<&Brep> = model.breps.iter().collect();
+    let second = Second::new(&breps);
+    const SIZE: f64 = 24.0;
+    for center in [
+        [
+            -2.960489659487978e-17,
+            4.7218470788364426e-17,
+            2.016657346725867,
+        ],
+        [1e-13, 0.0, 2.25],
+    ] {
+        one_contact(&second, center, 2.5, SIZE);
+    }
+}
+
+/// The one contact of a ball in a sphere about the origin, which the ball's centre is not.
+#[track_caller]
+fn one_contact(second: &Second<'_>, center: [f64; 3], radius: f64, size: f64) {
+    let from = Vector3::from(center);
+    let d = (radius - from.norm()).abs();
+    match second.sphere_contacts(center, d + 1e-8, size) {
+        SecondContacts::All(all) => {
+            assert_eq!(all.len(), 1, "{center:?}: {all:?}");
+            let foot = from.normalize() * radius;
+            for k in 0..3 {
+                let [lo, hi] = all[0].at[k];
+                // What is joined is taken for one.
+                assert!(
+                    lo - 1e-9 < foot[k] && foot[k] < hi + 1e-9,
+                    "{center:?}: {all:?}"
+                );
+                assert!(hi - lo < 1e-9);
+            }
+            let [lo, hi] = all[0]
+                .f
+                .each_ref()
+                .map(feeler::numeric::Dyadic::approximate);
+            assert!(lo - 1e-14 < d && d < hi + 1e-14, "{center:?}: {all:?}");
+        }
+        SecondContacts::Open(why) => panic!("{center:?}: {why}"),
+    }
+}
+
+/// The same of a native sphere, whose profile ends on the axis up to rounding, from both sides.
+#[test]
+fn native_poles() {
+    let surface = Revolution::new(Revolution {
+        origin: Point3::origin(),
+        axis: Vector3::new(0.0, 0.0, 1.0),
+        angle: interval(0.0, 2.0 * PI),
+        angle_domain: interval(0.0, 2.0 * PI),
+        profile: Curve3::Arc(
+            Arc::new(Arc {
+                center: Point3::origin(),
+                x: Vector3::new(1.0, 0.0, 0.0),
+                y: Vector3::new(0.0, 0.0, 1.0),
+                z: Vector3::new(0.0, -1.0, 0.0),
+                radius: 2.0,
+                angle: interval(-PI / 2.0, PI / 2.0),
+                domain: interval(-PI / 2.0, PI / 2.0),
+            })
+            .unwrap(),
+        ),
+        transposed: false,
+    });
+    let sphere = brep(Surface::Revolution(surface.unwrap()), None);
+    let second = Second::new(&[&sphere]);
+    for (x, z) in [(0.0, 1.5), (1e-17, -1.75), (-1e-12, -4.0)] {
+        one_contact(&second, [x, 0.0, z], 2.0, 4.0);
+    }
+}
