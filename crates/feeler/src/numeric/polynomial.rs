@@ -1,6 +1,7 @@
 //! Integer polynomials on [0, 1], exactly.
 
-use dashu_int::ops::{Gcd, UnsignedAbs};
+use super::gcd;
+use dashu_int::ops::UnsignedAbs;
 use dashu_int::{IBig, UBig};
 use std::cmp::Ordering;
 
@@ -315,7 +316,7 @@ impl Polynomial {
         for a in &self.coefficients {
             if *a != IBig::ZERO {
                 let m = a.clone().unsigned_abs();
-                g = if g == UBig::ZERO { m } else { g.gcd(m) };
+                g = if g == UBig::ZERO { m } else { gcd(g, m) };
                 if g == UBig::ONE {
                     return self;
                 }
@@ -362,7 +363,7 @@ impl Polynomial {
             if top == IBig::ZERO {
                 continue;
             }
-            let g = IBig::from(top.clone().unsigned_abs().gcd(lead.clone().unsigned_abs()));
+            let g = IBig::from(gcd(top.clone().unsigned_abs(), lead.clone().unsigned_abs()));
             let (scale, factor) = (lead / &g, top / &g);
             for c in &mut r {
                 *c *= &scale;

@@ -252,7 +252,8 @@ pub struct LineAnswer {
 pub struct SideAnswer {
     /// Where the point lies; `None` with `undecided`.
     pub side: Option<Side>,
-    /// Whether the point is in the closed box of two loop end points that do not meet.
+    /// Whether the point is in the closed box of two loop end points that do not meet; within about 1e-29 of where a native
+    /// arc ends, it may be just outside.
     pub in_gap: bool,
     /// Set when the side could not be settled.
     pub undecided: Option<Undecided>,

@@ -18,7 +18,8 @@ pub struct RegionSide {
     /// Where the point lies; `None` where that could not be settled (a coordinate that is NaN; a
     /// point within about 1e-29 of where a native arc ends).
     pub side: Option<Side>,
-    /// Whether the point is in the closed box of two loop end points that do not meet.
+    /// Whether the point is in the closed box of two loop end points that do not meet; within about 1e-29 of where a native
+    /// arc ends, it may be just outside.
     pub in_gap: bool,
 }
 

@@ -1,8 +1,9 @@
 //! One span of a spline as Bezier control points: in balls, and in integers.
 
 use super::source::{Ball3, End, Exact3, integers, to_balls};
+use crate::numeric::gcd;
 use crate::numeric::{Ball, Dd};
-use dashu_int::ops::{Gcd, UnsignedAbs};
+use dashu_int::ops::UnsignedAbs;
 use dashu_int::{IBig, UBig};
 
 /// Part of one span of a spline.
@@ -167,7 +168,7 @@ impl SplineSpan {
                 if *w == UBig::ZERO {
                     return None;
                 }
-                lcm = &lcm / (&lcm).gcd(w) * w;
+                lcm = &lcm / gcd(lcm.clone(), w.clone()) * w;
             }
             multipliers.push(
                 widths
@@ -218,7 +219,7 @@ fn reduced(mut points: Vec<Exact3>) -> Vec<Exact3> {
     for x in points.iter().flatten() {
         if *x != IBig::ZERO {
             let m = x.clone().unsigned_abs();
-            g = if g == UBig::ZERO { m } else { g.gcd(m) };
+            g = if g == UBig::ZERO { m } else { gcd(g, m) };
             if g == UBig::ONE {
                 return points;
             }

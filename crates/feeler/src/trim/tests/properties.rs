@@ -95,6 +95,77 @@ proptest! {
     }
 }
 
+/// Linear maps of whole numbers: turns, mirrors, shears, scalings.
+const MAPS: [[[f64; 2]; 2]; 6] = [
+    [[0.0, 1.0], [1.0, 0.0]],
+    [[0.0, -1.0], [1.0, 0.0]],
+    [[1.0, 3.0], [0.0, 1.0]],
+    [[-2.0, 0.0], [0.0, 0.125]],
+    [[2.0, 1.0], [1.0, 1.0]],
+    [[1.0, -1.0], [5.0, 3.0]],
+];
+
+/// The image of a point, if it is an f64 exactly.
+fn mapped(m: &[[f64; 2]; 2], shift: [f64; 2], q: [f64; 2]) -> Option<[f64; 2]> {
+    let exact = |x: f64| crate::numeric::Dyadic::from_f64(x).unwrap();
+    let at = |k: usize| {
+        let sum = m[k][0] * q[0] + m[k][1] * q[1] + shift[k];
+        let products = &(&exact(m[k][0]) * &exact(q[0])) + &(&exact(m[k][1]) * &exact(q[1]));
+        (&products + &exact(shift[k]) == exact(sum)).then_some(sum)
+    };
+    Some([at(0)?, at(1)?])
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 48, ..ProptestConfig::default() })]
+
+    /// Two curves, each closed by its chord: mapped affinely (u and v exchanged among the maps), their loops run the other way, in
+    /// the other order, and from another trim on.
+    #[test]
+    fn affine_maps_and_the_order_of_loops(
+        first in net(),
+        second in net(),
+        seeds in proptest::collection::vec(any::<(u8, u8, i8, i8)>(), 24),
+        map in proptest::sample::select(&MAPS[..]),
+        shift in (-64i32..64, -64i32..64),
+    ) {
+        let corner = |p: &[f64; 3]| [p[0] / p[2], p[1] / p[2]];
+        // Exact: numbers of few digits, as their quotients are.
+        let ends = |c: &[[f64; 3]]| (corner(&c[0]), corner(&c[c.len() - 1]));
+        let closed = |c: &[[f64; 3]]| -> Vec<Use> {
+            let (a, b) = ends(c);
+            vec![bezier(c).into(), line(b, a).into()]
+        };
+        let both = |x: &[[f64; 3]], y: &[[f64; 3]]| {
+            TrimRegion::new(&face(WIDE, Some(vec![closed(x), closed(y)])), 0)
+        };
+        let whole = both(&first, &second);
+        let shift = [f64::from(shift.0), f64::from(shift.1)];
+        let moved: Vec<Vec<[f64; 3]>> = [&first, &second]
+            .iter()
+            .map(|c| c.iter().map(|p| {
+                let at = |k: usize| map[k][0] * p[0] + map[k][1] * p[1] + shift[k] * p[2];
+                [at(0), at(1), p[2]]
+            }).collect())
+            .collect();
+        let image = both(&moved[0], &moved[1]);
+        let against = |c: &[[f64; 3]]| -> Vec<Use> {
+            let (a, b) = ends(c);
+            let back = Use { reversed: true, ..bezier(c).into() };
+            vec![line(a, b).into(), back]
+        };
+        let other = TrimRegion::new(&face(WIDE, Some(vec![against(&second), against(&first)])), 0);
+        for q in asked(&first, &seeds) {
+            let side = whole.side(q.into());
+            prop_assert!(side.side.is_some());
+            prop_assert_eq!(side, other.side(q.into()), "the other way, {:?}", q);
+            if let Some(at) = mapped(&map, shift, q) {
+                prop_assert_eq!(side.side, image.side(at.into()).side, "mapped, {:?}", q);
+            }
+        }
+    }
+}
+
 #[test]
 fn numbers_at_the_edge_of_range() {
     // The range of a BREP ends at 1e60; small numbers go down to subnormal ones.
