@@ -65,6 +65,8 @@ fn distances_and_contacts_are_those_of_the_critical_points() {
         (2, 2, 5),
         (2, 2, 5),
         (1, 3, 2),
+        (2, 3, 1),
+        (3, 3, 1),
     ] {
         let surface = wavy(&mut g, p, q);
         let b = brep(surface.clone(), None);
