@@ -312,14 +312,18 @@ impl<T: Real> Forms<T> {
         [self, high]
     }
 
-    /// The Jacobian of `(L_1, L_2)` in the middle of the box, roughly, by mean differences.
-    pub(super) fn jacobian(&self) -> [[f64; 2]; 2] {
-        std::array::from_fn(|k| {
+    /// The Jacobian of `(L_1, L_2)` in the middle of the box, roughly, by mean differences, and how much both change at most along
+    /// u and v; in coordinates that run over the box from 0 to 1.
+    pub(super) fn slopes(&self) -> ([[f64; 2]; 2], [f64; 2]) {
+        let mut most = [0.0; 2];
+        let jacobian = std::array::from_fn(|k| {
             std::array::from_fn(|along| {
                 let r = slope_range(&self.c[k], self.degree, along == 0, 0.0);
+                most[along] += greater(r[0].abs(), r[1].abs());
                 0.5 * (r[0] + r[1])
             })
-        })
+        });
+        (jacobian, most)
     }
 
     /// A linear combination of `L_1` and `L_2`, into a list that is used again, and its error.

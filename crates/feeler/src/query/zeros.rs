@@ -286,7 +286,7 @@ fn patch_hits<T: Real>(
                 BoxSide::Mixed => {}
             }
         }
-        let j = node.jacobian();
+        let (j, change) = node.slopes();
         let det = j[0][0] * j[1][1] - j[0][1] * j[1][0];
         let size = (j[0][0].abs() + j[0][1].abs()) * (j[1][0].abs() + j[1][1].abs());
         // The combination with the least slope: a line that passes the patch has one sign there.
@@ -359,12 +359,13 @@ fn patch_hits<T: Real>(
                 }
             }
         }
-        let wide = (node.u[1] - node.u[0]).max(node.v[1] - node.v[0]);
-        if noise || wide <= LEAST_WIDTH {
+        // Where the forms change most: along a ruling that the line is parallel to nothing is gained by halves.
+        let [narrow_u, narrow_v] = [node.u, node.v].map(|r| r[1] - r[0] <= LEAST_WIDTH);
+        if noise || narrow_u && narrow_v {
             out.open.push((patch, node.u, node.v));
             continue;
         }
-        let along_u = node.u[1] - node.u[0] >= node.v[1] - node.v[0];
+        let along_u = narrow_v || !narrow_u && change[0] >= change[1];
         let [a, b] = node.halves(along_u);
         stack.push((b, inside));
         stack.push((a, inside));
