@@ -22,7 +22,7 @@ use crate::numeric::bernstein::largest;
 use crate::numeric::{Ball, Dd, Real};
 use crate::prepare::closed::{ClosedLine, V3, exact};
 use crate::prepare::{Net, PreparedBrep, jet};
-use crate::trim::BoxSide;
+use crate::trim::{BoxSide, Side};
 use nalgebra::Vector3;
 
 /// A bound that is off by a few roundings.
@@ -347,7 +347,9 @@ fn patch_hits<T: Real>(
                         HitAt::Closed { .. } => false,
                     });
                     if !known && !listed {
-                        accept(stab, hit, local, rho, classify, inside, out);
+                        let known = inside.then_some([node.u, node.v]);
+                        let side = side_at(brep, at, local, rho, known);
+                        accept(stab, hit, side, out);
                         if out.is_done(stab) {
                             return;
                         }
@@ -372,28 +374,54 @@ fn patch_hits<T: Real>(
     }
 }
 
-/// Takes a certified zero in, unless it is outside the region or the line's range.
-fn accept(
-    stab: &Stabber,
-    mut hit: RawHit,
+/// Where a zero is, known within `rho`: first by a box in f64, and where that meets the region's boundary by all digits. It
+/// was found from a node that is known to be inside or not, but may lie beside it.
+fn side_at<T>(
+    brep: &PreparedBrep,
+    at: &Place<T>,
     local: [Dd; 2],
     rho: f64,
-    classify: impl Fn([f64; 2], [f64; 2]) -> BoxSide,
-    inside: bool,
-    out: &mut FaceHits,
-) {
-    let r = rho * UP + 4.0 * f64::EPSILON;
-    let around = |k: usize| [(local[k].hi - r).max(0.0), (local[k].hi + r).min(1.0)];
-    let side = match classify(around(0), around(1)) {
-        BoxSide::Outside => return,
-        BoxSide::Inside => true,
-        BoxSide::Mixed => inside,
+    inside: Option<[[f64; 2]; 2]>,
+) -> BoxSide {
+    let off = Dd::from(rho * UP);
+    let within = |b: [[f64; 2]; 2]| {
+        (0..2).all(|k| Dd::from(b[k][0]) <= local[k] - off && local[k] + off <= Dd::from(b[k][1]))
     };
-    hit.inside &= side;
-    if hit.t.upper() < stab.range[0] || hit.t.lower() > stab.range[1] {
-        return;
+    if inside.is_some_and(within) {
+        return BoxSide::Inside;
     }
-    out.hits.push(hit);
+    let region = brep.region(at.face);
+    let maps = &brep.double(at.face).patches[at.patch].maps;
+    let r = rho * UP + 4.0 * f64::EPSILON;
+    let around = |k: usize| {
+        let x = local[k].hi;
+        maps[k].to_native_range((x - r).max(0.0), (x + r).min(1.0))
+    };
+    let side = region.classify_box(around(0), around(1));
+    if side != BoxSide::Mixed {
+        return side;
+    }
+    let uv = [0, 1].map(|k| {
+        let x = Ball {
+            mid: local[k],
+            rad: rho * UP,
+        };
+        Ball::exact(maps[k].start) + x * Ball::difference(maps[k].end, maps[k].start)
+    });
+    match region.side_beside_segment(uv) {
+        Some(Side::Inside) => BoxSide::Inside,
+        Some(Side::Outside) => BoxSide::Outside,
+        Some(Side::Boundary) | None => BoxSide::Mixed,
+    }
+}
+
+/// Takes a certified zero in, unless it is outside the region or the line's range.
+fn accept(stab: &Stabber, mut hit: RawHit, side: BoxSide, out: &mut FaceHits) {
+    hit.inside &= side == BoxSide::Inside;
+    let beyond = hit.t.upper() < stab.range[0] || hit.t.lower() > stab.range[1];
+    if side != BoxSide::Outside && !beyond {
+        out.hits.push(hit);
+    }
 }
 
 /// A certified zero, its local parameters and the bound on them.

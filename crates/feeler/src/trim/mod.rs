@@ -20,6 +20,7 @@
 //! original control data. Sides are therefore exact, except near the ends of native arcs (their
 //! cosines are no rationals), where [`RegionSide::side`] may be `None`.
 
+mod beside;
 mod cells;
 mod circle;
 mod decide;

@@ -8,7 +8,7 @@ use super::shape;
 use super::source::{End, Source, segment, trim_runs};
 use super::split::{Trend, split};
 use crate::brep::Brep;
-use crate::numeric::Interval;
+use crate::numeric::{Ball, Dd, Interval};
 use nalgebra::Point2;
 use std::sync::OnceLock;
 
@@ -247,6 +247,24 @@ impl TrimRegion {
     /// (then only parts of these four are on the boundary).
     pub fn pieces(&self) -> &[BoundaryPiece] {
         &self.boundary
+    }
+
+    /// Homogeneous control points, in double-double and up to one common factor, of the only piece of the loops that may meet a
+    /// closed box; `None` if none or more than one may.
+    pub(super) fn only_piece(&self, b: [[f64; 2]; 2]) -> Option<Vec<[Ball<Dd>; 3]>> {
+        let mut only = None;
+        for k in self.cells().meeting(b).flatten() {
+            let part = &self.parts[*k as usize];
+            let piece = &self.pieces[part.piece as usize];
+            if part.misses(piece, b) {
+                continue;
+            }
+            if only.is_some_and(|o| o != part.piece) {
+                return None;
+            }
+            only = Some(part.piece);
+        }
+        only.map(|o| self.pieces[o as usize].source.balls())
     }
 
     /// On which side of the boundary the point is. Exact; see [`RegionSide::side`] for the exception.

@@ -1,6 +1,7 @@
 //! Sides of points against shapes whose sides are known.
 
 use super::shapes::*;
+use crate::numeric::{Ball, Dd};
 use crate::trim::{BoxSide, Side, TrimRegion};
 
 const WIDE: [f64; 4] = [-10.0, 10.0, -10.0, 10.0];
@@ -33,6 +34,35 @@ fn square_and_its_border() {
         BoxSide::Outside
     );
     assert_eq!(region.pieces().len(), 4);
+}
+
+/// Points off a slanted side by far less than f64 tells: the sign of the offset says where they are.
+#[test]
+fn beside_a_segment() {
+    let corners = [[0.125, -0.3], [7.3, 1.1], [2.9, 6.7]];
+    let region = TrimRegion::new(&face(WIDE, Some(vec![polygon(&corners)])), 0);
+    for i in 0..3 {
+        let [a, b] = [corners[i], corners[(i + 1) % 3]];
+        let d = [0, 1].map(|k| Dd::difference(b[k], a[k]));
+        let left = [-d[1], d[0]];
+        let at = |s: f64, off: f64, rad: f64| {
+            let (s, off) = (Dd::from(s), Dd::from(off));
+            let point = |k: usize| Dd::from(a[k]) + s * d[k] + off * left[k];
+            region.side_beside_segment([0, 1].map(|k| Ball { mid: point(k), rad }))
+        };
+        for s in [0.1, 0.30000001, 0.5, 0.77, 0.99] {
+            for off in [1e-14, 1e-17, 1e-22, 1e-27] {
+                let rad = (off * 1e-3f64).clamp(1e-30, 1e-20);
+                assert_eq!(at(s, off, rad), Some(Side::Inside), "{i} {s} {off:e}");
+                assert_eq!(at(s, -off, rad), Some(Side::Outside), "{i} {s} {off:e}");
+            }
+            // Within its own error it may be on the line.
+            assert_eq!(at(s, 0.0, 1e-30), None, "{i} {s}");
+            assert_eq!(at(s, 1e-25, 1e-23), None, "{i} {s}");
+        }
+        // Next to a corner two pieces count.
+        assert_eq!(at(0.0, 1e-25, 1e-30), None, "{i}");
+    }
 }
 
 #[test]
