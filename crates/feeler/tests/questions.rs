@@ -3,12 +3,14 @@
 #[path = "scenes/mod.rs"]
 mod scenes;
 
+use feeler::brep::{Brep, BrepBuilder, TrimSpec};
+use feeler::nurbs::{Curve, NurbsCurve, NurbsSurface, Surface};
 use feeler::prepare::PreparedBrep;
 use feeler::query::{
     Contacts, HalfSpace, LineKind, LineProbe, Options, Probe, Sphere, Undecided, Work, Workspace,
     any_hit, contact, line, overlap,
 };
-use nalgebra::{Point3, Vector3};
+use nalgebra::{Point3, Vector3, Vector4};
 use scenes::{Random, bicubic, cube, nurbs_sphere};
 
 const WIDE: Options = Options {
@@ -212,4 +214,55 @@ fn a_spent_budget_is_no_sign() {
     let answer = overlap(&wave, &probe, &starved, &mut Workspace::default());
     assert_eq!(answer.overlap, None);
     assert_eq!(answer.undecided, Some(Undecided::Budget));
+}
+
+/// A bicubic sheet `(3u, 3v, z)` with waves of height 1, trimmed to `u >= 1/2`, and its height in the middle.
+fn half_a_sheet() -> (Brep, f64) {
+    let heights = [
+        [1.0, -1.0, 1.0, -1.0],
+        [-1.0, 1.0, -1.0, 1.0],
+        [1.0, 1.0, -1.0, -1.0],
+        [-1.0, 1.0, 1.0, -1.0],
+    ];
+    let net = (0..16).map(|k| {
+        let (i, j) = (k / 4, k % 4);
+        Vector4::new(f64::from(i as u8), f64::from(j as u8), heights[i][j], 1.0)
+    });
+    let knots = vec![0.0, 0.0, 0.0, 0.0, 1.0, 1.0, 1.0, 1.0];
+    let surface = NurbsSurface::new([3, 3], [4, 4], net.collect(), [knots.clone(), knots]);
+    let surface = Surface::Nurbs(surface.unwrap());
+    // The Bernstein polynomials are 1/8, 3/8, 3/8 and 1/8 there.
+    let weight = [0.125, 0.375, 0.375, 0.125];
+    let middle = (0..16).map(|k| weight[k / 4] * weight[k % 4] * heights[k / 4][k % 4]);
+    let middle = middle.sum();
+    let mut b = BrepBuilder::new();
+    let corners = [[0.5, 0.0], [1.0, 0.0], [1.0, 1.0], [0.5, 1.0]];
+    let vertices = corners.map(|[u, v]| b.vertex(surface.point(u, v)));
+    let trims = (0..4).map(|i| {
+        let ends = [i, (i + 1) % 4];
+        let net = ends.map(|e| Vector3::new(corners[e][0], corners[e][1], 1.0));
+        let curve = NurbsCurve::new(1, net.to_vec(), vec![0.0, 0.0, 1.0, 1.0]).unwrap();
+        TrimSpec {
+            vertices: ends.map(|e| vertices[e]),
+            curve: Curve::Nurbs(curve),
+            edge: None,
+        }
+    });
+    b.face_with_trims(surface, vec![trims.collect()]).unwrap();
+    (b.build().unwrap(), middle)
+}
+
+/// A hit beside a trim by 1e-20 is on the side where exact arithmetic puts it.
+#[test]
+fn a_hit_next_to_a_trim() {
+    let (brep, middle) = half_a_sheet();
+    let brep = PreparedBrep::new(brep);
+    for (lean, hits) in [(3e-20, 0), (-3e-20, 1)] {
+        // It meets the sheet at t = -1, up to the lean times the slope.
+        let from = Point3::new(1.5, 1.5, middle + 1.0);
+        let probe = LineProbe::new(from, Vector3::new(lean, 0.0, 1.0), LineKind::Line).unwrap();
+        let found = line(&brep, &probe, &WIDE, &mut Workspace::default());
+        assert_eq!(found.undecided, None, "{lean:e}");
+        assert_eq!(found.hits.len(), hits, "{lean:e}");
+    }
 }
