@@ -107,16 +107,7 @@ impl Model {
             Ok(text) => text,
             Err(error) => return Err(ModelError::Io { path, error }),
         };
-        let mut breps = match model_file::from_text(&text) {
-            Ok(breps) => breps,
-            Err(p) => {
-                return Err(ModelError::Text {
-                    path,
-                    place: p.place,
-                    reason: p.reason,
-                });
-            }
-        };
+        let mut breps = Self::from_text(&path, &text)?;
         if let Some(object) = object {
             let count = breps.len();
             if object >= count {
@@ -129,6 +120,20 @@ impl Model {
             breps = vec![breps.swap_remove(object)];
         }
         Ok(Self { path, breps })
+    }
+
+    /// The BREPs of the text of a model file of our own; the path is for messages alone.
+    pub fn from_text(path: &Path, text: &str) -> Result<Vec<Brep>, ModelError> {
+        model_file::from_text(text).map_err(|p| ModelError::Text {
+            path: path.to_path_buf(),
+            place: p.place,
+            reason: p.reason,
+        })
+    }
+
+    /// The text of a model file of our own.
+    pub fn to_text(breps: &[Brep], unit: Option<&str>) -> String {
+        model_file::to_text(breps, unit)
     }
 
     /// Writes the BREPs as a model file of our own; compressed where the name ends with `.gz`.

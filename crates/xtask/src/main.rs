@@ -1,8 +1,10 @@
 //! What people run while developing: `cargo xtask help`.
 
 mod agree;
+mod fuzz;
 mod generate;
 mod instructions;
+mod plant;
 mod random;
 mod sanitize;
 mod scenes;
@@ -35,6 +37,10 @@ enum Task {
     Truth(truth::Args),
     /// Ask the kernel and the oracle the same random queries about a file, and compare.
     Agree(agree::Args),
+    /// Run fuzz targets, and make what they find a corpus.
+    Fuzz(fuzz::Args),
+    /// Put mistakes into the kernel, one at a time, and tell which tests notice.
+    Plant(plant::Args),
     /// Run the oracle's tests with its C++ under the address, undefined-behaviour and thread sanitizers.
     Sanitize(sanitize::Args),
     /// Count the instructions of some queries under valgrind, and hold them against the stored counts.
@@ -44,6 +50,9 @@ enum Task {
 }
 
 fn main() -> ExitCode {
+    if std::env::var_os(fuzz::instrument::VARIABLE).is_some() {
+        return fuzz::instrument::wrapped(std::env::args_os().skip(1).collect());
+    }
     let result = match Arguments::parse().task {
         Task::Test => test::run(),
         Task::Scenes(args) => scenes::run(&test::root().join("corpora"), &args),
@@ -56,6 +65,8 @@ fn main() -> ExitCode {
         ),
         Task::Truth(args) => truth::run(&args),
         Task::Agree(args) => agree::run(&args),
+        Task::Fuzz(args) => fuzz::run(&args),
+        Task::Plant(args) => plant::run(&args),
         Task::Sanitize(args) => sanitize::run(&args),
         Task::Instructions(args) => instructions::run(&args),
         Task::Tidy(args) => tidy::run(&args),

@@ -159,7 +159,7 @@ fn runtime(library: &str) -> Result<String, String> {
 }
 
 /// The triple of this machine.
-fn host() -> Result<String, String> {
+pub(crate) fn host() -> Result<String, String> {
     let output = Command::new("rustc")
         .arg("-vV")
         .output()

@@ -81,6 +81,27 @@ pub(crate) fn run(_args: &Args) -> Result<(), String> {
 #[cfg(feature = "cgal")]
 pub(crate) use with_oracle::{oracle_of, truth_of};
 
+/// Computes what is missing of the truth of a corpus.
+#[cfg(feature = "cgal")]
+pub(crate) fn of_corpus(corpora: &std::path::Path) -> Result<(), String> {
+    run(&Args {
+        suite: None,
+        corpora: corpora.to_path_buf(),
+        jobs: None,
+        force: false,
+        partial: corpora.join("partial"),
+        prune: false,
+        check: false,
+        times: false,
+        slow: None,
+        sample: None,
+        verify: crate::verify::Args {
+            verify: false,
+            keep_going: false,
+        },
+    })
+}
+
 #[cfg(feature = "cgal")]
 pub(crate) fn run(args: &Args) -> Result<(), String> {
     if args.check {

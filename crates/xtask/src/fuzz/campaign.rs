@@ -1,0 +1,316 @@
+//! Building, running and telling.
+
+use super::{Args, found, seeds};
+use crate::test::root;
+use feeler_fuzz::{LARGEST_INPUT, Scene, Target};
+use std::collections::BTreeMap;
+use std::io::{BufRead, BufReader};
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+use std::time::{Duration, Instant, SystemTime};
+
+/// Seconds that one input may take: a hundred times a slow one.
+const TIMEOUT: u32 = 60;
+/// MB that a process may take.
+const MEMORY: u32 = 3000;
+/// Seconds for making one finding smaller.
+const SMALLER: u32 = 30;
+/// Findings of one target that are made smaller.
+const MOST: usize = 8;
+
+/// What a campaign on one target came to.
+#[derive(Debug, Default)]
+struct Told {
+    seconds: f64,
+    executions: u64,
+    coverage: u64,
+    corpus: u64,
+    /// The first line of each kind of finding, and an input.
+    findings: BTreeMap<String, PathBuf>,
+    oracle: found::Held,
+}
+
+pub(super) fn run(args: &Args, chosen: &[Target]) -> Result<(), String> {
+    let root = root();
+    let mut all = Vec::new();
+    for &target in chosen {
+        let program = build(args, &target, &root)?;
+        let told = campaign(args, &target, &root, &program)?;
+        all.push((target, program, told));
+    }
+    let mut scenes = 0;
+    for (target, program, told) in &all {
+        for (why, input) in told.findings.iter().take(MOST) {
+            println!("\n{}: {why}", target.name);
+            let small = smaller(program, input);
+            println!("    input {}", small.display());
+            let bytes = std::fs::read(&small).unwrap_or_default();
+            if let Some(scene) = target.kind.and_then(|k| Scene::decode(k, &bytes)) {
+                let name = small.file_name().unwrap_or_default().to_string_lossy();
+                found::write(
+                    &args.out,
+                    target,
+                    &format!("{}-{name}", target.name),
+                    &scene,
+                )?;
+                scenes += 1;
+            }
+        }
+        for (path, why) in &told.oracle.wrong {
+            println!(
+                "\n{}: against the oracle: {why}\n    input {}",
+                target.name,
+                path.display()
+            );
+            let bytes = std::fs::read(path).unwrap_or_default();
+            if let Some(scene) = target.kind.and_then(|k| Scene::decode(k, &bytes)) {
+                let name = path.file_name().unwrap_or_default().to_string_lossy();
+                found::write(
+                    &args.out,
+                    target,
+                    &format!("{}-{name}", target.name),
+                    &scene,
+                )?;
+                scenes += 1;
+            }
+        }
+    }
+    summary(args, &all, scenes)
+}
+
+fn summary(args: &Args, all: &[(Target, PathBuf, Told)], scenes: usize) -> Result<(), String> {
+    println!(
+        "\n{:<16}{:>8}{:>12}{:>8}{:>10}{:>8}{:>10}{:>16}",
+        "target", "minutes", "executions", "a s", "coverage", "kept", "findings", "oracle"
+    );
+    let mut found = 0;
+    for (target, _, t) in all {
+        found += t.findings.len() + t.oracle.wrong.len();
+        println!(
+            "{:<16}{:>8.1}{:>12}{:>8.0}{:>10}{:>8}{:>10}{:>16}",
+            target.name,
+            t.seconds / 60.0,
+            t.executions,
+            t.executions as f64 / t.seconds,
+            t.coverage,
+            t.corpus,
+            t.findings.len() + t.oracle.wrong.len(),
+            format!("{} of {}", t.oracle.judged, t.oracle.judged + t.oracle.open),
+        );
+    }
+    println!(
+        "\nkept: inputs with coverage of their own; oracle: how many of their queries have a truth, all held against it{}",
+        match all.iter().map(|(_, _, t)| t.oracle.left).sum::<usize>() {
+            0 => String::new(),
+            n => format!(" ({n} inputs were left out: --oracle-minutes)"),
+        }
+    );
+    if found == 0 {
+        return Ok(());
+    }
+    if scenes > 0 {
+        let truth = crate::truth::of_corpus(&args.out);
+        if let Err(e) = truth {
+            println!("the oracle's truth of the scenes: {e}");
+        }
+        println!(
+            "\n{scenes} scenes; again by: cargo run --release -- gate --corpora {}",
+            args.out.display()
+        );
+    }
+    Err(format!("{found} findings"))
+}
+
+/// Builds a target; in a folder of its own, since cargo does not know that the compiler is wrapped.
+fn build(args: &Args, target: &Target, root: &Path) -> Result<PathBuf, String> {
+    let mut folder = root.join("target/fuzz/build");
+    let wrapper = std::env::current_exe().map_err(|e| format!("this program's path: {e}"))?;
+    let mut command = Command::new(env!("CARGO"));
+    command.args(["build", "--release", "--quiet", "--bin", target.name]);
+    let mut built = "release".to_owned();
+    if args.asan {
+        folder.push("asan");
+        let host = crate::sanitize::host()?;
+        command
+            .env("RUSTC_BOOTSTRAP", "1")
+            .env("RUSTFLAGS", "-Zsanitizer=address")
+            // With a target named, flags do not reach build scripts.
+            .args(["--target", &host]);
+        built = format!("{host}/release");
+    }
+    println!("==> {}: building", target.name);
+    command
+        .current_dir(root.join("fuzz"))
+        .arg("--target-dir")
+        .arg(&folder)
+        .env("RUSTC_WRAPPER", wrapper)
+        .env(super::instrument::VARIABLE, "1");
+    if target.name == "oracle_boundary" {
+        command.args(["--features", "cgal"]);
+    }
+    let status = command
+        .status()
+        .map_err(|e| format!("cargo cannot be started: {e}"))?;
+    if status.success() {
+        Ok(folder.join(built).join(target.name))
+    } else {
+        Err(format!("{}: cannot be built (see above)", target.name))
+    }
+}
+
+/// A number after a word in a line of the engine.
+fn after(line: &str, word: &str) -> Option<u64> {
+    let rest = &line[line.find(word)? + word.len()..];
+    let digits: String = rest.chars().take_while(char::is_ascii_digit).collect();
+    digits.parse().ok()
+}
+
+/// Findings of one kind say the same but for their numbers.
+fn without_numbers(line: &str) -> String {
+    let mut text = String::new();
+    let mut number = false;
+    for c in line.chars() {
+        let part = c.is_ascii_digit() || (number && matches!(c, '.' | 'e' | '-' | '+'));
+        if !part {
+            text.push(c);
+        } else if !number {
+            text.push('#');
+        }
+        number = part;
+    }
+    text
+}
+
+fn campaign(args: &Args, target: &Target, root: &Path, program: &Path) -> Result<Told, String> {
+    let seeds = root.join("target/fuzz/seeds").join(target.name);
+    let count = seeds::write(target, &root.join("corpora"), &seeds)?;
+    let corpus = root.join("fuzz/corpus").join(target.name);
+    let artifacts = root.join("fuzz/artifacts").join(target.name);
+    for folder in [&corpus, &artifacts] {
+        std::fs::create_dir_all(folder).map_err(|e| format!("{}: {e}", folder.display()))?;
+    }
+    let seconds = (60.0 * args.minutes).max(1.0) as u64;
+    println!("==> {}: {seconds} s from {count} seeds", target.name);
+    let (begun, started) = (Instant::now(), SystemTime::now());
+    let mut child = Command::new(program)
+        .arg(format!("-fork={}", args.jobs.max(1)))
+        .args(["-ignore_crashes=1", "-ignore_timeouts=1", "-ignore_ooms=1"])
+        .arg(format!("-max_total_time={seconds}"))
+        .arg(format!("-max_len={LARGEST_INPUT}"))
+        .arg(format!("-timeout={TIMEOUT}"))
+        .arg(format!("-rss_limit_mb={MEMORY}"))
+        .arg(format!("-artifact_prefix={}/", artifacts.display()))
+        .arg(&corpus)
+        .arg(&seeds)
+        .stdout(Stdio::null())
+        .stderr(Stdio::piped())
+        .spawn()
+        .map_err(|e| format!("{}: {e}", program.display()))?;
+    let mut told = Told::default();
+    let mut shown = Instant::now();
+    let output = child.stderr.take().into_iter();
+    for line in output.flat_map(|e| BufReader::new(e).lines()) {
+        let Ok(line) = line else { break };
+        let Some(n) = after(&line, "#").filter(|_| line.starts_with('#')) else {
+            continue;
+        };
+        told.executions = told.executions.max(n);
+        told.coverage = told.coverage.max(after(&line, "cov: ").unwrap_or(0));
+        told.corpus = told.corpus.max(after(&line, "corp: ").unwrap_or(0));
+        if shown.elapsed() > Duration::from_secs(10) {
+            shown = Instant::now();
+            let bad = line.split("oom/timeout/crash: ").nth(1).unwrap_or("0/0/0");
+            println!(
+                "    {:>5.0} s: {n} executions, coverage {}, {} kept, oom/timeout/crash {}",
+                begun.elapsed().as_secs_f64(),
+                told.coverage,
+                told.corpus,
+                bad.split(' ').next().unwrap_or(bad)
+            );
+        }
+    }
+    let _ = child.wait();
+    told.seconds = begun.elapsed().as_secs_f64();
+    told.findings = findings(target, program, &artifacts, started);
+    let limit = Duration::from_secs_f64(60.0 * args.oracle_minutes.max(0.0));
+    told.oracle = found::hold(target, &corpus, limit);
+    Ok(told)
+}
+
+/// What the engine left in a folder since a time, by what is said when it is run again: one input of each kind.
+fn findings(
+    target: &Target,
+    program: &Path,
+    folder: &Path,
+    since: SystemTime,
+) -> BTreeMap<String, PathBuf> {
+    let mut all = BTreeMap::new();
+    let entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
+    for path in entries.map(|e| e.path()) {
+        let name = path.file_name().unwrap_or_default().to_string_lossy();
+        let finding = ["crash-", "timeout-", "oom-"]
+            .iter()
+            .any(|k| name.starts_with(k));
+        let time = path.metadata().and_then(|m| m.modified());
+        if !finding || time.is_ok_and(|t| t < since) {
+            continue;
+        }
+        let run = Command::new(program)
+            .arg(format!("-timeout={TIMEOUT}"))
+            .arg(&path)
+            .output();
+        let text = run.map(|o| String::from_utf8_lossy(&o.stderr).into_owned());
+        let text = text.unwrap_or_default();
+        let own = format!("{}: ", target.name);
+        let said = |l: &&str| l.starts_with(&own) || l.starts_with("memory: ");
+        let other = |l: &&str| l.contains("panicked at") || l.contains("ERROR: libFuzzer");
+        let why = text.lines().find(said).or_else(|| text.lines().find(other));
+        // What is not found again took long, or much memory, beside other work.
+        let kind = name.split('-').next().unwrap_or_default().to_owned();
+        all.entry(why.map_or(kind + ", and not again", without_numbers))
+            .or_insert_with(|| path.clone());
+    }
+    all
+}
+
+/// A shorter input with a finding, as far as the engine gets.
+fn smaller(program: &Path, input: &Path) -> PathBuf {
+    let name = input.file_name().unwrap_or_default().to_string_lossy();
+    let out = input.with_file_name(format!("small-{name}"));
+    let _ = Command::new(program)
+        .args(["-minimize_crash=1", "-runs=100000"])
+        .arg(format!("-max_total_time={SMALLER}"))
+        .arg(format!("-timeout={TIMEOUT}"))
+        .arg(format!("-exact_artifact_path={}", out.display()))
+        .arg(input)
+        .stdout(Stdio::null())
+        .stderr(Stdio::null())
+        .status();
+    if out.is_file() {
+        out
+    } else {
+        input.to_path_buf()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{after, without_numbers};
+
+    #[test]
+    fn lines_of_the_engine() {
+        let line =
+            "#8192: cov: 4312 ft: 9001 corp: 214 exec/s 910 oom/timeout/crash: 0/0/1 time: 9s";
+        assert_eq!(after(line, "#"), Some(8192));
+        assert_eq!(after(line, "cov: "), Some(4312));
+        assert_eq!(after(line, "corp: "), Some(214));
+        assert_eq!(after("#8192 INITED", "cov: "), None);
+    }
+
+    #[test]
+    fn findings_of_one_kind_have_one_name() {
+        let a = without_numbers("side: 1.5e-3 is 12 off");
+        assert_eq!(a, without_numbers("side: 27 is 1e300 off"));
+        assert_ne!(a, without_numbers("side: 27 is 1e300 on"));
+    }
+}

@@ -1,0 +1,3 @@
+//! The target `evaluate` under libFuzzer.
+#![no_main]
+feeler_fuzz::drive!("evaluate");

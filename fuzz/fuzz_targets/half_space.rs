@@ -1,0 +1,3 @@
+//! The target `half_space` under libFuzzer.
+#![no_main]
+feeler_fuzz::drive!("half_space");

@@ -1,0 +1,3 @@
+//! The target `line` under libFuzzer.
+#![no_main]
+feeler_fuzz::drive!("line");

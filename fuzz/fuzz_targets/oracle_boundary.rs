@@ -1,0 +1,3 @@
+//! The target `oracle_boundary` under libFuzzer.
+#![no_main]
+feeler_fuzz::drive!("oracle_boundary");

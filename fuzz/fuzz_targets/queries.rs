@@ -1,0 +1,3 @@
+//! The target `queries` under libFuzzer.
+#![no_main]
+feeler_fuzz::drive!("queries");

@@ -1,0 +1,3 @@
+//! The target `read_3dm` under libFuzzer.
+#![no_main]
+feeler_fuzz::drive!("read_3dm");

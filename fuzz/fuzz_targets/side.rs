@@ -1,0 +1,3 @@
+//! The target `side` under libFuzzer.
+#![no_main]
+feeler_fuzz::drive!("side");

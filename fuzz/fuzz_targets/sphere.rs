@@ -1,0 +1,3 @@
+//! The target `sphere` under libFuzzer.
+#![no_main]
+feeler_fuzz::drive!("sphere");

@@ -1,0 +1,3 @@
+//! The target `split` under libFuzzer.
+#![no_main]
+feeler_fuzz::drive!("split");
