@@ -14,7 +14,22 @@
 
 namespace feeler_oracle {
 
+namespace {
+
+// MPFR keeps constants and integers for each thread, which do not end with it unless it is told.
+struct MpfrCaches {
+    MpfrCaches() = default;
+    ~MpfrCaches() { mpfr_free_cache(); }
+    MpfrCaches(const MpfrCaches&) = delete;
+    MpfrCaches& operator=(const MpfrCaches&) = delete;
+};
+
+}  // namespace
+
 void silence_cgal() {
+    // Every call from Rust passes here, so that every thread that may fill the caches has one.
+    static thread_local const MpfrCaches caches;
+    (void)caches;
     // Once for all threads: CGAL keeps its handlers in globals without a lock.
     static const bool silenced = [] {
         // Failed assertions of CGAL throw; without a handler they would print first.

@@ -57,14 +57,15 @@ impl Sanitizer {
     }
 }
 
-/// The tests of the oracle's functions one by one: every source of `cpp/` runs. Left out are those that ask the same
-/// functions about many models, and those of the second method, which is Rust alone, but for one that calls Eigen.
-const TESTS: [&str; 17] = [
+/// The tests of the oracle's functions one by one: every source of `cpp/` runs but `critical_points.cpp` and its bridge. Left
+/// out are those that ask the same functions about many models, and those of the second method, which is Rust alone, but
+/// for one that calls Eigen; and the critical points, because CGAL 5.5.1 copies an enumerator there that is not set yet
+/// (`Curve_pair_analysis_2.h`, line 109), which UndefinedBehaviorSanitizer stops at.
+const TESTS: [&str; 16] = [
     "arcs::",
     "contacts::",
     "contacts_native::",
     "core::",
-    "critical_points::",
     "derivative_roots::",
     "distance::",
     "edges::",
