@@ -76,7 +76,7 @@ class Big {
         mpq_t value;
         mpq_init(value);
         mpfr_get_q(value, x);
-        const Q result(value);
+        Q result(value);
         mpq_clear(value);
         return result;
     }
