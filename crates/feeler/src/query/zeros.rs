@@ -31,6 +31,8 @@ const UP: f64 = 1.0 + 64.0 * f64::EPSILON;
 pub(super) const NOISE_FACTOR: f64 = 8.0;
 /// Boxes are not split below this width in local parameters.
 const LEAST_WIDTH: f64 = 1.0 / (1u64 << 40) as f64;
+/// Forms that change this many times as much along one side of a box as along the other are even along the other.
+const UNEVEN: f64 = 8.0;
 /// Steps of Newton's method.
 const NEWTON_STEPS: usize = 12;
 /// Steps in double-double with the Jacobian in f64: each gains about 50 bits.
@@ -361,13 +363,20 @@ fn patch_hits<T: Real>(
                 }
             }
         }
-        // Where the forms change most: along a ruling that the line is parallel to nothing is gained by halves.
-        let [narrow_u, narrow_v] = [node.u, node.v].map(|r| r[1] - r[0] <= LEAST_WIDTH);
-        if noise || narrow_u && narrow_v {
+        // Along the longer side, but where the forms hardly change along it: along a ruling that the line is parallel to nothing
+        // is gained by halves.
+        let [wide_u, wide_v] = [node.u, node.v].map(|r| r[1] - r[0]);
+        if noise || wide_u.max(wide_v) <= LEAST_WIDTH {
             out.open.push((patch, node.u, node.v));
             continue;
         }
-        let along_u = narrow_v || !narrow_u && change[0] >= change[1];
+        let along_u = if wide_u.min(wide_v) <= LEAST_WIDTH {
+            wide_u > LEAST_WIDTH
+        } else if change[0].max(change[1]) > UNEVEN * change[0].min(change[1]) {
+            change[0] > change[1]
+        } else {
+            wide_u >= wide_v
+        };
         let [a, b] = node.halves(along_u);
         stack.push((b, inside));
         stack.push((a, inside));
