@@ -42,40 +42,27 @@ pub(super) fn run(args: &Args, chosen: &[Target]) -> Result<(), String> {
     for (target, program, told) in &all {
         for (why, input) in told.findings.iter().take(MOST) {
             println!("\n{}: {why}", target.name);
-            let small = smaller(program, input);
-            println!("    input {}", small.display());
-            let bytes = std::fs::read(&small).unwrap_or_default();
-            if let Some(scene) = target.kind.and_then(|k| Scene::decode(k, &bytes)) {
-                let name = small.file_name().unwrap_or_default().to_string_lossy();
-                found::write(
-                    &args.out,
-                    target,
-                    &format!("{}-{name}", target.name),
-                    &scene,
-                )?;
-                scenes += 1;
-            }
+            scenes += usize::from(keep(args, target, &smaller(program, input))?);
         }
-        for (path, why) in &told.oracle.wrong {
-            println!(
-                "\n{}: against the oracle: {why}\n    input {}",
-                target.name,
-                path.display()
-            );
-            let bytes = std::fs::read(path).unwrap_or_default();
-            if let Some(scene) = target.kind.and_then(|k| Scene::decode(k, &bytes)) {
-                let name = path.file_name().unwrap_or_default().to_string_lossy();
-                found::write(
-                    &args.out,
-                    target,
-                    &format!("{}-{name}", target.name),
-                    &scene,
-                )?;
-                scenes += 1;
-            }
+        for (input, why) in &told.oracle.wrong {
+            println!("\n{}: against the oracle: {why}", target.name);
+            scenes += usize::from(keep(args, target, input)?);
         }
     }
     summary(args, &all, scenes)
+}
+
+/// Writes an input as a scene of the corpus of findings, if it makes one.
+fn keep(args: &Args, target: &Target, input: &Path) -> Result<bool, String> {
+    println!("    input {}", input.display());
+    let bytes = std::fs::read(input).unwrap_or_default();
+    let Some(scene) = target.kind.and_then(|k| Scene::decode(k, &bytes)) else {
+        return Ok(false);
+    };
+    let name = input.file_name().unwrap_or_default().to_string_lossy();
+    let name = format!("{}-{name}", target.name);
+    found::write(&args.out, target, &name, &scene)?;
+    Ok(true)
 }
 
 fn summary(args: &Args, all: &[(Target, PathBuf, Told)], scenes: usize) -> Result<(), String> {
