@@ -77,10 +77,11 @@ impl Search<'_> {
         let rough = form.surface.critical(target)?;
         let side = boxes_side(self.brep, face, &rough.boxes);
         let beside = side == BoxSide::Outside || self.hopeless(rough.minimum.range[0]);
-        if beside || (side == BoxSide::Inside && rough.sharp && self.is_fine(&rough.minimum)) {
+        let sharp = side == BoxSide::Inside && rough.sharp;
+        if beside || sharp && self.is_fine(&rough.minimum) {
             return Some((rough.minimum, side));
         }
-        if side == BoxSide::Inside && rough.sharp {
+        if sharp {
             return Some((form.surface.sharpened(target, &rough), side));
         }
         let fine = form.surface.critical_fine(target)?;

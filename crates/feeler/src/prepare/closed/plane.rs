@@ -2,8 +2,8 @@
 
 use super::curve::{ClosedCurve, CurveShape, UvPath};
 use super::form::{
-    Boxes, Critical, Extent, Linear, Minimum, Target, V3, Vector, along, at_gap, distance_range,
-    dot, exact, lead, least_square, range, rounded, sub,
+    Boxes, Critical, Extent, Linear, Minimum, SHARP, Target, V3, Vector, along, at_gap,
+    distance_range, dot, exact, lead, least_square, range, rounded, sub,
 };
 use crate::numeric::{Ball, Dd, Dyadic, Interval, Real, sin_cos};
 use crate::nurbs::{Arc, NurbsSurface, Plane};
@@ -280,9 +280,6 @@ impl PlaneForm {
         }
     }
 }
-
-/// Coordinates known within this part of the axes are sharp.
-const SHARP: f64 = 1.0 / (1u64 << 44) as f64;
 
 fn exact_pair(v: &[f64]) -> [Ball<Dd>; 2] {
     [Ball::exact(v[0]), Ball::exact(v[1])]

@@ -24,8 +24,9 @@
 use super::super::circle::normalized;
 use super::curve::{ClosedCurve, CurveShape, UvPath};
 use super::form::{
-    Angle, Boxes, Copies, Critical, Extent, Linear, Minimum, Target, V3, Vector, add, along, angle,
-    at_gap, distance_range, dot, exact, lead, least_square, range, rounded, scale, sub, unit,
+    Angle, Boxes, Copies, Critical, Extent, Linear, Minimum, SHARP, Target, V3, Vector, add, along,
+    angle, at_gap, distance_range, dot, exact, lead, least_square, range, rounded, scale, sub,
+    unit,
 };
 use crate::numeric::{Ball, Dd, Interval, Real, sin_cos};
 use crate::nurbs::{Curve3, Revolution};
@@ -391,11 +392,7 @@ impl RevolutionForm {
     }
 
     fn angle_at(&self, u: Ball<Dd>) -> Ball<Dd> {
-        Linear {
-            from: self.angle_domain,
-            to: self.angle,
-        }
-        .at(u)
+        self.angular().inverse().at(u)
     }
 
     /// The profile's map from its own parameter (0 to 1 on a segment, the angle on an arc) to the native one.
@@ -410,12 +407,7 @@ impl RevolutionForm {
     }
 
     fn own_parameter(&self, v: Ball<Dd>) -> Ball<Dd> {
-        let map = self.profile_map();
-        Linear {
-            from: map.to,
-            to: map.from,
-        }
-        .at(v)
+        self.profile_map().inverse().at(v)
     }
 
     /// Angular and profile parameter, in this order.
@@ -833,8 +825,6 @@ struct OnProfile {
     reach: f64,
 }
 
-/// Angles and profile parameters known within this are sharp: a foot from them is off by that part of its distance.
-const SHARP: f64 = 1.0 / (1u64 << 44) as f64;
 /// An azimuth known no better than this, in radians, is not known.
 const KNOWN: f64 = 1.0;
 const UNIT_INTERVAL: Interval = Interval {
