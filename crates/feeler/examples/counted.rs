@@ -41,13 +41,14 @@ const NAMES: [&str; 17] = [
 
 /// How many places each query is asked at.
 const PLACES: usize = 20;
-/// Centres of balls keep this far from the sphere's centre, but for those of `ball_joint_nurbs_near`...
+/// Centres of balls keep this far, in the model's units, from the sphere's centre, but for those of `ball_joint_nurbs_near`...
 const NEXT_TO_CENTRE: f64 = 1e-3;
 /// ...which are this times as far...
 const NEARER: f64 = 1e-6;
 /// ...and keep within half of its radius.
 const HALF_RADIUS: f64 = 1.25;
-/// About the sizes of the models: accuracies are in parts of these.
+/// About the sizes of the models, of which accuracies short of full are this part: that of the table of figures to beat.
+const PART: f64 = 1e-12;
 const BALL_SIZE: f64 = 5.0;
 const PRISM_SIZE: f64 = 10.0;
 
@@ -79,7 +80,7 @@ fn query(name: &str) -> Option<Query> {
         })
         .collect();
     let directions: Vec<Vector3<f64>> = (0..PLACES).map(|_| random.direction()).collect();
-    let coarse = Accuracy::Length(BALL_SIZE * 1e-12);
+    let coarse = Accuracy::Length(BALL_SIZE * PART);
     Some(match name {
         "ball_joint_native_1e-12" => balls(native_sphere(), 2.49, coarse, off_centre),
         "ball_joint_native_full" => balls(native_sphere(), 2.49, Accuracy::Full, off_centre),
@@ -120,7 +121,7 @@ fn query(name: &str) -> Option<Query> {
         "prism_line" | "prism_line_1e-12" => {
             let accuracy = match name {
                 "prism_line" => Accuracy::Full,
-                _ => Accuracy::Length(PRISM_SIZE * 1e-12),
+                _ => Accuracy::Length(PRISM_SIZE * PART),
             };
             let scaled = off_centre
                 .iter()

@@ -13,7 +13,8 @@ use scenes::Random;
 use scenes::loops::{anywhere, comb, face_within, islands, near, wavy};
 use std::time::Instant;
 
-/// How near to the boundary points are: about where f64 no longer tells, and beyond.
+/// How near to the boundary points are, in u and in v, in loops some units wide: where f64 still tells mostly, as the table of figures to
+/// beat asks, and at some units of rounding.
 const NEAR: f64 = 1e-12;
 const NEAREST: f64 = 1e-15;
 

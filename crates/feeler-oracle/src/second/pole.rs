@@ -23,7 +23,8 @@ use super::region::Place;
 use super::search::{Goal, Kind, Scene};
 use super::standing::Standing;
 
-/// Widths of bands that are tried, as parts of the domain.
+/// Widths of bands that are tried, as parts of the domain, from wide to narrow: the theorem decides whether one serves, so they are steps
+/// of a search and no tolerance. Wide ones stand out from the pole, narrow ones keep clear of loops and of other minima.
 const BANDS: [f64; 5] = [0.1, 0.03, 0.01, 1e-3, 1e-4];
 /// Parts of the line L, or of the loops, that are looked at.
 const PARTS: usize = 4000;
