@@ -15,7 +15,7 @@ const SHOWN: usize = 10;
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct Args {
-    /// The .3dm file, or a model file of our own (.json, .json.gz).
+    /// The .3dm or .brep (OCCT, text) file, or a model file of our own (.json, .json.gz).
     file: PathBuf,
     /// One JSON object instead of text.
     #[arg(long)]
@@ -109,7 +109,7 @@ fn as_json(document: &Document, plan: bool) -> Value {
     let objects = document.objects.iter().map(|o| object_json(o, plan));
     let objects: Vec<Value> = objects.collect();
     json!({
-        "format": "3dm",
+        "format": document.format.name(),
         "version": document.version,
         "units": document.units.symbol(),
         "warnings": document.warnings,
@@ -173,7 +173,8 @@ fn list(counts: &Counts) -> String {
 
 fn as_text(document: &Document, plan: bool) -> String {
     let mut lines = vec![format!(
-        "3dm version {}, units {}, {} objects",
+        "{} version {}, units {}, {} objects",
+        document.format.name(),
         document.version,
         document.units,
         document.objects.len()

@@ -87,7 +87,7 @@ pub struct Model {
 impl Model {
     /// Reads a file and keeps all its BREPs, or object `object` alone (as numbered by
     /// `feeler inspect`; it may be a surface). A name that ends with `.json` or `.json.gz` is a model
-    /// file of our own, whose BREPs count as objects; any other a .3dm file.
+    /// file of our own, whose BREPs count as objects; any other is read by [`feeler_io::read_file`].
     pub fn load(path: &Path, object: Option<usize>) -> Result<Self, ModelError> {
         if Self::is_own(path) {
             return Self::load_own(path, object);

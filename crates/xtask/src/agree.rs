@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct Args {
-    /// The .3dm file.
+    /// The .3dm or .brep file.
     file: PathBuf,
     /// How many queries.
     #[arg(long, default_value_t = 200)]

@@ -6,7 +6,7 @@
 //! chunk itself, not to the chunks inside it. A [`Chunk`] is a cursor over one
 //! body that hashes what it steps over, so that [`Chunk::finish`] can compare.
 
-use super::error::{ChunkId, Problem, ReadError};
+use crate::error::{ChunkId, Problem, ReadError};
 use crc32fast::Hasher;
 use feeler::numeric::Interval;
 

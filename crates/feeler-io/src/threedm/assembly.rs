@@ -4,16 +4,12 @@
 //! are dropped and the indices renumbered; a reference to one is an error.
 
 use super::archive::Chunk;
-use super::error::{Problem, ReadError};
+use crate::error::{Problem, ReadError};
+use crate::sheets::ROUNDING;
 use feeler::brep::{BrepParts, Edge, Face, Iso, LoopKind, TrimCurve, TrimKind, TrimLoop, Vertex};
 use feeler::numeric::Interval;
 use feeler::nurbs::{Curve2, Curve3, Surface};
 use nalgebra::Point3;
-
-/// How far a span may stick out of its curve's domain and still be taken for a rounded copy of
-/// the domain's end, relative to the domain's larger end: writers print as few as 12 digits
-/// (2^-40 is 9e-13). Clamping moves the end point by no more than that.
-pub(super) const ROUNDING: f64 = 1.0 / (1_u64 << 40) as f64;
 
 /// A list with holes, renumbered.
 pub(super) struct Kept<T> {

@@ -2,8 +2,8 @@
 
 use super::archive::{ANONYMOUS, Archive, Chunk};
 use super::class;
-use super::error::{Problem, ReadError};
-use super::units::Units;
+use crate::error::{Problem, ReadError};
+use crate::units::Units;
 
 /// What is used of an object's attributes.
 #[derive(Clone, Debug, Default, PartialEq)]

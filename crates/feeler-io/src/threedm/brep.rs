@@ -9,9 +9,9 @@ use super::assembly::{
 };
 use super::class;
 use super::curves::curve;
-use super::error::{Problem, ReadError};
-use super::sheets::{jumps, open};
 use super::surfaces::surface;
+use crate::error::{Problem, ReadError};
+use crate::sheets::{jumps, open};
 use feeler::brep::{Brep, Iso, TrimKind};
 use nalgebra::Point3;
 

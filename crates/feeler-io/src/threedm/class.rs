@@ -1,7 +1,7 @@
 //! Class ids, and the wrapper around the data of an object.
 
 use super::archive::Chunk;
-use super::error::{Problem, ReadError};
+use crate::error::{Problem, ReadError};
 use std::fmt::Write;
 
 const OBJECT: u32 = 0x0002_7FFA;

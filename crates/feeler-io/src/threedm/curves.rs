@@ -2,7 +2,7 @@
 
 use super::archive::Chunk;
 use super::class::{self, Class};
-use super::error::{Problem, ReadError};
+use crate::error::{Problem, ReadError};
 use feeler::nurbs::{Arc, Curve, GeometryError, Line, NurbsCurve, PolyCurve, Polyline};
 use nalgebra::{Point, SVector};
 

@@ -5,22 +5,16 @@ use super::attributes::{Attributes, attributes, layer, units};
 use super::brep::brep;
 use super::class::{self, Class};
 use super::curves::curve_of;
-use super::error::{ChunkId, FileError, FileProblem, Problem, ReadError};
 use super::surfaces::surface_of;
-use super::units::Units;
+use crate::document::{Document, Format, Object, ObjectKind};
+use crate::error::{ChunkId, Problem, ReadError};
+use crate::units::Units;
 use feeler::brep::{Brep, BrepParts, Face};
-use feeler::nurbs::Curve3;
 use std::collections::HashMap;
-use std::fs::File;
-use std::io::Read;
 use std::ops::RangeInclusive;
-use std::path::Path;
-
-/// The largest file that [`read_file`] takes: 1 GiB.
-pub const MAX_FILE_SIZE: u64 = 1 << 30;
 
 /// What a file starts with; 8 more bytes hold the version.
-const MAGIC: &[u8] = b"3D Geometry File Format ";
+pub(crate) const MAGIC: &[u8] = b"3D Geometry File Format ";
 const VERSION_DIGITS: usize = 8;
 
 const COMMENT: u32 = 0x0000_0001;
@@ -40,117 +34,6 @@ const OBJECT_TYPE: u32 = 0x8200_0071;
 const OBJECT: u32 = 0x0002_7FFA;
 const ATTRIBUTES: u32 = 0x0200_8072;
 const END_OF_OBJECT: u32 = 0x8200_007F;
-
-/// What a .3dm file holds.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Document {
-    /// The archive version, as in the file: 3, 4, 5, 50, 60, 70 or 80 (2 too, with a warning).
-    pub version: u32,
-    /// Version of the library that wrote the file, as stored; 0 if not said.
-    pub opennurbs_version: u32,
-    /// The unit of every length in the file.
-    pub units: Units,
-    /// The tolerance the model was made with, in these units; `None` if unset.
-    pub tolerance: Option<f64>,
-    /// The objects, in file order, including those that could not be read.
-    pub objects: Vec<Object>,
-    /// What was odd about the file as a whole.
-    pub warnings: Vec<String>,
-}
-
-impl Document {
-    /// The BREPs with the index of their object, in file order.
-    pub fn breps(&self) -> impl Iterator<Item = (usize, &Brep)> {
-        let objects = self.objects.iter().enumerate();
-        objects.filter_map(|(i, o)| match &o.kind {
-            ObjectKind::Brep(brep) => Some((i, brep)),
-            _ => None,
-        })
-    }
-}
-
-/// One object of a file.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Object {
-    /// Its name; empty if it has none.
-    pub name: String,
-    /// The name of its layer, if it is on one.
-    pub layer: Option<String>,
-    /// Whether it is part of a block's definition rather than of the model itself.
-    pub block_member: bool,
-    /// Byte offset of its record from the start of the file.
-    pub offset: usize,
-    /// What it is.
-    pub kind: ObjectKind,
-    /// What was odd about it: spans cut to their curve's domain, faces without loops, names that
-    /// could not be read.
-    pub warnings: Vec<String>,
-}
-
-/// What an object is.
-#[derive(Clone, Debug, PartialEq)]
-pub enum ObjectKind {
-    /// A boundary representation.
-    Brep(Brep),
-    /// A surface that is no part of a BREP, as a BREP of one face without loops (its whole domain).
-    Surface(Brep),
-    /// A curve that is no part of a BREP.
-    Curve(Curve3),
-    /// An extrusion. Not read yet.
-    Extrusion,
-    /// A mesh. Not read.
-    Mesh,
-    /// Something else (a point, a text, a block reference, ...), by name.
-    Other(String),
-    /// A BREP, curve or surface that could not be read.
-    Refused {
-        /// Its class, `"object"` if even that could not be read.
-        class: String,
-        /// Why, where, and what to do.
-        reason: ReadError,
-    },
-}
-
-impl ObjectKind {
-    /// What it is in reports: `brep`, `surface`, `curve`, `extrusion`, `mesh`, `refused` or the name of
-    /// something else.
-    pub fn name(&self) -> &str {
-        match self {
-            Self::Brep(_) => "brep",
-            Self::Surface(_) => "surface",
-            Self::Curve(_) => "curve",
-            Self::Extrusion => "extrusion",
-            Self::Mesh => "mesh",
-            Self::Other(name) => name,
-            Self::Refused { .. } => "refused",
-        }
-    }
-}
-
-/// Reads the file at `path`; see [`read_3dm`].
-///
-/// # Errors
-/// [`FileError`], which names the file: it cannot be opened or read, is larger than
-/// [`MAX_FILE_SIZE`], or [`read_3dm`] refuses it.
-pub fn read_file(path: impl AsRef<Path>) -> Result<Document, FileError> {
-    let path = path.as_ref();
-    load(path).map_err(|problem| FileError {
-        path: path.to_path_buf(),
-        problem,
-    })
-}
-
-fn load(path: &Path) -> Result<Document, FileProblem> {
-    let mut bytes = Vec::new();
-    // One byte more than allowed, whatever the system says the size is: it may be a pipe.
-    File::open(path)?
-        .take(MAX_FILE_SIZE + 1)
-        .read_to_end(&mut bytes)?;
-    if bytes.len() as u64 > MAX_FILE_SIZE {
-        return Err(FileProblem::TooLarge);
-    }
-    Ok(read_3dm(&bytes)?)
-}
 
 /// Reads a .3dm file of version 3 to 8 from memory.
 ///
@@ -218,6 +101,7 @@ impl DocumentReader {
         Self {
             start,
             document: Document {
+                format: Format::Rhino,
                 version,
                 opennurbs_version: 0,
                 units: Units::None,

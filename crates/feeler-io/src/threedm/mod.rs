@@ -7,7 +7,6 @@
 //! | `curves`, `surfaces` | one class each |
 //! | `brep` | `ON_Brep` 3.x |
 //! | `attributes` | names, layers, units |
-//! | `sheets` | nothing: sees that loops lie on one sheet of their surface |
 //! | `document` | the whole file |
 
 mod archive;
@@ -17,12 +16,8 @@ mod brep;
 mod class;
 mod curves;
 mod document;
-mod error;
-mod sheets;
 mod surfaces;
-mod units;
 
 pub use archive::MAX_DEPTH;
-pub use document::{Document, MAX_FILE_SIZE, Object, ObjectKind, read_3dm, read_file};
-pub use error::{ChunkId, FileError, FileProblem, Problem, ReadError};
-pub use units::Units;
+pub(crate) use document::MAGIC;
+pub use document::read_3dm;

@@ -5,7 +5,7 @@ use super::class::{self, Class};
 use super::curves::{
     REMEDY, SplineSize, control_point, control_point_count, curve, geometry, rational,
 };
-use super::error::{Problem, ReadError};
+use crate::error::{Problem, ReadError};
 use feeler::nurbs::{NurbsSurface, Plane, Revolution, Sum, Surface};
 use nalgebra::{Point3, Vector3};
 

@@ -41,7 +41,7 @@ pub enum Units {
 
 impl Units {
     /// By the format's number.
-    pub(super) fn from_code(code: i32) -> Self {
+    pub(crate) fn from_code(code: i32) -> Self {
         match code {
             0 => Self::None,
             1 => Self::Micrometres,

@@ -1,6 +1,7 @@
 //! What can be wrong with a file, and what to do about it.
 
-use super::document::MAX_FILE_SIZE;
+use crate::file::MAX_FILE_SIZE;
+use crate::occt::TextProblem;
 use feeler::brep::BrepError;
 use feeler::nurbs::GeometryError;
 use std::fmt;
@@ -53,7 +54,7 @@ impl fmt::Display for ChunkId {
     }
 }
 
-/// Why a .3dm file, or one object of it, cannot be read. Each message is one line that names the
+/// Why a file, or one object of it, cannot be read. Each message is one line that names the
 /// place and the remedy.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum ReadError {
@@ -87,6 +88,14 @@ pub enum ReadError {
         at: usize,
         /// What is wrong.
         problem: Box<Problem>,
+    },
+    /// Something wrong in a line of a text file.
+    #[error("line {line}: {problem}")]
+    Line {
+        /// The line, counted from 1.
+        line: usize,
+        /// What is wrong.
+        problem: Box<TextProblem>,
     },
 }
 

@@ -11,12 +11,16 @@
 //!   parameters, are the same numbers: then every point stays exactly what it was.
 //! - A loop without its seam cannot be mended without inventing trims. [`jumps`] reports it.
 
-use super::assembly::ROUNDING;
 use feeler::brep::{Brep, BrepParts, TrimCurve};
 use feeler::numeric::Interval;
 use feeler::nurbs::{Curve2, Surface};
 use nalgebra::Point2;
 use std::f64::consts::TAU;
+
+/// How far a span may stick out of its curve's domain and still be taken for a rounded copy of
+/// the domain's end, relative to the domain's larger end: writers print as few as 12 digits
+/// (2^-40 is 9e-13). Clamping moves the end point by no more than that.
+pub(crate) const ROUNDING: f64 = 1.0 / (1_u64 << 40) as f64;
 
 /// A gap as wide as this part of the surface's domain is no gap any more.
 const JUMP: f64 = 0.5;
@@ -92,6 +96,46 @@ fn extreme(curve: &Curve2, span: Interval, c: usize, sign: f64) -> f64 {
     most
 }
 
+/// Whether [`grow`] gives the very range of the part of a curve that a trim uses: that of a polygon, all of it.
+fn hull_is_exact(curve: &Curve2, span: Interval) -> bool {
+    matches!(curve, Curve2::Line(_) | Curve2::Polyline(_)) && span == curve.domain()
+}
+
+/// The range by [`extreme`].
+fn looked_for(curve: &Curve2, span: Interval, c: usize) -> [f64; 2] {
+    [-extreme(curve, span, c, -1.0), extreme(curve, span, c, 1.0)]
+}
+
+/// A range, and how much farther out a bound on it is at each end: nothing where polygons reach that far.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Reach {
+    pub(crate) range: [f64; 2],
+    pub(crate) margin: [f64; 2],
+}
+
+/// How far the parts of curves reach in coordinate `c`. `None` if there are no curves.
+pub(crate) fn reach<'c>(
+    curves: impl Iterator<Item = (&'c Curve2, Interval)>,
+    c: usize,
+) -> Option<Reach> {
+    let mut curved = [f64::INFINITY, f64::NEG_INFINITY];
+    let mut polygons = curved;
+    for (curve, span) in curves {
+        if hull_is_exact(curve, span) {
+            grow(&mut polygons, curve, c);
+        } else {
+            let [lo, hi] = looked_for(curve, span, c);
+            curved = [curved[0].min(lo), curved[1].max(hi)];
+        }
+    }
+    let range = [curved[0].min(polygons[0]), curved[1].max(polygons[1])];
+    let margin = MARGIN * (range[1] - range[0]);
+    (range[0] <= range[1]).then(|| Reach {
+        range,
+        margin: [0, 1].map(|i| if range[i] == polygons[i] { 0.0 } else { margin }),
+    })
+}
+
 /// The trims of some loops with their curves.
 fn trims<'p>(
     parts: &'p BrepParts,
@@ -116,13 +160,8 @@ fn outside(parts: &BrepParts, loops: &[usize], c: usize, domain: Interval) -> Op
     for (trim, curve) in trims(parts, loops) {
         let mut own = [f64::INFINITY, f64::NEG_INFINITY];
         grow(&mut own, curve, c);
-        let polygon = matches!(curve, Curve2::Line(_) | Curve2::Polyline(_));
-        let exact = polygon && trim.span == curve.domain();
-        if !exact && !inside(own) {
-            own = [
-                -extreme(curve, trim.span, c, -1.0),
-                extreme(curve, trim.span, c, 1.0),
-            ];
+        if !hull_is_exact(curve, trim.span) && !inside(own) {
+            own = looked_for(curve, trim.span, c);
         }
         range = [range[0].min(own[0]), range[1].max(own[1])];
     }
@@ -134,7 +173,7 @@ fn outside(parts: &BrepParts, loops: &[usize], c: usize, domain: Interval) -> Op
 
 /// Gives each plane and surface of revolution a domain that holds its face's loops, where that is exact
 /// (see the [module](self)). Returns a line for each face whose loops leave the domain.
-pub(super) fn open(parts: &mut BrepParts) -> Vec<String> {
+pub(crate) fn open(parts: &mut BrepParts) -> Vec<String> {
     let mut notes = Vec::new();
     for f in 0..parts.faces.len() {
         for (c, name) in ["u", "v"].into_iter().enumerate() {
@@ -215,7 +254,7 @@ fn end(brep: &Brep, trim: &TrimCurve, which: usize) -> Option<Point2<f64>> {
 }
 
 /// One line for each place where a loop jumps.
-pub(super) fn jumps(brep: &Brep) -> Vec<String> {
+pub(crate) fn jumps(brep: &Brep) -> Vec<String> {
     let parts = brep.parts();
     let mut found = Vec::new();
     for (l, trim_loop) in parts.loops.iter().enumerate() {

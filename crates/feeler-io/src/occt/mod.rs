@@ -1,0 +1,32 @@
+//! OCCT's text format for shapes, `.brep`, versions 1 to 3.
+//!
+//! | module | holds |
+//! |---|---|
+//! | `tokens` | words, numbers, counts, lines |
+//! | `splines` | knots, control points |
+//! | `curves`, `surfaces` | each kind, as it is read and as the kernel holds it |
+//! | `motion` | locations |
+//! | `shapes` | the tables of a file |
+//! | `projection` | curves in uv that the file leaves out, on planes |
+//! | `wires` | the order of a loop's trims |
+//! | `assembly` | from shapes to BREPs |
+//! | `document` | the whole file |
+//!
+//! The format is described in OCCT's documentation, "BRep Format"; where that is silent (periodic splines, the order
+//! of factors in a location, the second curve of a seam) files that OCCT writes decide, and tests hold us to them.
+
+mod assembly;
+mod curves;
+mod document;
+mod error;
+mod motion;
+mod projection;
+mod shapes;
+mod splines;
+mod surfaces;
+mod tokens;
+mod wires;
+
+pub(crate) use document::has_header;
+pub use document::read_brep;
+pub use error::TextProblem;

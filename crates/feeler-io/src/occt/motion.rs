@@ -1,0 +1,296 @@
+//! Locations: products of placements and their powers.
+//!
+//! A location is a word in the placements of the file's table, kept reduced (neighbours of the same placement
+//! are one power, powers of 0 are gone): two locations are the same if their words are. So does OCCT compare them
+//! when it looks for the curve of an edge on a face.
+
+use super::error::TextProblem;
+use super::tokens::Tokens;
+use crate::error::ReadError;
+use crate::sheets::ROUNDING;
+use nalgebra::{Matrix3, Point3, Vector3, Vector4};
+use std::collections::HashMap;
+
+/// `x -> rotation x + translation`.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Motion {
+    rotation: Matrix3<f64>,
+    translation: Vector3<f64>,
+}
+
+impl Motion {
+    fn identity() -> Self {
+        Self {
+            rotation: Matrix3::identity(),
+            translation: Vector3::zeros(),
+        }
+    }
+
+    pub(super) fn is_identity(&self) -> bool {
+        *self == Self::identity()
+    }
+
+    pub(super) fn vector(&self, v: &Vector3<f64>) -> Vector3<f64> {
+        self.rotation * v
+    }
+
+    pub(super) fn point(&self, p: &Point3<f64>) -> Point3<f64> {
+        Point3::from(self.rotation * p.coords + self.translation)
+    }
+
+    pub(super) fn homogeneous(&self, p: &Vector4<f64>) -> Vector4<f64> {
+        let moved = self.rotation * p.xyz() + self.translation * p.w;
+        Vector4::new(moved.x, moved.y, moved.z, p.w)
+    }
+
+    /// First `other`, then this.
+    fn after(&self, other: &Self) -> Self {
+        Self {
+            rotation: self.rotation * other.rotation,
+            translation: self.rotation * other.translation + self.translation,
+        }
+    }
+
+    fn inverse(&self) -> Self {
+        let back = self.rotation.transpose();
+        Self {
+            rotation: back,
+            translation: -(back * self.translation),
+        }
+    }
+
+    /// Why it is none: lengths and angles change by more than the rounding of what a file prints.
+    fn defect(&self) -> Option<String> {
+        let off = (self.rotation * self.rotation.transpose() - Matrix3::identity()).amax();
+        let determinant = self.rotation.determinant();
+        if determinant <= 0.0 {
+            Some(format!("its determinant is {determinant}, so it mirrors"))
+        } else if !(off <= ROUNDING) {
+            Some(format!(
+                "it changes squared lengths by up to {off} of themselves"
+            ))
+        } else {
+            None
+        }
+    }
+}
+
+/// A reduced word: placements and their powers, the leftmost applied last.
+type Word = Vec<(usize, i64)>;
+
+/// The longest word, and the largest power.
+const MAX_WORD: usize = 64;
+const MAX_POWER: i64 = 64;
+
+/// `a b`, reduced.
+fn product(a: &[(usize, i64)], b: &[(usize, i64)]) -> Word {
+    let mut word = a.to_vec();
+    for &(placement, power) in b {
+        match word.last_mut() {
+            Some((last, p)) if *last == placement => {
+                *p += power;
+                if *p == 0 {
+                    word.pop();
+                }
+            }
+            _ => word.push((placement, power)),
+        }
+    }
+    word
+}
+
+fn inverse(word: &[(usize, i64)]) -> Word {
+    word.iter().rev().map(|(i, p)| (*i, -p)).collect()
+}
+
+fn bounded(word: Word) -> Result<Word, TextProblem> {
+    if word.iter().any(|(_, p)| p.abs() > MAX_POWER) {
+        return Err(TextProblem::Limit {
+            what: "powers of a location",
+            limit: MAX_POWER as usize,
+        });
+    }
+    if word.len() > MAX_WORD {
+        return Err(TextProblem::Limit {
+            what: "factors of a location",
+            limit: MAX_WORD,
+        });
+    }
+    Ok(word)
+}
+
+/// A location, by its number among those met so far; 0 is the identity.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub(super) struct Place(usize);
+
+impl Place {
+    pub(super) const HERE: Self = Self(0);
+}
+
+/// All locations: those of the file's table, and products met since.
+pub(super) struct Places {
+    /// The file's placements with their numbers in the table and whether they are used as rigid motions.
+    placements: Vec<(usize, Motion)>,
+    /// The file's table.
+    table: Vec<Place>,
+    words: Vec<Word>,
+    numbers: HashMap<Word, Place>,
+    motions: Vec<Motion>,
+    products: HashMap<(Place, Place), Place>,
+}
+
+impl Places {
+    pub(super) fn read(t: &mut Tokens<'_>) -> Result<Self, ReadError> {
+        let mut places = Self {
+            placements: Vec::new(),
+            table: Vec::new(),
+            words: Vec::new(),
+            numbers: HashMap::new(),
+            motions: Vec::new(),
+            products: HashMap::new(),
+        };
+        places.number(Word::new());
+        t.expect("the table of locations", "Locations")?;
+        let count = t.count("locations", 2)?;
+        for i in 0..count {
+            let word = match t.word("the kind of a location")? {
+                b"1" => {
+                    let m = t.numbers::<12>("a location's matrix")?;
+                    places.placements.push((
+                        i + 1,
+                        Motion {
+                            rotation: Matrix3::new(
+                                m[0], m[1], m[2], m[4], m[5], m[6], m[8], m[9], m[10],
+                            ),
+                            translation: Vector3::new(m[3], m[7], m[11]),
+                        },
+                    ));
+                    vec![(places.placements.len() - 1, 1)]
+                }
+                b"2" => {
+                    let mut word = Word::new();
+                    while let Some(factor) = t.optional_index("location", places.table.len())? {
+                        let power = t.integer("the power of a location")?;
+                        let factor = places.word(places.table[factor]);
+                        word = power_of(&factor, power)
+                            .and_then(|f| bounded(product(&f, &word)))
+                            .map_err(|problem| t.fail(problem))?;
+                    }
+                    word
+                }
+                other => return Err(t.unexpected("the kind of a location", other, "1 or 2")),
+            };
+            let place = places.number(word);
+            places.table.push(place);
+        }
+        Ok(places)
+    }
+
+    /// The number of locations in the file's table.
+    pub(super) fn count(&self) -> usize {
+        self.table.len()
+    }
+
+    /// Reads a location by its number in the table.
+    pub(super) fn reference(&self, t: &mut Tokens<'_>) -> Result<Place, ReadError> {
+        let index = t.optional_index("location", self.count())?;
+        Ok(index
+            .and_then(|i| self.table.get(i).copied())
+            .unwrap_or(Place::HERE))
+    }
+
+    fn word(&self, place: Place) -> Word {
+        self.words.get(place.0).cloned().unwrap_or_default()
+    }
+
+    fn number(&mut self, word: Word) -> Place {
+        if let Some(place) = self.numbers.get(&word) {
+            return *place;
+        }
+        let mut motion = Motion::identity();
+        for (placement, power) in &word {
+            let Some((_, m)) = self.placements.get(*placement) else {
+                continue;
+            };
+            let step = if *power < 0 { m.inverse() } else { m.clone() };
+            for _ in 0..power.unsigned_abs() {
+                motion = motion.after(&step);
+            }
+        }
+        let place = Place(self.words.len());
+        self.motions.push(motion);
+        self.words.push(word.clone());
+        self.numbers.insert(word, place);
+        place
+    }
+
+    /// `a b`: first b, then a.
+    pub(super) fn product(&mut self, a: Place, b: Place) -> Result<Place, TextProblem> {
+        if a == Place::HERE || b == Place::HERE {
+            return Ok(if a == Place::HERE { b } else { a });
+        }
+        if let Some(place) = self.products.get(&(a, b)) {
+            return Ok(*place);
+        }
+        let word = bounded(product(&self.word(a), &self.word(b)))?;
+        let place = self.number(word);
+        self.products.insert((a, b), place);
+        Ok(place)
+    }
+
+    /// `a^-1 b`.
+    pub(super) fn relative(&mut self, a: Place, b: Place) -> Result<Place, TextProblem> {
+        if a == b {
+            return Ok(Place::HERE);
+        }
+        let inverse = self.number(inverse(&self.word(a)));
+        self.product(inverse, b)
+    }
+
+    /// The motion of a location.
+    ///
+    /// # Errors
+    /// One of its placements is no rigid motion.
+    pub(super) fn motion(&self, place: Place) -> Result<&Motion, TextProblem> {
+        for (placement, _) in self.words.get(place.0).into_iter().flatten() {
+            if let Some((location, motion)) = self.placements.get(*placement)
+                && let Some(why) = motion.defect()
+            {
+                return Err(TextProblem::NotRigid {
+                    location: *location,
+                    why,
+                });
+            }
+        }
+        let identity = TextProblem::Reference {
+            what: "location",
+            found: -1,
+            count: self.words.len(),
+        };
+        self.motions.get(place.0).ok_or(identity)
+    }
+}
+
+fn power_of(word: &[(usize, i64)], power: i64) -> Result<Word, TextProblem> {
+    if power.abs() > MAX_POWER {
+        return bounded(vec![(0, power)]);
+    }
+    let base = if power < 0 {
+        inverse(word)
+    } else {
+        word.to_vec()
+    };
+    if let &[(placement, p)] = &base[..] {
+        // p is bounded, so is the product.
+        return bounded(if power == 0 {
+            Word::new()
+        } else {
+            vec![(placement, p * power.abs())]
+        });
+    }
+    let mut result = Word::new();
+    for _ in 0..power.unsigned_abs() {
+        result = bounded(product(&result, &base))?;
+    }
+    Ok(result)
+}
