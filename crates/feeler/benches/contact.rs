@@ -10,7 +10,7 @@ use divan::{Bencher, black_box};
 use feeler::brep::Brep;
 use feeler::prepare::PreparedBrep;
 use feeler::query::{
-    Accuracy, Contact, Contacts, Options, Probe, Sphere, Workspace, contact, contact_from, overlap,
+    Accuracy, Contacts, Options, Probe, Sphere, Witness, Workspace, contact, contact_from, overlap,
 };
 use nalgebra::Point3;
 use scenes::{Random, bicubic, native_sphere, nurbs_sphere, trimmed_bicubic};
@@ -192,7 +192,7 @@ fn question_ball_joint_nurbs(bencher: Bencher, question: &str) {
     );
 }
 
-/// Balls that move over the wave in small steps, each asked from scratch or from the last contact.
+/// Balls that move over the wave in small steps, each asked from scratch or with what those before have learnt.
 fn path(bencher: Bencher, name: &str, warm: bool) {
     let brep = bicubic();
     let brep = PreparedBrep::new(brep);
@@ -209,15 +209,14 @@ fn path(bencher: Bencher, name: &str, warm: bool) {
         .flat_map(|w| (0..100).map(|k| w[0] + (w[1] - w[0]) * (f64::from(k) / 100.0)))
         .collect();
     let mut workspace = Workspace::default();
-    let mut last: Option<Contact> = None;
+    let mut witness = Witness::default();
     let mut ask = |center: Point3<f64>| {
         let probe = Probe::Sphere(Sphere::new(center, 0.01).expect("a sphere"));
-        let answer = match &last {
-            Some(c) if warm => contact_from(&brep, &probe, c, &options, &mut workspace),
-            _ => contact(&brep, &probe, &options, &mut workspace),
-        };
-        last = answer.contacts.first().copied();
-        black_box(answer);
+        black_box(if warm {
+            contact_from(&brep, &probe, &mut witness, &options, &mut workspace)
+        } else {
+            contact(&brep, &probe, &options, &mut workspace)
+        });
     };
     places.iter().for_each(|c| ask(*c));
     let mut next = 0;

@@ -9,7 +9,7 @@ mod scenes;
 use feeler::brep::Brep;
 use feeler::prepare::PreparedBrep;
 use feeler::query::{
-    Accuracy, Contact, HalfSpace, LineKind, LineProbe, Options, Probe, Sphere, Workspace, contact,
+    Accuracy, HalfSpace, LineKind, LineProbe, Options, Probe, Sphere, Witness, Workspace, contact,
     contact_from, line, overlap,
 };
 use nalgebra::{Point3, Vector3};
@@ -162,21 +162,20 @@ fn balls(brep: Brep, radius: f64, accuracy: Accuracy, centers: Vec<Point3<f64>>)
     })
 }
 
-/// Small steps over the wave, each from the last contact if `warm`.
+/// Small steps over the wave, each with what the one before has learnt if `warm`.
 fn path(from: Point3<f64>, direction: Vector3<f64>, warm: bool) -> Query {
     const STEP: f64 = 1e-3;
     let brep = PreparedBrep::new(bicubic());
     let mut workspace = Workspace::default();
     Box::new(move || {
-        let mut last: Option<Contact> = None;
+        let mut witness = Witness::default();
         for k in 0..PLACES {
             let probe = ball(from + direction * (STEP * k as f64), 0.01);
-            let answer = match last {
-                Some(c) if warm => contact_from(&brep, &probe, &c, &wide(), &mut workspace),
-                _ => contact(&brep, &probe, &wide(), &mut workspace),
-            };
-            last = answer.contacts.first().copied();
-            black_box(&answer);
+            black_box(if warm {
+                contact_from(&brep, &probe, &mut witness, &wide(), &mut workspace)
+            } else {
+                contact(&brep, &probe, &wide(), &mut workspace)
+            });
         }
     })
 }

@@ -1,12 +1,14 @@
-//! A warm start is a seed: it changes the work, not the truth of an answer.
+//! What queries learn from those before changes the work, not the truth of an answer.
 
 #[path = "scenes/mod.rs"]
 mod scenes;
 
 use feeler::prepare::PreparedBrep;
-use feeler::query::{Contact, HalfSpace, Options, Probe, Sphere, Workspace, contact, contact_from};
+use feeler::query::{
+    Contact, HalfSpace, Options, Probe, Sphere, Witness, Workspace, contact, contact_from,
+};
 use nalgebra::{Point2, Point3, Vector3};
-use scenes::{Random, bicubic, cube, native_sphere, nurbs_sphere};
+use scenes::{Random, bicubic, cube, native_sphere, nurbs_sphere, trimmed_bicubic, wavy_prism};
 
 fn options() -> Options {
     Options {
@@ -16,11 +18,11 @@ fn options() -> Options {
 }
 
 /// The answers with and without a hint must be as narrow, and both hold the truth: so they meet.
-fn must_agree(brep: &PreparedBrep, probe: &Probe, last: &Contact) -> [usize; 2] {
+fn must_agree(brep: &PreparedBrep, probe: &Probe, witness: &mut Witness) -> [usize; 2] {
     let mut workspace = Workspace::default();
     let cold = contact(brep, probe, &options(), &mut workspace);
     let dear = workspace.work().nodes;
-    let warm = contact_from(brep, probe, last, &options(), &mut workspace);
+    let warm = contact_from(brep, probe, witness, &options(), &mut workspace);
     let cheap = workspace.work().nodes;
     let (a, b) = (cold.separation.bounds, warm.separation.bounds);
     assert!(a.lo <= b.hi && b.lo <= a.hi, "{cold:?} {warm:?}");
@@ -39,22 +41,77 @@ fn along_a_path() {
     let mut random = Random::new(31);
     for (brep, radius) in [(bicubic(), 0.05), (nurbs_sphere(), 2.0), (cube(), 0.1)] {
         let brep = PreparedBrep::new(brep);
-        let mut workspace = Workspace::default();
         let (mut cheap, mut dear) = (0, 0);
         for _ in 0..10 {
             let from = Vector3::from_fn(|_, _| random.between(0.1, 0.9));
             let step = random.direction() * 1e-3;
             let at = |k: f64| Probe::Sphere(Sphere::new((from + step * k).into(), radius).unwrap());
-            let mut last = contact(&brep, &at(0.0), &options(), &mut workspace).contacts[0];
-            for k in 1..20 {
+            let mut witness = Witness::default();
+            for k in 0..20 {
                 let probe = at(f64::from(k));
-                let [warm, cold] = must_agree(&brep, &probe, &last);
+                let [warm, cold] = must_agree(&brep, &probe, &mut witness);
                 (cheap, dear) = (cheap + warm, dear + cold);
-                let next = contact_from(&brep, &probe, &last, &options(), &mut workspace);
-                last = next.contacts[0];
             }
         }
         assert!(cheap <= dear, "{cheap} {dear}");
+    }
+}
+
+/// A witness is right wherever the ball goes: steps of all lengths, along the face and away from it, with trims, edges, closed
+/// forms and cracks about.
+#[test]
+fn what_is_left_out_is_no_nearer() {
+    let mut random = Random::new(43);
+    // Each with a box to begin in.
+    let models = [
+        (bicubic(), [0.0, 1.0], [-0.3, 0.3]),
+        (trimmed_bicubic(), [0.0, 1.0], [-0.3, 0.3]),
+        (nurbs_sphere(), [-2.5, 2.5], [-2.5, 2.5]),
+        (native_sphere(), [-2.5, 2.5], [-2.5, 2.5]),
+        (wavy_prism(8), [-6.0, 6.0], [-1.0, 1.0]),
+        (cube(), [-0.5, 1.5], [-0.5, 1.5]),
+    ];
+    for (brep, xy, z) in models {
+        let brep = PreparedBrep::new(brep);
+        let size = brep.size();
+        let (mut cheap, mut dear) = (0, 0);
+        for length in [1e-9, 1e-4, 1e-3, 1e-2, 0.1] {
+            let mut witness = Witness::default();
+            let mut at = Point3::from([xy, xy, z].map(|[a, b]| random.between(a, b)));
+            for _ in 0..60 {
+                let probe = Probe::Sphere(Sphere::new(at, 0.01 * size).unwrap());
+                let [warm, cold] = must_agree(&brep, &probe, &mut witness);
+                (cheap, dear) = (cheap + warm, dear + cold);
+                at += random.direction() * (size * length);
+            }
+        }
+        assert!(cheap <= dear, "{cheap} {dear}");
+    }
+}
+
+/// About a focal point f64 sees noise alone: parts put aside for that are known too.
+#[test]
+fn noise_is_not_left_out() {
+    let mut random = Random::new(47);
+    let brep = PreparedBrep::new(nurbs_sphere());
+    for length in [1e-16, 1e-13, 1e-10, 1e-7] {
+        let mut witness = Witness::default();
+        for _ in 0..20 {
+            let at = Point3::from(random.direction() * length);
+            let probe = Probe::Sphere(Sphere::new(at, 2.0).unwrap());
+            must_agree(&brep, &probe, &mut witness);
+        }
+    }
+}
+
+/// What one BREP taught is not believed of another.
+#[test]
+fn a_witness_of_another_brep_is_none() {
+    let [near, far] = [bicubic(), cube()].map(PreparedBrep::new);
+    let mut witness = Witness::default();
+    let probe = Probe::Sphere(Sphere::new(Point3::new(0.4, 0.6, 0.2), 0.01).unwrap());
+    for brep in [&near, &far, &near, &far] {
+        must_agree(brep, &probe, &mut witness);
     }
 }
 
@@ -69,9 +126,9 @@ fn a_useless_hint_does_no_harm() {
             let [a, b] = [0, 1].map(|_| Vector3::from_fn(|_, _| random.between(-1.0, 2.0)));
             // Anywhere else: the nearest point of another place.
             let last = contact(&brep, &ball(a.into()), &options(), &mut workspace).contacts[0];
-            must_agree(&brep, &ball(b.into()), &last);
+            must_agree(&brep, &ball(b.into()), &mut Witness::at(&last));
             let n = Probe::HalfSpace(HalfSpace::new(b.normalize(), 0.0).unwrap());
-            must_agree(&brep, &n, &last);
+            must_agree(&brep, &n, &mut Witness::at(&last));
             // Of another model: no such face, no such parameters.
             let nonsense = [
                 Contact { face: 1000, ..last },
@@ -85,7 +142,7 @@ fn a_useless_hint_does_no_harm() {
                 },
             ];
             for last in nonsense {
-                must_agree(&brep, &ball(b.into()), &last);
+                must_agree(&brep, &ball(b.into()), &mut Witness::at(&last));
             }
         }
     }

@@ -8,7 +8,9 @@
 use super::{Effort, Found, Subject, agree_in_space, options, radius};
 use feeler::numeric::{Dyadic, Enclosure};
 use feeler::nurbs::Surface;
-use feeler::query::{self, Accuracy, Contact, ContactAnswer, Contacts, Options, Probe};
+use feeler::query::{
+    self, Accuracy, Contact, ContactAnswer, Contacts, Options, Probe, Sphere, Witness,
+};
 use feeler::trim::Side;
 use feeler_corpus::Query;
 use feeler_oracle::TruthEnclosure;
@@ -288,8 +290,17 @@ fn among_themselves(
     let other = query::contact(brep, probe, &coarse, workspace);
     apart("coarsely", &other.separation.bounds)?;
     if let Some(last) = found.contacts.first() {
-        let other = query::contact_from(brep, probe, last, asked, workspace);
-        apart("from its own contact", &other.separation.bounds)?;
+        let mut witness = Witness::at(last);
+        // With what a ball beside it teaches.
+        if let Probe::Sphere(s) = probe {
+            let aside = s.center + Vector3::repeat(1e-3 * brep.size());
+            if let Ok(beside) = Sphere::new(aside, s.radius) {
+                let beside = Probe::Sphere(beside);
+                query::contact_from(brep, &beside, &mut witness, asked, workspace);
+            }
+        }
+        let other = query::contact_from(brep, probe, &mut witness, asked, workspace);
+        apart("from what it knew", &other.separation.bounds)?;
     }
     match query::overlap(brep, probe, asked, workspace).overlap {
         Some(true) if b.lo >= 0.0 => Err(format!("overlap, but not below {:e}", b.lo)),

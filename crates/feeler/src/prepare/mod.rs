@@ -47,6 +47,7 @@ use boundary::{Cut, UvCurve};
 use closed::{ClosedCurve, ClosedFace};
 use nalgebra::Point3;
 use std::sync::OnceLock;
+use std::sync::atomic::{AtomicU64, Ordering};
 
 /// A box in space: ranges of x, y, z, rounded outward.
 pub(crate) type Box3 = [[f64; 2]; 3];
@@ -198,9 +199,14 @@ struct PreparedFace {
     double_double: OnceLock<FaceGeometry<Dd>>,
 }
 
+/// How many were made.
+static COUNT: AtomicU64 = AtomicU64::new(0);
+
 /// A BREP made ready for queries: immutable and `Sync`.
 #[derive(Debug)]
 pub struct PreparedBrep {
+    /// No other of this process has the same.
+    id: u64,
     brep: Brep,
     shortcuts: Shortcuts,
     faces: Vec<PreparedFace>,
@@ -293,6 +299,7 @@ impl PreparedBrep {
         }
         let slots = || brep.parts().edges.iter().map(|_| OnceLock::new()).collect();
         Self {
+            id: COUNT.fetch_add(1, Ordering::Relaxed),
             cracks: slots(),
             fine_cracks: slots(),
             images: brep.parts().trims.iter().map(|_| OnceLock::new()).collect(),
@@ -309,6 +316,11 @@ impl PreparedBrep {
             bounding_box,
             room: OnceLock::new(),
         }
+    }
+
+    /// A number that no other of this process has.
+    pub(crate) fn id(&self) -> u64 {
+        self.id
     }
 
     pub(crate) fn shortcuts(&self) -> Shortcuts {

@@ -1,7 +1,9 @@
 //! Homogeneous nets and the products that a distance needs of them.
 
 use super::Homogeneous;
-use crate::numeric::bernstein::{Bidegree, largest, product, product_units};
+use crate::numeric::bernstein::{
+    Bidegree, largest, product, product_units, split_error, split_off,
+};
 use crate::numeric::{Ball, Real};
 
 /// `origin + X / w`, a patch (or, with `degree.v = 0`, a curve) in space.
@@ -40,6 +42,18 @@ impl<T: Real> Coefficients<T> {
             largest,
         }
     }
+
+    /// The lower or the upper half along u (or v).
+    fn halve(&mut self, degree: Bidegree, along_u: bool, high: bool) {
+        let own = split_error::<T>(degree, along_u, self.largest);
+        let right = split_off(&mut self.values, degree, along_u);
+        let values = if high {
+            right
+        } else {
+            std::mem::take(&mut self.values)
+        };
+        *self = Self::new(values, (self.error + own) * (1.0 + 16.0 * f64::EPSILON));
+    }
 }
 
 /// The parts of `N = |X - q w|^2 = a - 2 q.b + |q|^2 c`, linear in `(1, q, |q|^2)`.
@@ -52,6 +66,29 @@ pub(crate) struct Products<T> {
     pub(crate) b: [Coefficients<T>; 3],
     /// `w^2`.
     pub(crate) c: Coefficients<T>,
+}
+
+impl<T: Real> Products<T> {
+    /// The same over a box that halving reaches; `None` for any other.
+    pub(crate) fn restricted(&self, u: [f64; 2], v: [f64; 2]) -> Option<Self> {
+        let mut out = self.clone();
+        for (along_u, degree, target) in [(true, self.degree.u, u), (false, self.degree.v, v)] {
+            let mut range = [0.0, 1.0];
+            while degree > 0 && range != target {
+                let middle = 0.5 * (range[0] + range[1]);
+                let high = target[0] >= middle;
+                range[usize::from(!high)] = middle;
+                if !(range[0] <= target[0] && target[0] < target[1] && target[1] <= range[1]) {
+                    return None;
+                }
+                let [x, y, z] = &mut out.b;
+                for part in [&mut out.a, x, y, z, &mut out.c] {
+                    part.halve(self.degree, along_u, high);
+                }
+            }
+        }
+        Some(out)
+    }
 }
 
 impl<T: Real> Net<T> {

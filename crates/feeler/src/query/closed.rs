@@ -64,7 +64,7 @@ impl Search<'_> {
             self.settle_closed(minimum.range[0], minimum.extent);
         }
         if !form.others.is_empty() {
-            self.push_pieces::<T>(heap, face, lo, |c| form.others.contains(&c));
+            self.push_pieces::<T>(heap, face, lo, true, |c| form.others.contains(&c));
         }
     }
 

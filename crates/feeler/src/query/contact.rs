@@ -3,6 +3,7 @@
 use super::answer::{
     Accuracy, Contact, ContactAnswer, Contacts, Feature, Options, Probe, Separation, Undecided,
 };
+use super::front::Front;
 use super::local::{Spot, Surroundings};
 use super::objective::Objective;
 use super::search::{Foot, Goal, Hint, Locus, Memory, Outcome, Settled, Source, Width, minimize};
@@ -40,31 +41,57 @@ pub fn contact(
     answer(brep, probe, None, options, workspace)
 }
 
-/// The same, for a probe that has moved a little since `last` was its contact.
+/// What the queries of one probe that moves past one BREP learn from each other: where the last foot was, and which parts of
+/// the BREP a ball can come to touch before it has moved on by so much. The caller keeps one for each pair; a new one (`default`) knows nothing.
 ///
-/// The last contact is only where the search looks first, in place of the best of a face's seeds: a good one saves nodes, a bad one costs a
-/// descent. On a bicubic surface of 8 x 8 control points it saves 9 % of the instructions (`bicubic_path` of `cargo xtask
-/// instructions`). What is certified is certified for this query, so the bounds hold as those of
-/// [`contact`] do and are as narrow; but where in them the value lies may differ in the last digits, as may the foot within its
-/// bound. On closed forms there is nothing to look for, and the answer is the same.
+/// It holds some kilobytes for each of at most 16 boxes of patches.
+#[derive(Clone, Debug, Default)]
+pub struct Witness {
+    /// Of which BREP, where one has answered.
+    brep: Option<u64>,
+    hint: Option<Hint>,
+    front: Front,
+}
+
+impl Witness {
+    /// Knows of one contact alone, as a place to look first.
+    pub fn at(contact: &Contact) -> Self {
+        Self {
+            hint: Some(Hint {
+                face: contact.face,
+                uv: contact.uv,
+            }),
+            ..Self::default()
+        }
+    }
+}
+
+/// The same, for a probe that has moved a little since it was last asked about with this witness.
+///
+/// The search looks first where the last foot was. If a ball has moved no farther than its witness knows the BREP around it, only
+/// the parts that may have come nearest are looked at (temporal coherence: Ericson, Real-Time Collision Detection, 2.4; the
+/// argument is in the module `front`); else all of it, once, from which the witness learns. What is certified is certified for this query,
+/// so the bounds hold as those of [`contact`] do and are as narrow; but where in them the value lies may differ in the last digits, as
+/// may the foot within its bound. On closed forms there is nothing to look for, and the answer is the same. A witness that
+/// is no use, be it of another BREP, costs a descent at most. An answer hangs on the witness as well as on the query.
 pub fn contact_from(
     brep: &PreparedBrep,
     probe: &Probe,
-    last: &Contact,
+    witness: &mut Witness,
     options: &Options,
     workspace: &mut Workspace,
 ) -> ContactAnswer {
-    let hint = Hint {
-        face: last.face,
-        uv: last.uv,
-    };
-    answer(brep, probe, Some(hint), options, workspace)
+    if witness.brep.is_some_and(|id| id != brep.id()) {
+        *witness = Witness::default();
+    }
+    witness.brep = Some(brep.id());
+    answer(brep, probe, Some(witness), options, workspace)
 }
 
 fn answer(
     brep: &PreparedBrep,
     probe: &Probe,
-    hint: Option<Hint>,
+    mut witness: Option<&mut Witness>,
     options: &Options,
     workspace: &mut Workspace,
 ) -> ContactAnswer {
@@ -86,7 +113,8 @@ fn answer(
         (Contacts::All, Probe::HalfSpace(_)) => Some(options.prediction),
         _ => None,
     };
-    let search = |closed: bool, memory: &mut Memory| {
+    let hint = witness.as_ref().and_then(|w| w.hint);
+    let search = |closed: bool, memory: &mut Memory, front: Option<&mut Front>| {
         let goal = Goal {
             width,
             all_below,
@@ -95,10 +123,12 @@ fn answer(
             closed,
             hint,
         };
-        minimize(brep, &objective, goal, memory)
+        minimize(brep, &objective, goal, memory, front)
     };
     workspace.work = Work::default();
-    let mut found = search(true, &mut workspace.memory);
+    let front = witness.as_deref_mut().map(|w| &mut w.front);
+    let front = front.filter(|_| objective.is_squared() && all_below.is_none());
+    let mut found = search(true, &mut workspace.memory, front);
     workspace.work.nodes += found.nodes;
     // The side matters for a sphere about a closed solid only.
     let material = match probe {
@@ -120,9 +150,16 @@ fn answer(
     let (mut separation, mut target) = settle(&found);
     if material.is_some() && found.used_closed && separation.bounds.width() > target {
         // A surface that is not quite what its closed form takes it for, or digits lost next to a focal point.
-        found = search(false, &mut workspace.memory);
+        found = search(false, &mut workspace.memory, None);
         workspace.work.nodes += found.nodes;
         (separation, target) = settle(&found);
+    }
+    if let Some(witness) = witness {
+        let place = |foot: Foot| Hint {
+            face: foot.face,
+            uv: foot.uv,
+        };
+        witness.hint = found.foot.map(place);
     }
     // Contacts may be missing where the search for all of them was cut short.
     let cut_short = found.budget_spent && options.contacts == Contacts::All;

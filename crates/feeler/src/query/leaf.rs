@@ -217,7 +217,7 @@ impl Search<'_> {
             for (high, touches) in [(false, range[0] == 0.0), (true, range[1] == 1.0)] {
                 if touches {
                     let border = node.border(along_u, high, squared);
-                    self.enqueue(heap, source, inside, border);
+                    self.enqueue(heap, source, inside, border, true);
                 }
             }
         }

@@ -5,6 +5,7 @@ pub mod batch;
 mod closed;
 mod contact;
 mod forms;
+mod front;
 mod inside;
 mod leaf;
 mod line;
@@ -22,7 +23,7 @@ pub use answer::{
     Undecided,
 };
 
-pub use contact::{contact, contact_from};
+pub use contact::{Witness, contact, contact_from};
 pub use inside::inside;
 pub use line::{any_hit, line};
 pub use overlap::overlap;

@@ -71,12 +71,13 @@ impl<T: Real> Node<T> {
         } else {
             [0.0, 1.0]
         };
-        let mut node = Self {
-            f,
-            u: [0.0, 1.0],
-            v,
-            lo: Dd::ZERO,
-        };
+        Self::over(f, [0.0, 1.0], v, squared)
+    }
+
+    /// A box.
+    pub(crate) fn over(f: Quotient<T>, u: [f64; 2], v: [f64; 2], squared: bool) -> Self {
+        let lo = Dd::ZERO;
+        let mut node = Self { f, u, v, lo };
         node.lo = node.lower_bound(squared);
         node
     }

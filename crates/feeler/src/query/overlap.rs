@@ -53,6 +53,7 @@ pub fn overlap(
                 hint: None,
             },
             &mut workspace.memory,
+            None,
         );
         workspace.work.nodes += found.nodes;
         found

@@ -38,11 +38,12 @@
 //! The same list with curves for patches and end points for borders holds on boundary pieces (where every point
 //! counts as in the region) and on borders of patches.
 
+use super::front::{Front, Left, Part};
 use super::node::{Node, Shape};
 use super::objective::Objective;
 use crate::numeric::{Ball, Dd, Real};
 use crate::prepare::closed::{Extent, Target, V3};
-use crate::prepare::{FaceGeometry, Net, PreparedBrep};
+use crate::prepare::{FaceGeometry, Net, PreparedBrep, Products};
 use crate::trim::BoxSide;
 use nalgebra::Point2;
 use std::cmp::Ordering;
@@ -218,6 +219,8 @@ pub(crate) struct Memory {
     fine_tasks: Vec<Task<Dd>>,
     settled: Vec<Settled>,
     noisy: Vec<Noisy>,
+    /// What the search put aside, for a front.
+    pub(super) left: Vec<Left>,
 }
 
 impl Memory {
@@ -232,11 +235,13 @@ impl Memory {
 pub(super) struct Task<T> {
     lo: Dd,
     order: usize,
+    /// Whether it is part of something that was put aside with a bound: only this search's centre makes it a task of its own.
+    covered: bool,
     kind: Kind<T>,
 }
 
 #[derive(Debug)]
-enum Kind<T> {
+pub(super) enum Kind<T> {
     Face(usize),
     Closed(usize),
     Root(Source),
@@ -276,10 +281,12 @@ pub(super) struct Search<'a> {
     pub(super) out: Outcome,
     /// Nodes that f64 cannot settle.
     noisy: Vec<Noisy>,
-    memory: &'a mut Memory,
+    pub(super) memory: &'a mut Memory,
     /// The least bound of what was put aside without an entry in `out.settled`.
     unsettled: Dd,
     order: usize,
+    /// Whether what is put aside is written down for a front.
+    recording: bool,
 }
 
 /// Boxes are not split below this width in local parameters.
@@ -295,6 +302,7 @@ pub(crate) fn minimize(
     objective: &Objective,
     goal: Goal,
     memory: &mut Memory,
+    mut front: Option<&mut Front>,
 ) -> Outcome {
     let mut search = Search {
         brep,
@@ -315,12 +323,16 @@ pub(crate) fn minimize(
         memory,
         unsettled: Dd::from(f64::INFINITY),
         order: 0,
+        recording: false,
     };
-    if brep.shortcuts().double_first {
-        search.run_all::<f64>();
-    } else {
+    if !brep.shortcuts().double_first {
         search.run_all::<Dd>();
+    } else if let Some(front) = front.as_deref_mut() {
+        search.run_front(front);
+    } else {
+        search.run_all::<f64>();
     }
+    search.recording = false;
     let mut noisy = std::mem::take(&mut search.noisy);
     if !noisy.is_empty() && !search.out.budget_spent {
         search.refine(&noisy);
@@ -331,6 +343,11 @@ pub(crate) fn minimize(
     }
     noisy.clear();
     search.memory.noisy = noisy;
+    if let Some(front) = front
+        && search.out.budget_spent
+    {
+        front.forget();
+    }
     let mut out = search.out;
     out.left_open |= search.unsettled < out.hi;
     if out.hi < out.lo {
@@ -376,13 +393,28 @@ impl Search<'_> {
         }
     }
 
-    fn push<T>(&mut self, heap: &mut BinaryHeap<Task<T>>, lo: Dd, kind: Kind<T>) {
+    pub(super) fn push<T>(
+        &mut self,
+        heap: &mut BinaryHeap<Task<T>>,
+        lo: Dd,
+        covered: bool,
+        kind: Kind<T>,
+    ) {
         self.order += 1;
         heap.push(Task {
             lo,
             order: self.order,
+            covered,
             kind,
         });
+    }
+
+    /// Writes down what is put aside with a bound, if a front is wanted.
+    fn leave(&mut self, lo: Dd, covered: bool, part: Part) {
+        if self.recording && !covered {
+            let lo = if lo.hi.is_nan() { self.nothing() } else { lo };
+            self.memory.left.push(Left { lo, part });
+        }
     }
 
     /// Takes a bound into the result.
@@ -445,14 +477,49 @@ impl Search<'_> {
             self.try_hint(hint);
         }
         let mut heap = BinaryHeap::from(std::mem::take(T::tasks(self.memory)));
-        for face in 0..self.brep.brep().faces().len() {
-            let b = self.brep.face_box(face);
-            let lo = b.map_or(self.nothing(), |b| self.box_bound(b));
-            self.push(&mut heap, lo, Kind::<T>::Face(face));
-        }
+        self.push_faces(&mut heap);
         self.run(&mut heap);
         heap.clear();
         *T::tasks(self.memory) = heap.into_vec();
+    }
+
+    fn push_faces<T>(&mut self, heap: &mut BinaryHeap<Task<T>>) {
+        for face in 0..self.brep.brep().faces().len() {
+            let b = self.brep.face_box(face);
+            let lo = b.map_or(self.nothing(), |b| self.box_bound(b));
+            self.push(heap, lo, false, Kind::Face(face));
+        }
+    }
+
+    /// Runs over a front where it holds for this centre; else over all faces, and makes the front anew.
+    fn run_front(&mut self, front: &mut Front) {
+        if let Some(hint) = self.goal.hint {
+            self.try_hint(hint);
+        }
+        let mut heap = BinaryHeap::from(std::mem::take(&mut self.memory.tasks));
+        let holds = self.push_front(&mut heap, front);
+        if !holds {
+            self.memory.left.clear();
+            self.recording = true;
+            self.push_faces(&mut heap);
+        }
+        self.run(&mut heap);
+        for task in heap.drain() {
+            let part = match task.kind {
+                Kind::Face(face) | Kind::Closed(face) => Part::Face(face),
+                Kind::Root(source) => Part::Root(source),
+                Kind::Node {
+                    source,
+                    inside,
+                    node,
+                } => Part::Box(source, node.u, node.v, inside),
+            };
+            self.leave(task.lo, task.covered, part);
+        }
+        self.memory.tasks = heap.into_vec();
+        if !holds {
+            self.keep_front(front);
+        }
     }
 
     fn run<T: Real + Arithmetic>(&mut self, heap: &mut BinaryHeap<Task<T>>) {
@@ -460,6 +527,8 @@ impl Search<'_> {
             if task.lo >= self.enough() {
                 self.lower(task.lo);
                 self.out.left_open |= task.lo < self.out.hi;
+                // For what writes down all that is left.
+                heap.push(task);
                 return;
             }
             if self.out.nodes >= self.goal.budget {
@@ -468,26 +537,31 @@ impl Search<'_> {
                 return;
             }
             self.out.nodes += 1;
+            let covered = task.covered;
             match task.kind {
                 Kind::Face(face) => match self.closed(face) {
                     // Nothing else waits that might come first.
-                    Some(_) if heap.is_empty() => self.open_closed(heap, face, task.lo),
+                    Some(_) if heap.is_empty() => {
+                        self.leave(task.lo, covered, Part::Face(face));
+                        self.open_closed(heap, face, task.lo);
+                    }
                     Some(form) => {
                         let least = form.surface.least(&self.target);
                         let lo = if least > task.lo { least } else { task.lo };
+                        self.leave(lo, covered, Part::Face(face));
                         if !self.hopeless(lo) {
-                            self.push(heap, lo, Kind::Closed(face));
+                            self.push(heap, lo, true, Kind::Closed(face));
                         }
                     }
                     None => self.open_face(heap, face, task.lo),
                 },
                 Kind::Closed(face) => self.open_closed(heap, face, task.lo),
-                Kind::Root(source) => self.open_root(heap, source, task.lo),
+                Kind::Root(source) => self.open_root(heap, source, task.lo, covered),
                 Kind::Node {
                     source,
                     inside,
                     node,
-                } => self.visit(heap, source, inside, *node),
+                } => self.visit(heap, source, inside, *node, covered),
             }
         }
     }
@@ -511,9 +585,9 @@ impl Search<'_> {
         for (index, b) in geometry.patch_boxes.iter().enumerate() {
             let own = b.as_ref().map_or(self.nothing(), |b| self.box_bound(b));
             let lo = if own > lo { own } else { lo };
-            self.push(heap, lo, Kind::Root(Source::Patch { face, index }));
+            self.push(heap, lo, false, Kind::Root(Source::Patch { face, index }));
         }
-        self.push_pieces::<T>(heap, face, lo, |_| true);
+        self.push_pieces::<T>(heap, face, lo, false, |_| true);
     }
 
     /// Pieces of those uv curves of a face that are wanted.
@@ -522,6 +596,7 @@ impl Search<'_> {
         heap: &mut BinaryHeap<Task<T>>,
         face: usize,
         lo: Dd,
+        covered: bool,
         wanted: impl Fn(usize) -> bool,
     ) {
         let geometry = T::geometry(self.brep, face);
@@ -533,7 +608,7 @@ impl Search<'_> {
             let b = &geometry.patch_boxes[geometry.piece_patch(index)];
             let own = b.as_ref().map_or(lo, |b| self.box_bound(b));
             let lo = if own > lo { own } else { lo };
-            self.push(heap, lo, Kind::Root(Source::Piece { face, index }));
+            self.push(heap, lo, covered, Kind::Root(Source::Piece { face, index }));
         }
     }
 
@@ -546,12 +621,27 @@ impl Search<'_> {
                 geometry.patch_products(index)
             }),
             Source::Piece { .. } => {
-                let space = geometry.piece(index).space.as_ref()?;
-                let products = geometry.piece_products(index)?;
+                let (space, products) = self.basis::<T>(source)?;
                 self.objective.quotient(space, || products)
             }
         };
         Some(Node::root(quotient, self.objective.is_squared()))
+    }
+
+    /// The net of a source, and its products.
+    pub(super) fn basis<T: Real + Arithmetic>(
+        &self,
+        source: Source,
+    ) -> Option<(&Net<T>, &Products<T>)> {
+        let (Source::Patch { face, index } | Source::Piece { face, index }) = source;
+        let geometry = T::geometry(self.brep, face);
+        Some(match source {
+            Source::Patch { .. } => (&geometry.patches[index].net, geometry.patch_products(index)),
+            Source::Piece { .. } => (
+                geometry.piece(index).space.as_ref()?,
+                geometry.piece_products(index)?,
+            ),
+        })
     }
 
     fn open_root<T: Real + Arithmetic>(
@@ -559,6 +649,7 @@ impl Search<'_> {
         heap: &mut BinaryHeap<Task<T>>,
         source: Source,
         lo: Dd,
+        covered: bool,
     ) {
         let Some(mut node) = self.root::<T>(source) else {
             // A trim of too high a degree: the patch below bounds it.
@@ -572,6 +663,7 @@ impl Search<'_> {
             let bound = patch
                 .and_then(|index| self.root::<T>(Source::Patch { face, index }))
                 .map_or(lo, |n| n.lo);
+            self.leave(bound, covered, Part::Root(source));
             return self.lower_unsettled(bound);
         };
         if lo > node.lo {
@@ -586,6 +678,7 @@ impl Search<'_> {
         self.push(
             heap,
             lo,
+            covered,
             Kind::Node {
                 source,
                 inside: false,
@@ -600,6 +693,7 @@ impl Search<'_> {
         source: Source,
         mut inside: bool,
         node: Node<T>,
+        covered: bool,
     ) {
         if let Source::Patch { face, index } = source
             && !inside
@@ -611,11 +705,13 @@ impl Search<'_> {
                 BoxSide::Mixed => {}
             }
         }
+        let part = Part::Box(source, node.u, node.v, inside);
         if node.f.degree.count() == 1 {
             // A single point.
             let p = [Dd::from(node.u[0]), Dd::from(node.v[0])];
             self.try_point(source, p, inside);
             let lo = self.point_bound(source, p, node.lo);
+            self.leave(lo, covered, part);
             if !self.hopeless(lo) {
                 self.lower(lo);
                 self.settle_unshaped(source, node.u, node.v, lo);
@@ -659,8 +755,9 @@ impl Search<'_> {
             };
             if touches {
                 let border = node.border(k == 0, end, self.objective.is_squared());
-                self.enqueue(heap, source, inside, border);
+                self.enqueue(heap, source, inside, border, true);
             }
+            self.leave(node.lo, covered, part);
             return;
         }
         if crosses {
@@ -670,17 +767,28 @@ impl Search<'_> {
             && shortcuts.convex_leaves
             && self.leaf(heap, source, inside, &node, (&shape, tau.to_dd()))
         {
+            self.leave(node.lo, covered, part);
             return;
         }
         // Where all of G is rounding noise, halves would be no better.
         let wide = (node.u[1] - node.u[0]).max(node.v[1] - node.v[0]);
         if shape.g_largest <= NOISE_FACTOR * shape.g_error || wide <= LEAST_WIDTH {
             self.noisy.push((source, node.u, node.v, node.lo));
+            self.leave(node.lo, covered, part);
             return;
+        }
+        // A value far above those on the node hides that `G` is convex there, next to a focal point on boxes of any size.
+        // (Where the region ends, low values are beside it more often than not.)
+        if inside && self.goal.all_below.is_none() {
+            let guess = node.guess();
+            if self.guide_value(source, guess) < self.out.hi.hi {
+                let start = self.descend(source, guess, [node.u, node.v]);
+                self.try_rough_point(source, start);
+            }
         }
         let along_u = split_along_u(&node, &shape);
         for half in node.halves(along_u, self.objective.is_squared()) {
-            self.enqueue(heap, source, inside, half);
+            self.enqueue(heap, source, inside, half, covered);
         }
     }
 
@@ -702,14 +810,17 @@ impl Search<'_> {
         source: Source,
         inside: bool,
         node: Node<T>,
+        covered: bool,
     ) {
         if self.hopeless(node.lo) {
+            self.leave(node.lo, covered, Part::Box(source, node.u, node.v, inside));
             return;
         }
         let (lo, node) = (node.lo, Box::new(node));
         self.push(
             heap,
             lo,
+            covered,
             Kind::Node {
                 source,
                 inside,
@@ -788,7 +899,7 @@ impl Search<'_> {
                     self.try_point(source, guess.map(Dd::from), false);
                     let start = self.descend(source, guess, [node.u, node.v]);
                     self.try_point(source, start.map(Dd::from), false);
-                    self.enqueue(&mut heap, source, false, node);
+                    self.enqueue(&mut heap, source, false, node, true);
                 }
                 None => self.lower(lo),
             }
