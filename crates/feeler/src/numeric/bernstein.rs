@@ -139,12 +139,12 @@ pub fn split_off<T: Real>(c: &mut [T], degree: Bidegree, along_u: bool) -> Vec<T
         }
         return right;
     }
-    for (row, left) in right.chunks_exact_mut(width).zip(c.chunks_exact_mut(width)) {
-        for k in 1..width {
-            for i in 0..width - k {
-                row[i] = (row[i] + row[i + 1]).half();
-            }
-            left[k] = row[0];
+    match width {
+        5 => split_rows::<T, 5>(&mut right, c),
+        7 => split_rows::<T, 7>(&mut right, c),
+        _ => {
+            let rows = right.chunks_exact_mut(width).zip(c.chunks_exact_mut(width));
+            rows.for_each(|(row, left)| split_row(row, left));
         }
     }
     right
@@ -155,6 +155,45 @@ pub fn split_error<T: Real>(degree: Bidegree, along_u: bool, largest: f64) -> f6
     let count = if along_u { degree.u } else { degree.v } as f64;
     count * (T::UNIT * largest * (1.0 + 64.0 * f64::EPSILON) + TINY)
 }
+
+fn split_rows<T: Real, const WIDTH: usize>(right: &mut [T], left: &mut [T]) {
+    let rows = right.as_chunks_mut::<WIDTH>().0.iter_mut();
+    for (row, left) in rows.zip(left.as_chunks_mut::<WIDTH>().0) {
+        split_row(row, left);
+    }
+}
+
+#[inline(always)]
+fn split_row<T: Real>(row: &mut [T], left: &mut [T]) {
+    for k in 1..row.len() {
+        for i in 0..row.len() - k {
+            row[i] = (row[i] + row[i + 1]).half();
+        }
+        left[k] = row[0];
+    }
+}
+
+/// The same for the rows of any net, as an iterator over rows of `width`: the widths of products of quadratics and cubics
+/// are constants, so that loops over a row are unrolled.
+macro_rules! by_width {
+    ($c:expr, $width:expr, $rows:ident, $body:block) => {
+        match $width {
+            5 => {
+                let $rows = $c.as_chunks::<5>().0.iter();
+                $body
+            }
+            7 => {
+                let $rows = $c.as_chunks::<7>().0.iter();
+                $body
+            }
+            _ => {
+                let $rows = $c.chunks_exact($width);
+                $body
+            }
+        }
+    };
+}
+pub(crate) use by_width;
 
 /// A polynomial of one variable at `t` by de Casteljau, with the running error.
 /// `c` is used up.

@@ -128,21 +128,25 @@ impl Search<'_> {
                 continue;
             }
             let lo = Dd::from((away.max(0.0) * away.max(0.0)).next_down().max(0.0));
-            match kept.part {
-                Part::Face(face) => self.push(heap, lo, true, Kind::Face(face)),
-                Part::Root(source) => self.push(heap, lo, true, Kind::Root(source)),
-                Part::Box(source, u, v, inside) => {
-                    let Some(mut node) = self.kept_box(&q, source, [u, v], &mut kept.products)
-                    else {
-                        self.push(heap, lo, true, Kind::Root(source));
-                        continue;
-                    };
-                    if lo > node.lo {
-                        node.lo = lo;
-                    }
-                    self.enqueue(heap, source, inside, node, true);
+            let (source, node, inside) = match kept.part {
+                Part::Face(face) => {
+                    self.push(heap, lo, true, Kind::Face(face));
+                    continue;
                 }
+                Part::Root(source) => (source, self.root::<f64>(source), false),
+                Part::Box(source, u, v, inside) => {
+                    let node = self.kept_box(&q, source, [u, v], &mut kept.products);
+                    (source, node, inside)
+                }
+            };
+            let Some(mut node) = node else {
+                self.push(heap, lo, true, Kind::Root(source));
+                continue;
+            };
+            if lo > node.lo {
+                node.lo = lo;
             }
+            self.enqueue(heap, source, inside, node, true);
         }
         true
     }

@@ -1,6 +1,8 @@
 //! A box of the search: part of a patch or of a boundary piece.
 
-use crate::numeric::bernstein::{Bidegree, greater, largest, lesser, split_error, split_off};
+use crate::numeric::bernstein::{
+    Bidegree, by_width, greater, largest, lesser, split_error, split_off,
+};
 use crate::numeric::{Dd, Real};
 use crate::prepare::Quotient;
 
@@ -166,11 +168,13 @@ impl<T: Real> Node<T> {
                 out.take((*b - *a).approximate());
             }
         } else {
-            for row in c.chunks_exact(width) {
-                for (a, b) in row.iter().zip(&row[1..]) {
-                    out.take((*b - *a).approximate());
+            by_width!(c, width, rows, {
+                for row in rows {
+                    for (a, b) in row.iter().zip(&row[1..]) {
+                        out.take((*b - *a).approximate());
+                    }
                 }
-            }
+            });
         }
         out.ends()
     }
@@ -190,20 +194,23 @@ impl<T: Real> Node<T> {
                 }
             }
             (0, 2) => {
-                for row in c.chunks_exact(width) {
-                    for ((x, y), z) in row.iter().zip(&row[1..]).zip(&row[2..]) {
-                        out.take(((*x - *y) - (*y - *z)).approximate());
+                by_width!(c, width, rows, {
+                    for row in rows {
+                        for ((x, y), z) in row.iter().zip(&row[1..]).zip(&row[2..]) {
+                            out.take(((*x - *y) - (*y - *z)).approximate());
+                        }
                     }
-                }
+                });
             }
             _ => {
-                let rows = c.chunks_exact(width).zip(c[width..].chunks_exact(width));
-                for (low, high) in rows {
-                    let pairs = low.iter().zip(&low[1..]).zip(high.iter().zip(&high[1..]));
-                    for ((a, b), (d, e)) in pairs {
-                        out.take(((*a - *d) - (*b - *e)).approximate());
+                by_width!(c, width, rows, {
+                    for (low, high) in rows.clone().zip(rows.skip(1)) {
+                        let pairs = low.iter().zip(&low[1..]).zip(high.iter().zip(&high[1..]));
+                        for ((a, b), (d, e)) in pairs {
+                            out.take(((*a - *d) - (*b - *e)).approximate());
+                        }
                     }
-                }
+                });
             }
         }
         out.ends()

@@ -613,7 +613,7 @@ impl Search<'_> {
     }
 
     /// The root node of a source.
-    fn root<T: Real + Arithmetic>(&self, source: Source) -> Option<Node<T>> {
+    pub(super) fn root<T: Real + Arithmetic>(&self, source: Source) -> Option<Node<T>> {
         let (Source::Patch { face, index } | Source::Piece { face, index }) = source;
         let geometry = T::geometry(self.brep, face);
         let quotient = match source {
@@ -781,7 +781,8 @@ impl Search<'_> {
         // (Where the region ends, low values are beside it more often than not.)
         if inside && self.goal.all_below.is_none() {
             let guess = node.guess();
-            if self.guide_value(source, guess) < self.out.hi.hi {
+            let halfway = (self.out.hi + node.lo).half().hi;
+            if self.guide_value(source, guess) < halfway {
                 let start = self.descend(source, guess, [node.u, node.v]);
                 self.try_rough_point(source, start);
             }
