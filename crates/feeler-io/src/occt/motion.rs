@@ -64,10 +64,10 @@ impl Motion {
         let off = (self.rotation * self.rotation.transpose() - Matrix3::identity()).amax();
         let determinant = self.rotation.determinant();
         if determinant <= 0.0 {
-            Some(format!("its determinant is {determinant}, so it mirrors"))
+            Some(format!("its determinant is {determinant:?}, so it mirrors"))
         } else if !(off <= ROUNDING) {
             Some(format!(
-                "it changes squared lengths by up to {off} of themselves"
+                "it changes squared lengths by up to {off:?} of themselves"
             ))
         } else {
             None

@@ -51,6 +51,11 @@ pub(super) enum Form3 {
     Offset,
 }
 
+/// A face covers one turn of its surface at most, so that its loops reach over little more.
+const MAX_TURNS: f64 = 2.0;
+/// How many turns from 0 they may be.
+const MAX_TURNS_AWAY: f64 = 16.0;
+
 /// The largest angle of latitude.
 const POLE: [f64; 2] = [-FRAC_PI_2, FRAC_PI_2];
 
@@ -201,6 +206,7 @@ impl Form3 {
         {
             return basis.part(reach, motion, numbers);
         }
+        self.check(reach)?;
         let own = self.bounds();
         let mut ranges = [[0.0; 2]; 2];
         for c in 0..2 {
@@ -216,6 +222,31 @@ impl Form3 {
             };
         }
         self.over(ranges, motion, numbers)
+    }
+
+    /// Refuses loops that lie where no sheet of the surface is.
+    fn check(&self, reach: [Option<Reach>; 2]) -> Result<(), Refusal> {
+        let periods = self.periods();
+        for (c, name) in ["u", "v"].into_iter().enumerate() {
+            let Some([lo, hi]) = reach[c].map(|r| r.range) else {
+                continue;
+            };
+            let many = |period: f64| {
+                hi - lo > MAX_TURNS * period || lo.abs().max(hi.abs()) > MAX_TURNS_AWAY * period
+            };
+            let poles = matches!(self, Self::Sphere(..)) && c == 1;
+            let what = if periods[c].is_some_and(many) {
+                "many turns of the surface"
+            } else if poles && (lo < POLE[0] - ROUNDING || hi > POLE[1] + ROUNDING) {
+                "beyond a pole of the sphere"
+            } else {
+                continue;
+            };
+            return Err(TextProblem::Shape {
+                what: format!("loops reach over {name} in [{lo:?}, {hi:?}], {what}"),
+            });
+        }
+        Ok(())
     }
 
     fn over(

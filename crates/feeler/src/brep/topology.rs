@@ -183,7 +183,7 @@ pub enum BrepError {
         index: usize,
     },
     /// A span that is not inside its curve's domain.
-    #[error("{owner} {index} uses [{start}, {end}] of a curve with domain [{from}, {to}]")]
+    #[error("{owner} {index} uses [{start:?}, {end:?}] of a curve with domain [{from:?}, {to:?}]")]
     Span {
         /// What holds the span.
         owner: &'static str,

@@ -48,7 +48,7 @@ pub enum GeometryError {
         what: &'static str,
     },
     /// Weight `index` is not positive.
-    #[error("weight {index} is {weight}, not positive")]
+    #[error("weight {index} is {weight:?}, not positive")]
     Weight {
         /// Index of the control point.
         index: usize,
@@ -56,7 +56,7 @@ pub enum GeometryError {
         weight: f64,
     },
     /// A parameter that does not lie inside the domain.
-    #[error("parameter {parameter} is not inside the domain ({start}, {end})")]
+    #[error("parameter {parameter:?} is not inside the domain ({start:?}, {end:?})")]
     OutsideDomain {
         /// The parameter.
         parameter: f64,
@@ -67,7 +67,7 @@ pub enum GeometryError {
     },
     /// An angle beyond [`MAX_ANGLE`](crate::numeric::MAX_ANGLE), or more turns than a NURBS form is
     /// made for.
-    #[error("{what} runs from {start} to {end} radians, too far")]
+    #[error("{what} runs from {start:?} to {end:?} radians, too far")]
     Angle {
         /// Of what.
         what: &'static str,
