@@ -177,7 +177,6 @@ fn polygon(t: &mut Tokens<'_>) -> Result<(), ReadError> {
 }
 
 fn polygon_on(t: &mut Tokens<'_>) -> Result<(), ReadError> {
-    t.expect("a polygon on a triangulation", "p")?;
     let nodes = t.count("nodes of a polygon", 1)?;
     t.skip("a polygon", nodes)?;
     t.expect("the parameters of a polygon", "p")?;
