@@ -10,6 +10,7 @@
 //! | `surfaces` | surfaces, sheets and solids: poles, high degree, creases |
 //! | `scene` | a BREP and queries about it, from bytes or from text; back to text |
 //! | `check` | answers held against exact points of the faces, themselves, and the second method |
+//! | `words` | texts of OCCT with some words changed |
 //! | `target` | the targets |
 //! | `smoke` | a few inputs for each, the same every time |
 //!
@@ -26,6 +27,7 @@ mod smoke;
 mod source;
 mod surfaces;
 mod target;
+mod words;
 
 pub use check::{Effort, answer, examine};
 pub use scene::{Kind, LARGEST_INPUT, Scene};

@@ -3,10 +3,11 @@
 use crate::check::{Effort, answer, examine};
 use crate::scene::{Kind, Scene};
 use crate::source::Source;
+use crate::words::mutated;
 use feeler::prepare::PreparedBrep;
 use feeler::query::Workspace;
 use feeler_corpus::{Answer, QueryLine};
-use feeler_io::{ObjectKind, Problem, ReadError, read_3dm};
+use feeler_io::{Document, ObjectKind, Problem, ReadError, read_3dm, read_brep};
 use feeler_oracle::{Oracle, OracleError};
 use std::fmt::Write as _;
 
@@ -65,7 +66,7 @@ const fn other(name: &'static str, body: fn(&[u8]) -> Result<Outcome, String>) -
 }
 
 /// All targets.
-pub const TARGETS: [Target; 9] = [
+pub const TARGETS: [Target; 10] = [
     SCENES[0],
     SCENES[1],
     SCENES[2],
@@ -73,6 +74,7 @@ pub const TARGETS: [Target; 9] = [
     SCENES[4],
     SCENES[5],
     other("read_3dm", read),
+    other("read_brep", read_text),
     other("queries", queries),
     other("oracle_boundary", oracle_boundary),
 ];
@@ -165,6 +167,36 @@ fn read(bytes: &[u8]) -> Result<Outcome, String> {
     let Ok(document) = read_3dm(&bytes) else {
         return Ok(Outcome::Checked);
     };
+    look_at(&document);
+    Ok(Outcome::Checked)
+}
+
+/// Reads bytes as a text; what has no header says how to change one that has.
+fn read_text(bytes: &[u8]) -> Result<Outcome, String> {
+    const MAGIC: &[u8] = b"CASCADE Topology V";
+    let result = if bytes.windows(MAGIC.len()).any(|w| w == MAGIC) {
+        read_brep(bytes)
+    } else {
+        read_brep(mutated(&mut Source::new(bytes)).as_bytes())
+    };
+    match result {
+        Ok(document) => look_at(&document),
+        Err(error) => said(&error)?,
+    }
+    Ok(Outcome::Checked)
+}
+
+/// A refusal is one line of bounded length.
+fn said(error: &ReadError) -> Result<(), String> {
+    let text = error.to_string();
+    if text.lines().count() == 1 && text.len() < 1000 {
+        Ok(())
+    } else {
+        Err(format!("no line: {text}"))
+    }
+}
+
+fn look_at(document: &Document) {
     let mut text = String::new();
     for (_, brep) in document.breps() {
         // Each defect has its words, and none of them panics.
@@ -175,7 +207,6 @@ fn read(bytes: &[u8]) -> Result<Outcome, String> {
             ask_a_little(&PreparedBrep::new(brep.clone()));
         }
     }
-    Ok(Outcome::Checked)
 }
 
 fn checksum(error: &ReadError) -> Option<(usize, [u8; 4])> {

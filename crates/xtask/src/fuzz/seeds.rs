@@ -24,7 +24,8 @@ fn kind(ask: &Ask) -> Kind {
 pub(super) fn write(target: &Target, corpora: &Path, folder: &Path) -> Result<usize, String> {
     std::fs::create_dir_all(folder).map_err(|e| format!("{}: {e}", folder.display()))?;
     let mut all: Vec<Vec<u8>> = match target.name {
-        "read_3dm" => files(&corpora.join(MODELS).join("thesis")),
+        "read_3dm" => files(&corpora.join(MODELS).join("thesis"), "3dm"),
+        "read_brep" => files(&corpora.join(MODELS).join("thesis"), "brep"),
         "queries" => queries(corpora)?,
         _ => match target.kind {
             Some(kind) => scenes(corpora, kind)?,
@@ -41,11 +42,11 @@ pub(super) fn write(target: &Target, corpora: &Path, folder: &Path) -> Result<us
     Ok(all.len())
 }
 
-fn files(folder: &Path) -> Vec<Vec<u8>> {
+fn files(folder: &Path, extension: &str) -> Vec<Vec<u8>> {
     let entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
     let paths = entries.map(|e| e.path());
     let mut paths: Vec<_> = paths
-        .filter(|p| p.extension().is_some_and(|e| e == "3dm"))
+        .filter(|p| p.extension().is_some_and(|e| e == extension))
         .collect();
     paths.sort();
     paths.iter().filter_map(|p| std::fs::read(p).ok()).collect()

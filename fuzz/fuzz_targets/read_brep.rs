@@ -1,0 +1,3 @@
+//! The target `read_brep` under libFuzzer.
+#![no_main]
+feeler_fuzz::drive!("read_brep");
