@@ -90,6 +90,53 @@ fn a_file_of_another_format() {
     }
 }
 
+/// OCCT's text format, told by its content; by its name where that says nothing.
+#[test]
+fn a_brep_file() {
+    let part = |end: &str| format!("corpora/models/thesis/ball_joint_cavity_nurbs.{end}");
+    let [ours, theirs] = ["brep", "3dm"].map(|end| {
+        let run = feeler(
+            &["contact", &part(end), "--sphere", "0.01,0.02,0.03,2.51"],
+            "",
+        );
+        assert_eq!((run.code, run.err.as_str()), (Some(0), ""), "{run:?}");
+        answers(&run).swap_remove(0)
+    });
+    // The faces have the same bits in both files.
+    assert_eq!(ours["separation"], theirs["separation"]);
+    assert_eq!(
+        ours["contacts"][0]["feature"],
+        theirs["contacts"][0]["feature"]
+    );
+
+    let whole = std::fs::read(root().join(part("brep"))).unwrap();
+    let renamed = scratch("renamed.3dm", &whole);
+    let run = feeler(&["inspect", renamed.to_str().unwrap()], "");
+    assert_eq!((run.code, run.err.as_str()), (Some(0), ""), "{run:?}");
+    let head = "brep version 3, units none, 1 objects\nobject 0: brep\n  7 faces, 7 loops, 28 trims, 13 edges, 10 vertices; closed\n";
+    assert!(run.out.starts_with(head), "{run:?}");
+
+    let half = scratch("half.brep", &whole[..whole.len() / 2]);
+    let text = scratch("text.brep", b"this is no model\n");
+    for command in ["inspect", "contact"] {
+        let run = feeler(&[command, half.to_str().unwrap()], "");
+        refused(&run, &["half.brep", "line ", "cut off", "write it again"]);
+        let run = feeler(&[command, text.to_str().unwrap()], "");
+        refused(&run, &["text.brep", "line 1", "not a .brep file", "export"]);
+    }
+    // A surface of one object is refused by name, and the others can be asked alone.
+    let some = "corpora/models/brep/refused.brep";
+    refused(
+        &feeler(&["contact", some], ""),
+        &["refused.brep", "object 0", "offset surface", "--object"],
+    );
+    let run = feeler(
+        &["contact", some, "--object", "4", "--line", "0,0,0,1,2,4"],
+        "",
+    );
+    assert_eq!((run.code, run.err.as_str()), (Some(0), ""), "{run:?}");
+}
+
 #[test]
 fn a_truncated_file() {
     let whole = std::fs::read(root().join(PART)).unwrap();

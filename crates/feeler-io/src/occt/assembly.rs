@@ -5,6 +5,7 @@
 //! face as if that were not reversed, which is how the file's curves in uv run; the face's own orientation, composed with
 //! those of all that it is part of, says on which side material is.
 
+use super::builder::{Builder, EdgeUse, kinds};
 use super::curves::{Budget, clamped, moved};
 use super::error::TextProblem;
 use super::motion::Place;
@@ -14,13 +15,8 @@ use super::tokens::fail;
 use super::wires::{Use, chains};
 use crate::error::ReadError;
 use crate::sheets::{ROUNDING, Reach, jumps, reach};
-use feeler::brep::{
-    Brep, BrepParts, Edge, Face, Iso, LoopKind, TrimCurve, TrimKind, TrimLoop, Vertex,
-};
+use feeler::brep::{Brep, Edge, Vertex};
 use feeler::numeric::Interval;
-use feeler::nurbs::{Curve, Curve2, Line};
-use nalgebra::{Point2, SVector};
-use std::collections::{BTreeMap, HashMap};
 
 /// Numbers that may be made of a file of no bytes, and for each byte: 64 MB, and 64 bytes a byte.
 const NUMBERS: usize = 1 << 23;
@@ -30,9 +26,6 @@ const NUMBERS_PER_BYTE: usize = 8;
 const USES: usize = 100_000;
 /// And for each one that it lists.
 const USES_PER_PART: usize = 16;
-
-/// A point on a loop is taken at so many parameters of each trim to see which way it runs.
-const SAMPLES: u16 = 16;
 
 /// What becomes an object.
 pub(super) struct Body {
@@ -53,37 +46,10 @@ pub(super) struct Assembly {
     uses_limit: usize,
 }
 
-/// A BREP in the making.
-#[derive(Default)]
-struct Builder {
-    parts: BrepParts,
-    vertices: HashMap<(usize, Place), usize>,
-    edges: HashMap<(usize, Place), usize>,
-    /// Splines that are used as they stand, shared.
-    curves2: HashMap<usize, usize>,
-    curves3: HashMap<(usize, Place), usize>,
-    surfaces: HashMap<(usize, Place), usize>,
-    /// What was odd, and how often.
-    odd: BTreeMap<&'static str, usize>,
-    is_moved: bool,
-}
-
-/// One use of an edge by a wire.
-struct EdgeUse {
-    shape: usize,
-    place: Place,
-    reversed: bool,
-    curve: usize,
-    span: Interval,
-    vertices: [usize; 2],
-    degenerated: bool,
-}
-
 const INTERNAL: &str =
     "shapes inside or outside of what they are part of (they bound nothing) are left out";
 const OFFSET: &str =
     "edges' curves in space that are offset curves are left out; their faces' curves in uv remain";
-const SHIFTED: &str = "loops were moved by a period to where their face's outer loop lies";
 const BROKEN: &str = "wires fall apart into several loops";
 
 impl Assembly {
@@ -196,16 +162,16 @@ impl Assembly {
     fn faces(&mut self, of: Sub, body: &mut Body) -> Result<(), ReadError> {
         let mut open = vec![of];
         while let Some(next) = open.pop() {
+            if matches!(self.kind(next.shape), Some(Kind::Face { .. })) {
+                body.faces.push(next);
+                continue;
+            }
             for part in self.parts(next)?.into_iter().rev() {
                 if part.orientation.bounds() {
                     open.push(part);
                 } else {
                     body.skipped += 1;
                 }
-            }
-            match self.kind(next.shape) {
-                Some(Kind::Face { .. }) => body.faces.push(next),
-                _ => continue,
             }
         }
         Ok(())
@@ -569,191 +535,4 @@ fn wide(mut reach: Reach) -> Reach {
         reach.margin = [margin; 2];
     }
     reach
-}
-
-impl Builder {
-    fn ends(&self, u: &EdgeUse) -> Use {
-        let at = |t: f64| {
-            let curve = self.parts.curves2.get(u.curve);
-            curve.map_or(Point2::origin(), |c| c.point(t))
-        };
-        let mut ends = [at(u.span.start), at(u.span.end)];
-        if u.reversed {
-            ends.reverse();
-        }
-        Use {
-            vertices: u.vertices,
-            ends,
-        }
-    }
-
-    /// Moves loops by whole periods so that they start within one period from where the longest does.
-    fn lift(&mut self, loops: &mut [Vec<EdgeUse>], periods: [Option<f64>; 2]) {
-        for (c, period) in periods.into_iter().enumerate() {
-            let Some(period) = period.filter(|_| loops.len() > 1) else {
-                continue;
-            };
-            let ranges: Vec<[f64; 2]> = loops
-                .iter()
-                .map(|uses| {
-                    let curves = uses.iter();
-                    let known =
-                        curves.filter_map(|u| Some((self.parts.curves2.get(u.curve)?, u.span)));
-                    reach(known, c).map_or([0.0; 2], |r| r.range)
-                })
-                .collect();
-            let longest = ranges
-                .iter()
-                .max_by(|a, b| (a[1] - a[0]).total_cmp(&(b[1] - b[0])));
-            let Some(&[base, _]) = longest else { continue };
-            for (uses, [lo, _]) in loops.iter_mut().zip(&ranges) {
-                let turns = ((base - lo) / period - ROUNDING).ceil();
-                if turns == 0.0 || !turns.is_finite() {
-                    continue;
-                }
-                *self.odd.entry(SHIFTED).or_default() += 1;
-                for u in uses {
-                    let curve = self.parts.curves2.get(u.curve).cloned();
-                    let Some(moved) = curve.and_then(|k| shifted(k, c, turns * period)) else {
-                        continue;
-                    };
-                    u.curve = self.parts.curves2.len();
-                    self.parts.curves2.push(moved);
-                }
-            }
-        }
-    }
-
-    fn face(&mut self, surface: usize, has_wires: bool, loops: Vec<Vec<EdgeUse>>, reversed: bool) {
-        let face = self.parts.faces.len();
-        let domain = self.parts.surfaces.get(surface).map(|s| s.domain());
-        let mut indices = Vec::new();
-        for uses in loops {
-            let trim_loop = self.parts.loops.len();
-            indices.push(trim_loop);
-            let kind = self.loop_kind(&uses);
-            let mut trims = Vec::with_capacity(uses.len());
-            for u in uses {
-                let trim = self.parts.trims.len();
-                trims.push(trim);
-                let edge = match u.degenerated {
-                    true => None,
-                    false => self.edges.get(&(u.shape, u.place)).copied(),
-                };
-                if let Some(edge) = edge.and_then(|e| self.parts.edges.get_mut(e)) {
-                    edge.trims.push(trim);
-                }
-                let curve = self.parts.curves2.get(u.curve);
-                self.parts.trims.push(TrimCurve {
-                    curve: u.curve,
-                    span: u.span,
-                    reversed: u.reversed,
-                    edge,
-                    edge_reversed: u.reversed,
-                    vertices: u.vertices,
-                    kind: TrimKind::Singular,
-                    iso: curve.zip(domain).map_or(Iso::None, |(c, d)| iso(c, d)),
-                    trim_loop,
-                });
-            }
-            self.parts.loops.push(TrimLoop { kind, trims, face });
-        }
-        self.parts.faces.push(Face {
-            surface,
-            loops: has_wires.then_some(indices),
-            reversed,
-        });
-    }
-
-    /// By the sign of the area of a polygon through points of the loop.
-    fn loop_kind(&self, uses: &[EdgeUse]) -> LoopKind {
-        let mut points: Vec<Point2<f64>> = Vec::with_capacity(uses.len() * usize::from(SAMPLES));
-        for u in uses {
-            let Some(curve) = self.parts.curves2.get(u.curve) else {
-                continue;
-            };
-            for k in 0..SAMPLES {
-                let s = f64::from(k) / f64::from(SAMPLES);
-                points.push(curve.point(u.span.lerp(if u.reversed { 1.0 - s } else { s })));
-            }
-        }
-        let Some(&o) = points.first() else {
-            return LoopKind::Unknown;
-        };
-        let pairs = points.windows(2).map(|w| (w[0] - o, w[1] - o));
-        let area: f64 = pairs.map(|(a, b)| a.x * b.y - a.y * b.x).sum();
-        if area > 0.0 {
-            LoopKind::Outer
-        } else if area < 0.0 {
-            LoopKind::Inner
-        } else {
-            LoopKind::Unknown
-        }
-    }
-}
-
-/// Each trim with an edge becomes a border, a seam or mated, by how its edge is used.
-fn kinds(parts: &mut BrepParts) {
-    let mut kinds = Vec::with_capacity(parts.trims.len());
-    for trim in &parts.trims {
-        let uses = trim.edge.and_then(|e| parts.edges.get(e)).map(|e| &e.trims);
-        let same = |t: &&usize| parts.trims.get(**t).map(|t| t.trim_loop) == Some(trim.trim_loop);
-        kinds.push(match uses {
-            None => TrimKind::Singular,
-            Some(uses) if uses.len() == 1 => TrimKind::Boundary,
-            // An edge used so often is no manifold's: one look at each of a few is enough.
-            Some(uses) if uses.iter().take(8).filter(same).count() > 1 => TrimKind::Seam,
-            Some(_) => TrimKind::Mated,
-        });
-    }
-    for (trim, kind) in parts.trims.iter_mut().zip(kinds) {
-        trim.kind = kind;
-    }
-}
-
-/// Whether a straight curve in uv is isoparametric.
-fn iso(curve: &Curve2, [u, v]: [Interval; 2]) -> Iso {
-    let Curve::Line(line) = curve else {
-        return Iso::None;
-    };
-    let pick = |x: f64, d: Interval, low: Iso, inside: Iso, high: Iso| {
-        if x == d.start {
-            low
-        } else if x == d.end {
-            high
-        } else {
-            inside
-        }
-    };
-    if line.from.x == line.to.x {
-        pick(line.from.x, u, Iso::West, Iso::U, Iso::East)
-    } else if line.from.y == line.to.y {
-        pick(line.from.y, v, Iso::South, Iso::V, Iso::North)
-    } else {
-        Iso::None
-    }
-}
-
-/// A curve moved in coordinate `c`. Rounded.
-fn shifted(curve: Curve2, c: usize, by: f64) -> Option<Curve2> {
-    let mut step = SVector::<f64, 2>::zeros();
-    step[c] = by;
-    Some(match curve {
-        Curve::Line(l) => Curve::Line(Line::new(l.from + step, l.to + step, l.domain).ok()?),
-        Curve::Arc(mut a) => {
-            a.center += step;
-            Curve::Arc(a)
-        }
-        Curve::Nurbs(n) => {
-            let points = n.control_points().iter().map(|p| {
-                let mut p = *p;
-                p[c] += by * p[2];
-                p
-            });
-            let knots = n.knots().knots().to_vec();
-            Curve::Nurbs(feeler::nurbs::NurbsCurve::new(n.degree(), points.collect(), knots).ok()?)
-        }
-        // Never made here.
-        Curve::Polyline(_) | Curve::Poly(_) => return None,
-    })
 }

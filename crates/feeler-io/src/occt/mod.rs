@@ -9,6 +9,7 @@
 //! | `shapes` | the tables of a file |
 //! | `projection` | curves in uv that the file leaves out, on planes |
 //! | `wires` | the order of a loop's trims |
+//! | `builder` | a BREP in the making |
 //! | `assembly` | from shapes to BREPs |
 //! | `document` | the whole file |
 //!
@@ -16,6 +17,7 @@
 //! of factors in a location, the second curve of a seam) files that OCCT writes decide, and tests hold us to them.
 
 mod assembly;
+mod builder;
 mod curves;
 mod document;
 mod error;
