@@ -417,7 +417,7 @@ fn side_at<T>(
         };
         Ball::exact(maps[k].start) + x * Ball::difference(maps[k].end, maps[k].start)
     });
-    match region.side_beside_segment(uv) {
+    match region.side_beside_part(uv) {
         Some(Side::Inside) => BoxSide::Inside,
         Some(Side::Outside) => BoxSide::Outside,
         Some(Side::Boundary) | None => BoxSide::Mixed,

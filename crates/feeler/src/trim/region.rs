@@ -8,7 +8,7 @@ use super::shape;
 use super::source::{End, Source, segment, trim_runs};
 use super::split::{Trend, split};
 use crate::brep::Brep;
-use crate::numeric::{Ball, Dd, Interval};
+use crate::numeric::Interval;
 use nalgebra::Point2;
 use std::sync::OnceLock;
 
@@ -249,22 +249,21 @@ impl TrimRegion {
         &self.boundary
     }
 
-    /// Homogeneous control points, in double-double and up to one common factor, of the only piece of the loops that may meet a
-    /// closed box; `None` if none or more than one may.
-    pub(super) fn only_piece(&self, b: [[f64; 2]; 2]) -> Option<Vec<[Ball<Dd>; 3]>> {
+    /// The only part of the loops that may meet a closed box, and its piece; `None` if none or more than one may.
+    pub(super) fn only_part(&self, b: [[f64; 2]; 2]) -> Option<(&Piece, &Part)> {
         let mut only = None;
         for k in self.cells().meeting(b).flatten() {
             let part = &self.parts[*k as usize];
-            let piece = &self.pieces[part.piece as usize];
-            if part.misses(piece, b) {
+            if part.misses(&self.pieces[part.piece as usize], b) {
                 continue;
             }
-            if only.is_some_and(|o| o != part.piece) {
+            if only.is_some_and(|o| o != *k) {
                 return None;
             }
-            only = Some(part.piece);
+            only = Some(*k);
         }
-        only.map(|o| self.pieces[o as usize].source.balls())
+        let part = &self.parts[only? as usize];
+        Some((&self.pieces[part.piece as usize], part))
     }
 
     /// On which side of the boundary the point is. Exact; see [`RegionSide::side`] for the exception.

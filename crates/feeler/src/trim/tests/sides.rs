@@ -48,7 +48,7 @@ fn beside_a_segment() {
         let at = |s: f64, off: f64, rad: f64| {
             let (s, off) = (Dd::from(s), Dd::from(off));
             let point = |k: usize| Dd::from(a[k]) + s * d[k] + off * left[k];
-            region.side_beside_segment([0, 1].map(|k| Ball { mid: point(k), rad }))
+            region.side_beside_part([0, 1].map(|k| Ball { mid: point(k), rad }))
         };
         for s in [0.1, 0.30000001, 0.5, 0.77, 0.99] {
             for off in [1e-14, 1e-17, 1e-22, 1e-27] {
@@ -62,6 +62,32 @@ fn beside_a_segment() {
         }
         // Next to a corner two pieces count.
         assert_eq!(at(0.0, 1e-25, 1e-30), None, "{i}");
+    }
+}
+
+/// Points off a circle by far less than f64 tells, along the whole of it.
+#[test]
+fn beside_an_arc() {
+    // Its control points are f64, exactly.
+    let center = [0.125, -0.25];
+    let region = TrimRegion::new(&face(WIDE, Some(vec![circle(center, 5.0)])), 0);
+    for i in 0..64 {
+        // A rational parametrisation: (1 - m^2, 2 m) / (1 + m^2), to 1e-31.
+        let m = Dd::from((f64::from(i) * 0.6180339887 + 0.013).sin() * 40.0);
+        let norm = Dd::ONE + m * m;
+        let on = [(Dd::ONE - m * m) / norm, (m + m) / norm];
+        let at = |off: f64, rad: f64| {
+            let r = Dd::from(5.0) + Dd::from(off);
+            let point = |k: usize| Dd::from(center[k]) + r * on[k];
+            region.side_beside_part([0, 1].map(|k| Ball { mid: point(k), rad }))
+        };
+        for off in [1e-14, 1e-17, 1e-22, 1e-26] {
+            let rad = (off * 1e-3f64).clamp(1e-29, 1e-20);
+            assert_eq!(at(-off, rad), Some(Side::Inside), "{i} {off:e}");
+            assert_eq!(at(off, rad), Some(Side::Outside), "{i} {off:e}");
+        }
+        assert_eq!(at(0.0, 1e-29), None, "{i}");
+        assert_eq!(at(1e-25, 1e-23), None, "{i}");
     }
 }
 
