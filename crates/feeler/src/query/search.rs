@@ -234,7 +234,8 @@ impl Memory {
 #[derive(Debug)]
 pub(super) struct Task<T> {
     lo: Dd,
-    order: usize,
+    /// How many were made before it.
+    order: u32,
     /// Whether it is part of something that was put aside with a bound: only this search's centre makes it a task of its own.
     covered: bool,
     kind: Kind<T>,
@@ -284,7 +285,8 @@ pub(super) struct Search<'a> {
     pub(super) memory: &'a mut Memory,
     /// The least bound of what was put aside without an entry in `out.settled`.
     unsettled: Dd,
-    order: usize,
+    /// How many tasks were made (should a budget ever allow more than fit: it tells ties apart and nothing else).
+    order: u32,
     /// Whether what is put aside is written down for a front.
     recording: bool,
 }
@@ -400,7 +402,7 @@ impl Search<'_> {
         covered: bool,
         kind: Kind<T>,
     ) {
-        self.order += 1;
+        self.order = self.order.wrapping_add(1);
         heap.push(Task {
             lo,
             order: self.order,
@@ -410,6 +412,7 @@ impl Search<'_> {
     }
 
     /// Writes down what is put aside with a bound, if a front is wanted.
+    #[inline]
     fn leave(&mut self, lo: Dd, covered: bool, part: Part) {
         if self.recording && !covered {
             let lo = if lo.hi.is_nan() { self.nothing() } else { lo };
@@ -527,8 +530,10 @@ impl Search<'_> {
             if task.lo >= self.enough() {
                 self.lower(task.lo);
                 self.out.left_open |= task.lo < self.out.hi;
-                // For what writes down all that is left.
-                heap.push(task);
+                if self.recording {
+                    // It is written down with all that is left.
+                    heap.push(task);
+                }
                 return;
             }
             if self.out.nodes >= self.goal.budget {
