@@ -8,7 +8,7 @@ use std::path::Path;
 #[global_allocator]
 static ALLOCATOR: PeakAlloc = PeakAlloc;
 
-/// Bytes in memory for each byte of the file, at most. Measured 8 for the thesis's largest part; a control point of zeros takes
+/// Bytes in memory for each byte of the file, at most. Parts of the thesis take 4 to 11; a control point of zeros takes
 /// six bytes and is kept twice, as four numbers in vectors that double.
 const FACTOR: usize = 64;
 

@@ -238,6 +238,7 @@ impl<const D: usize, const H: usize> Form<D, H> {
             }
             Self::Hyperbola(frame, [a, b]) => {
                 // As an arc's, with the hyperbolic functions for the circular ones.
+                // They are the system's: the last bits of such an edge may differ between platforms.
                 let (r, s) = (span.start, span.end);
                 let at = |t: f64| frame.at(a * t.cosh(), b * t.sinh());
                 let w = (0.5 * (s - r)).cosh();
