@@ -5,7 +5,8 @@ mod scenes;
 
 use feeler::prepare::PreparedBrep;
 use feeler::query::{
-    Contact, HalfSpace, Options, Probe, Sphere, Witness, Workspace, contact, contact_from,
+    Accuracy, Contact, Contacts, HalfSpace, Options, Probe, Sphere, Witness, Workspace, contact,
+    contact_from,
 };
 use nalgebra::{Point2, Point3, Vector3};
 use scenes::{Random, bicubic, cube, native_sphere, nurbs_sphere, trimmed_bicubic, wavy_prism};
@@ -100,6 +101,49 @@ fn noise_is_not_left_out() {
             let at = Point3::from(random.direction() * length);
             let probe = Probe::Sphere(Sphere::new(at, 2.0).unwrap());
             must_agree(&brep, &probe, &mut witness);
+        }
+    }
+}
+
+/// What a witness knows hangs on no options, and on no question but a ball's.
+#[test]
+fn whatever_was_asked_before() {
+    let mut random = Random::new(53);
+    for brep in [bicubic(), trimmed_bicubic(), nurbs_sphere(), wavy_prism(8)] {
+        let brep = PreparedBrep::new(brep);
+        let mut workspace = Workspace::default();
+        let mut witness = Witness::default();
+        let mut at = Point3::new(0.4, 0.5, 0.2);
+        for k in 0..80 {
+            let other = match k % 4 {
+                0 => Options {
+                    accuracy: Accuracy::Length(1e-2),
+                    ..options()
+                },
+                1 => Options {
+                    contacts: Contacts::All,
+                    prediction: 0.01,
+                    ..Options::default()
+                },
+                2 => Options {
+                    node_budget: 3,
+                    ..options()
+                },
+                _ => Options {
+                    contacts: Contacts::None,
+                    ..options()
+                },
+            };
+            let aside = at + random.direction() * 1e-2;
+            let probe = if k % 5 == 4 {
+                Probe::HalfSpace(HalfSpace::new(Vector3::z(), 0.0).unwrap())
+            } else {
+                Probe::Sphere(Sphere::new(aside, 0.01).unwrap())
+            };
+            contact_from(&brep, &probe, &mut witness, &other, &mut workspace);
+            let probe = Probe::Sphere(Sphere::new(at, 0.01).unwrap());
+            must_agree(&brep, &probe, &mut witness);
+            at += random.direction() * 1e-3;
         }
     }
 }

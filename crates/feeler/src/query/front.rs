@@ -32,6 +32,8 @@ use std::collections::BinaryHeap;
 
 /// How many parts are kept: more bear longer ways and cost more to keep.
 const MOST: usize = 16;
+/// How many parts a search writes down before it puts those aside that a front would not keep.
+pub(super) const MOST_LEFT: usize = 1024;
 /// Boxes with more coefficients than this (degree 7 by 7) are cut from their patch again at each query.
 const MOST_KEPT: usize = 225;
 /// A bound that is off by a few roundings.
@@ -81,13 +83,11 @@ impl Front {
     }
 
     /// Takes over what a search about `center` put aside.
-    fn learn(&mut self, center: Point3<f64>, left: &mut [Left]) {
-        let order = |a: &Left, b: &Left| a.lo.hi.total_cmp(&b.lo.hi);
-        let (near, beyond) = if left.len() > MOST {
-            let (near, next, _) = left.select_nth_unstable_by(MOST, order);
-            (near, distance(next.lo))
-        } else {
-            (left, f64::INFINITY)
+    fn learn(&mut self, center: Point3<f64>, left: &mut Vec<Left>) {
+        nearest(left);
+        let (near, beyond) = match left.as_slice() {
+            [near @ .., next] if near.len() == MOST => (near, distance(next.lo)),
+            all => (all, f64::INFINITY),
         };
         self.center = Some(center);
         self.beyond = beyond;
@@ -97,6 +97,14 @@ impl Front {
             part: l.part,
             products: None,
         }));
+    }
+}
+
+/// Keeps those parts alone that a front would: the nearest, and last the next one, whose bound stands for all that are farther.
+pub(super) fn nearest(left: &mut Vec<Left>) {
+    if left.len() > MOST {
+        left.select_nth_unstable_by(MOST, |a, b| a.lo.hi.total_cmp(&b.lo.hi));
+        left.truncate(MOST + 1);
     }
 }
 

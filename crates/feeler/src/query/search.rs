@@ -38,7 +38,7 @@
 //! The same list with curves for patches and end points for borders holds on boundary pieces (where every point
 //! counts as in the region) and on borders of patches.
 
-use super::front::{Front, Left, Part};
+use super::front::{Front, Left, MOST_LEFT, Part, nearest};
 use super::node::{Node, Shape};
 use super::objective::Objective;
 use crate::numeric::{Ball, Dd, Real};
@@ -417,6 +417,9 @@ impl Search<'_> {
         if self.recording && !covered {
             let lo = if lo.hi.is_nan() { self.nothing() } else { lo };
             self.memory.left.push(Left { lo, part });
+            if self.memory.left.len() > MOST_LEFT {
+                nearest(&mut self.memory.left);
+            }
         }
     }
 

@@ -407,7 +407,10 @@ fn side_at<T>(
         maps[k].to_native_range((x - r).max(0.0), (x + r).min(1.0))
     };
     let side = region.classify_box(around(0), around(1));
-    if side != BoxSide::Mixed {
+    // Where the zero may be just beyond its patch, it stands for the next patch's, which is elsewhere by as little: a box holds
+    // both, but not all digits do.
+    let on_patch = (0..2).all(|k| local[k] - off >= Dd::ZERO && local[k] + off <= Dd::ONE);
+    if side != BoxSide::Mixed || !on_patch {
         return side;
     }
     let uv = [0, 1].map(|k| {
