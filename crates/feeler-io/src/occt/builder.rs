@@ -127,7 +127,7 @@ impl Builder {
                     edge_reversed: u.reversed,
                     vertices: u.vertices,
                     kind: TrimKind::Singular,
-                    iso: curve.zip(domain).map_or(Iso::None, |(c, d)| iso(c, d)),
+                    iso: curve.zip(domain).map_or(Iso::None, |(c, d)| Iso::of(c, d)),
                     trim_loop,
                 });
             }
@@ -183,29 +183,6 @@ pub(super) fn kinds(parts: &mut BrepParts) {
     }
     for (trim, kind) in parts.trims.iter_mut().zip(kinds) {
         trim.kind = kind;
-    }
-}
-
-/// Whether a straight curve in uv is isoparametric.
-fn iso(curve: &Curve2, [u, v]: [Interval; 2]) -> Iso {
-    let Curve::Line(line) = curve else {
-        return Iso::None;
-    };
-    let pick = |x: f64, d: Interval, low: Iso, inside: Iso, high: Iso| {
-        if x == d.start {
-            low
-        } else if x == d.end {
-            high
-        } else {
-            inside
-        }
-    };
-    if line.from.x == line.to.x {
-        pick(line.from.x, u, Iso::West, Iso::U, Iso::East)
-    } else if line.from.y == line.to.y {
-        pick(line.from.y, v, Iso::South, Iso::V, Iso::North)
-    } else {
-        Iso::None
     }
 }
 

@@ -349,7 +349,7 @@ impl BrepBuilder {
                 edge.vertices != vertices
             };
         }
-        let iso = iso(&spec.curve, domain);
+        let iso = Iso::of(&spec.curve, domain);
         let span = spec.curve.domain();
         self.parts.curves2.push(spec.curve);
         self.parts.trims.push(TrimCurve {
@@ -454,27 +454,4 @@ fn turning_area(trims: &[TrimSpec]) -> f64 {
         area += 0.5 * (a.x * b.y - a.y * b.x);
     }
     area
-}
-
-/// Whether a straight curve in uv is isoparametric.
-fn iso(curve: &Curve2, [u, v]: [Interval; 2]) -> Iso {
-    let Curve::Line(line) = curve else {
-        return Iso::None;
-    };
-    let pick = |x: f64, d: Interval, low: Iso, inside: Iso, high: Iso| {
-        if x == d.start {
-            low
-        } else if x == d.end {
-            high
-        } else {
-            inside
-        }
-    };
-    if line.from.x == line.to.x {
-        pick(line.from.x, u, Iso::West, Iso::U, Iso::East)
-    } else if line.from.y == line.to.y {
-        pick(line.from.y, v, Iso::South, Iso::V, Iso::North)
-    } else {
-        Iso::None
-    }
 }

@@ -66,6 +66,31 @@ pub enum Iso {
     North,
 }
 
+impl Iso {
+    /// What a curve in uv is on a surface with this domain; of straight curves alone.
+    pub fn of(curve: &Curve2, [u, v]: [Interval; 2]) -> Self {
+        let Curve::Line(line) = curve else {
+            return Self::None;
+        };
+        let pick = |x: f64, d: Interval, low: Self, inside: Self, high: Self| {
+            if x == d.start {
+                low
+            } else if x == d.end {
+                high
+            } else {
+                inside
+            }
+        };
+        if line.from.x == line.to.x {
+            pick(line.from.x, u, Self::West, Self::U, Self::East)
+        } else if line.from.y == line.to.y {
+            pick(line.from.y, v, Self::South, Self::V, Self::North)
+        } else {
+            Self::None
+        }
+    }
+}
+
 /// One oriented 2D use of an edge in a face's uv space.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TrimCurve {
