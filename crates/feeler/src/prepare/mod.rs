@@ -46,8 +46,7 @@ use crate::trim::TrimRegion;
 use boundary::{Cut, UvCurve};
 use closed::{ClosedCurve, ClosedFace};
 use nalgebra::Point3;
-use std::sync::OnceLock;
-use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Arc, OnceLock};
 
 /// A box in space: ranges of x, y, z, rounded outward.
 pub(crate) type Box3 = [[f64; 2]; 3];
@@ -199,14 +198,11 @@ struct PreparedFace {
     double_double: OnceLock<FaceGeometry<Dd>>,
 }
 
-/// How many were made.
-static COUNT: AtomicU64 = AtomicU64::new(0);
-
 /// A BREP made ready for queries: immutable and `Sync`.
 #[derive(Debug)]
 pub struct PreparedBrep {
-    /// No other of this process has the same.
-    id: u64,
+    /// What tells it from others, while anyone holds a copy.
+    identity: Arc<()>,
     brep: Brep,
     shortcuts: Shortcuts,
     faces: Vec<PreparedFace>,
@@ -299,7 +295,7 @@ impl PreparedBrep {
         }
         let slots = || brep.parts().edges.iter().map(|_| OnceLock::new()).collect();
         Self {
-            id: COUNT.fetch_add(1, Ordering::Relaxed),
+            identity: Arc::new(()),
             cracks: slots(),
             fine_cracks: slots(),
             images: brep.parts().trims.iter().map(|_| OnceLock::new()).collect(),
@@ -318,9 +314,9 @@ impl PreparedBrep {
         }
     }
 
-    /// A number that no other of this process has.
-    pub(crate) fn id(&self) -> u64 {
-        self.id
+    /// What tells it from others: no other points to the same while a copy is held.
+    pub(crate) fn identity(&self) -> &Arc<()> {
+        &self.identity
     }
 
     pub(crate) fn shortcuts(&self) -> Shortcuts {

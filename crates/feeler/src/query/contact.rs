@@ -13,6 +13,7 @@ use crate::prepare::closed::V3;
 use crate::prepare::{Net, Patch, PreparedBrep, jet};
 use crate::trim::{PieceOrigin, Side};
 use nalgebra::{Point2, Point3, Vector3};
+use std::sync::Arc;
 
 /// The floor of full accuracy, relative to the model's size (module docs of the crate).
 pub(super) const FULL_FLOOR: f64 = 1.0 / (1u128 << 96) as f64;
@@ -48,7 +49,7 @@ pub fn contact(
 #[derive(Clone, Debug, Default)]
 pub struct Witness {
     /// Of which BREP, where one has answered.
-    brep: Option<u64>,
+    brep: Option<Arc<()>>,
     hint: Option<Hint>,
     front: Front,
 }
@@ -81,10 +82,13 @@ pub fn contact_from(
     options: &Options,
     workspace: &mut Workspace,
 ) -> ContactAnswer {
-    if witness.brep.is_some_and(|id| id != brep.id()) {
-        *witness = Witness::default();
+    let own = brep.identity();
+    if !witness.brep.as_ref().is_some_and(|b| Arc::ptr_eq(b, own)) {
+        if witness.brep.is_some() {
+            *witness = Witness::default();
+        }
+        witness.brep = Some(Arc::clone(own));
     }
-    witness.brep = Some(brep.id());
     answer(brep, probe, Some(witness), options, workspace)
 }
 

@@ -182,10 +182,10 @@ impl Search<'_> {
         cut(kept)
     }
 
-    /// Makes a front of what a complete search put aside.
+    /// Makes a front of what a search put aside; where its budget was spent, then or later, `minimize` forgets it again.
     pub(super) fn keep_front(&mut self, front: &mut Front) {
         front.forget();
-        if let (Objective::SquaredDistance(q), false) = (*self.objective, self.out.budget_spent) {
+        if let Objective::SquaredDistance(q) = *self.objective {
             front.learn(q, &mut self.memory.left);
         }
     }
