@@ -18,6 +18,7 @@ use crate::error::ReadError;
 use crate::sheets::ROUNDING;
 use feeler::numeric::Interval;
 use feeler::nurbs::{Arc, Curve, GeometryError, Line, NurbsCurve};
+use libm::{cosh, sinh};
 use nalgebra::{Point, SVector};
 use std::f64::consts::TAU;
 
@@ -238,15 +239,13 @@ impl<const D: usize, const H: usize> Form<D, H> {
             }
             Self::Hyperbola(frame, [a, b]) => {
                 // As an arc's, with the hyperbolic functions for the circular ones.
-                // They are the system's: the last bits of such an edge may differ between platforms.
                 let (r, s) = (span.start, span.end);
-                let at = |t: f64| frame.at(a * t.cosh(), b * t.sinh());
-                let w = (0.5 * (s - r)).cosh();
+                let at = |t: f64| frame.at(a * cosh(t), b * sinh(t));
+                let w = cosh(0.5 * (s - r));
                 let mid = 0.5 * (r + s);
                 // The middle point is that of the tangents, times its weight w: nothing is divided.
-                let middle = frame.center.coords * w
-                    + frame.x * (a * mid.cosh())
-                    + frame.y * (b * mid.sinh());
+                let middle =
+                    frame.center.coords * w + frame.x * (a * cosh(mid)) + frame.y * (b * sinh(mid));
                 let points = vec![
                     homogeneous(at(r), 1.0),
                     homogeneous(middle, w),
