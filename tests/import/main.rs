@@ -1,6 +1,7 @@
 //! Import of .3dm files: against an independent reader, against files made up byte by byte, and
-//! against damage.
+//! against damage; and of damaged .brep files.
 
+mod brep_hostile;
 mod classes;
 mod fixture;
 mod hostile;

@@ -4,33 +4,54 @@
 #[allow(dead_code, unreachable_pub)]
 mod fixture;
 
-use feeler_io::read_3dm;
+use feeler_io::{Document, ReadError, read_3dm, read_brep};
 use peak_alloc::PeakAlloc;
+use std::path::Path;
 
 #[global_allocator]
 static ALLOCATOR: PeakAlloc = PeakAlloc;
 
-/// Bytes in memory for each byte of the file, at most. The densest: a missing curve takes 4 bytes in a
+/// Bytes in memory for each byte of a .3dm file, at most. The densest: a missing curve takes 4 bytes in a
 /// file and 16 in the table of places, doubled while that grows; a trim of 132 bytes becomes about 300.
 const FACTOR: usize = 16;
+
+/// The same of a .brep file. Parts of the thesis take 4 to 11; a control point of zeros takes
+/// six bytes and is kept twice, as four numbers in vectors that double.
+const BREP_FACTOR: usize = 64;
 
 /// And what every document takes.
 const FIXED: usize = 1 << 16;
 
-fn check(bytes: &[u8]) {
+/// Bytes in memory for each byte of the file.
+fn taken(read: fn(&[u8]) -> Result<Document, ReadError>, bytes: &[u8], factor: usize) -> f64 {
     ALLOCATOR.reset_peak_usage();
     let before = ALLOCATOR.current_usage();
-    drop(read_3dm(bytes));
+    drop(read(bytes));
     let used = ALLOCATOR.peak_usage().saturating_sub(before);
     assert!(
-        used <= FACTOR * bytes.len() + FIXED,
+        used <= factor * bytes.len() + FIXED,
         "{used} bytes for a file of {}",
         bytes.len()
     );
+    used as f64 / bytes.len() as f64
 }
 
+fn check(bytes: &[u8]) {
+    taken(read_3dm, bytes, FACTOR);
+}
+
+fn check_brep(bytes: &[u8]) -> f64 {
+    taken(read_brep, bytes, BREP_FACTOR)
+}
+
+/// One test, as the allocator counts for all threads.
 #[test]
 fn memory_stays_within_a_multiple_of_the_file() {
+    of_3dm();
+    of_brep();
+}
+
+fn of_3dm() {
     let bytes = fixture::file(60, |w| {
         w.record("sheet", fixture::BREP, fixture::brep);
         w.record("sum", fixture::SUM, fixture::sum);
@@ -56,4 +77,42 @@ fn memory_stays_within_a_multiple_of_the_file() {
         });
     });
     check(&missing);
+}
+
+fn of_brep() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../corpora/models/thesis");
+    for part in [
+        "cylinder.brep",
+        "ball_nurbs_periodic.brep",
+        "ball_joint_cavity_nurbs.brep",
+        "geneva4_wheel.brep",
+    ] {
+        let text = std::fs::read_to_string(folder.join(part)).expect("a file of the corpus");
+        println!("{part}: {:.1} bytes a byte", check_brep(text.as_bytes()));
+        let words: Vec<&str> = text.split_inclusive(char::is_whitespace).collect();
+        let step = 1 + words.len() / 120;
+        for at in (0..words.len()).step_by(step) {
+            for wild in ["1 ", "100 ", "1000 ", "40.5 "] {
+                let mut words = words.clone();
+                words[at] = wild;
+                check_brep(words.concat().as_bytes());
+            }
+        }
+    }
+    // Tables of nothing but the shortest entries.
+    let rest = "Polygon3D 0\nPolygonOnTriangulations 0\nSurfaces 0\nTriangulations 0\nTShapes 1\nCo\n0000000\n*\n+1 0\n";
+    let lines = "1 0 0 0 0\n".repeat(20_000);
+    let head = "CASCADE Topology V1, (c) Matra-Datavision\n";
+    check_brep(format!("{head}Locations 0\nCurve2ds 20000\n{lines}Curves 0\n{rest}").as_bytes());
+    let knots = "0 2 ".to_owned() + &(1..2000).map(|k| format!("{k} 1 ")).collect::<String>();
+    let points = "0 0 ".repeat(2000);
+    let spline = format!("7 0 1 1 1999 2000 {}{knots}\n", &points[4..]);
+    check_brep(format!("{head}Locations 0\nCurve2ds 1\n{spline}Curves 0\n{rest}").as_bytes());
+    let locations: String = (2..2000)
+        .map(|i| format!("2 {i} 1 1 {} 0\n", 1 + i % 7))
+        .collect();
+    let first = "1\n1 0 0 1\n0 1 0 0\n0 0 1 0\n".repeat(2);
+    check_brep(
+        format!("{head}Locations 2000\n{first}{locations}Curve2ds 0\nCurves 0\n{rest}").as_bytes(),
+    );
 }
