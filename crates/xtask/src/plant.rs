@@ -1,15 +1,23 @@
 //! `cargo xtask plant`: mistakes put into the kernel one at a time, and who notices.
 //!
-//! The mistakes stand in `plants.txt`. Each is put into a copy of the tree (`target/plant/tree`), which keeps a build folder of its
-//! own, so that from one to the next little is built again. Four watchers are asked: the kernel's unit tests (`cargo test -p feeler --lib`),
-//! its property tests and tests of whole queries (`--test '*'`), the smoke of the fuzz targets, and the gate. A mistake that does not
-//! compile is no mistake.
+//! The mistakes stand in `plants.txt`. All are put into a copy of the tree (`target/plant/tree`) at once, each behind a switch that an
+//! environment variable sets, so that the copy is built once and a mistake costs only the asking: mutant schemata (R. H. Untch, A. J.
+//! Offutt, M. J. Harrold, ISSTA 1993). The kernel itself has no such switch. `--rebuild` builds the copy for each mistake alone instead,
+//! without switches: the check on the switches.
+//!
+//! Four watchers are asked: the kernel's unit tests, its property tests and tests of whole queries, the fuzz targets on some inputs, and the gate, suite
+//! by suite. Each is ended at the first thing it finds wrong, and starts with what takes least.
+
+mod text;
+mod watch;
 
 use crate::test::root;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Stdio};
-use std::time::{Duration, Instant};
+use std::process::Command;
+use std::time::Instant;
+use text::{Form, Plant, plants};
+use watch::{SWITCH, WATCHERS, Watcher};
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct Args {
@@ -20,166 +28,67 @@ pub(crate) struct Args {
     #[arg(long)]
     list: bool,
     /// Inputs of each fuzz target.
-    #[arg(long, default_value_t = 400)]
+    #[arg(long, default_value_t = 150)]
     inputs: usize,
-    /// Seconds after which a watcher counts as having noticed: a mistake may keep a search from ending.
-    #[arg(long, default_value_t = 300)]
-    patience: u64,
+    /// Build for each mistake alone, without switches: takes long.
+    #[arg(long)]
+    rebuild: bool,
+    /// Where to write the table, too.
+    #[arg(long, value_name = "FILE")]
+    table: Option<PathBuf>,
 }
 
 const PLANTS: &str = include_str!("../plants.txt");
 
-/// A mistake.
-#[derive(Debug, PartialEq)]
-struct Plant<'a> {
-    name: &'a str,
-    file: &'a str,
-    old: Vec<&'a str>,
-    new: Vec<&'a str>,
-}
-
-fn plants(text: &str) -> Result<Vec<Plant<'_>>, String> {
-    let mut all: Vec<Plant<'_>> = Vec::new();
-    for (i, line) in text.lines().enumerate() {
-        if line.is_empty() || line.starts_with('#') {
-            continue;
-        }
-        let at = |what: &str| format!("plants.txt:{}: {what}", i + 1);
-        let Some((mark, rest)) = line.split_once(' ') else {
-            return Err(at("a mark and words"));
-        };
-        if mark == "=" {
-            all.push(Plant {
-                name: rest,
-                file: "",
-                old: Vec::new(),
-                new: Vec::new(),
-            });
-            continue;
-        }
-        let plant = all.last_mut().ok_or_else(|| at("begin with `= name`"))?;
-        match mark {
-            "@" => plant.file = rest,
-            "-" => plant.old.push(rest.trim()),
-            "+" => plant.new.push(rest.trim()),
-            _ => return Err(at("a line begins with =, @, - or +")),
-        }
-    }
-    Ok(all)
-}
-
-impl Plant<'_> {
-    /// The file's text with the mistake in it.
-    fn applied(&self, text: &str) -> Result<String, String> {
-        let lines: Vec<&str> = text.lines().collect();
-        let count = self.old.len();
-        let starts: Vec<usize> = (0..lines.len().saturating_sub(count.max(1) - 1))
-            .filter(|i| (0..count).all(|k| lines[i + k].trim() == self.old[k]))
-            .collect();
-        match starts[..] {
-            [at] if count > 0 && self.old != self.new => {
-                let mut out: Vec<&str> = lines[..at].to_vec();
-                out.extend(&self.new);
-                out.extend(&lines[at + count..]);
-                Ok(out.join("\n") + "\n")
-            }
-            _ => Err(format!(
-                "`{}`: its lines are {} times in {}; correct plants.txt",
-                self.name,
-                starts.len(),
-                self.file
-            )),
-        }
-    }
-}
-
-/// Who may notice.
-const WATCHERS: [&str; 4] = ["unit", "property", "fuzz", "gate"];
+/// Who noticed what, by watcher.
+type Noticed = [Option<String>; 4];
 
 pub(crate) fn run(args: &Args) -> Result<(), String> {
     let all = plants(PLANTS)?;
-    let chosen: Vec<&Plant<'_>> = all
-        .iter()
-        .filter(|p| args.only.as_deref().is_none_or(|o| p.name.contains(o)))
-        .collect();
+    let is_chosen = |p: &Plant<'_>| args.only.as_deref().is_none_or(|o| p.name.contains(o));
     if args.list {
-        for p in &chosen {
-            println!("{:<60} {}", p.name, p.file);
+        for p in all.iter().filter(|p| is_chosen(p)) {
+            println!("{}", p.name);
         }
         return Ok(());
     }
-    let root = root();
-    let place = root.join("target/plant");
+    let place = root().join("target/plant");
     let tree = place.join("tree");
-    copy(&root, &tree)?;
-    // What is wrong without any mistake would count for all of them.
-    println!("==> without a mistake");
-    let watched = watch(args, &tree, &place)?;
-    if let Some(i) = (0..WATCHERS.len()).find(|i| watched[*i]) {
-        return Err(format!("`{}` fails without any mistake", WATCHERS[i]));
+    let numbered = || (1..).zip(&all);
+    let switched = numbered().map(|(n, p)| (p, Form::Switched(n)));
+    println!("==> build, and without a mistake");
+    let mut watchers = build(args, &place, switched)?;
+    for watcher in &mut watchers {
+        watcher.settle(&tree)?;
     }
-    let mut table = Vec::new();
-    for plant in &chosen {
-        let path = tree.join(plant.file);
-        let text =
-            std::fs::read_to_string(&path).map_err(|e| format!("{}: {e}", path.display()))?;
-        let planted = plant.applied(&text)?;
-        let write = |text: &str| {
-            std::fs::write(&path, text).map_err(|e| format!("{}: {e}", path.display()))
-        };
-        write(&planted)?;
+    watchers.sort_by_key(|w| (w.of, w.usual()));
+    for (i, name) in WATCHERS.iter().enumerate() {
+        let own = watchers.iter().filter(|w| w.of == i).map(Watcher::usual);
+        println!("{name}: {:.0} s", own.map(|d| d.as_secs_f64()).sum::<f64>());
+    }
+    let mut table: Vec<(&str, Noticed)> = Vec::new();
+    for (n, plant) in numbered().filter(|(_, p)| is_chosen(p)) {
         let begun = Instant::now();
-        let watched = watch(args, &tree, &place);
-        write(&text)?;
-        let line = match &watched {
-            Ok(w) => (0..WATCHERS.len()).fold(String::new(), |s, i| {
-                s + &format!("{:>10}", if w[i] { "noticed" } else { "-" })
-            }),
-            Err(e) => format!("  {e}"),
-        };
-        println!(
-            "{:<52}{line}   {:.0} s",
-            plant.name,
-            begun.elapsed().as_secs_f64()
-        );
-        table.push((plant.name, watched));
-    }
-    summary(&table)
-}
-
-fn summary(table: &[(&str, Result<[bool; 4], String>)]) -> Result<(), String> {
-    println!(
-        "\n{:<52}{}",
-        "mistake",
-        WATCHERS.map(|w| format!("{w:>10}")).concat()
-    );
-    let mut by_count: BTreeMap<usize, usize> = BTreeMap::new();
-    let mut each = [0; 4];
-    let mut few = Vec::new();
-    for (name, watched) in table {
-        match watched {
-            Ok(w) => {
-                let marks = w.map(|x| format!("{:>10}", if x { "noticed" } else { "-" }));
-                println!("{name:<52}{}", marks.concat());
-                let count = w.iter().filter(|x| **x).count();
-                *by_count.entry(count).or_default() += 1;
-                for i in 0..4 {
-                    each[i] += usize::from(w[i]);
-                }
-                if count < 2 {
-                    few.push(*name);
-                }
-            }
-            Err(e) => println!("{name:<52}  {e}"),
+        if args.rebuild {
+            build(args, &place, [(plant, Form::Wrong)])
+                .map_err(|e| format!("`{}`: {e}", plant.name))?;
         }
+        let mut noticed = Noticed::default();
+        for w in &watchers {
+            if noticed[w.of].is_none() {
+                noticed[w.of] = w.ask(&tree, n)?;
+            }
+        }
+        println!("{} ({:.0} s)", plant.name, begun.elapsed().as_secs_f64());
+        for (name, by) in WATCHERS.iter().zip(&noticed) {
+            println!("    {name:<10}{}", by.as_deref().unwrap_or("-"));
+        }
+        table.push((plant.name, noticed));
     }
-    println!(
-        "{:<52}{}",
-        "noticed, of all",
-        each.map(|n| format!("{n:>10}")).concat()
-    );
-    for (count, n) in &by_count {
-        println!("{n} noticed by {count} of the four");
+    let (text, few) = summary(&table);
+    print!("\n{text}");
+    if let Some(path) = &args.table {
+        std::fs::write(path, text).map_err(|e| format!("{}: {e}", path.display()))?;
     }
     if few.is_empty() {
         Ok(())
@@ -188,8 +97,59 @@ fn summary(table: &[(&str, Result<[bool; 4], String>)]) -> Result<(), String> {
     }
 }
 
-/// The tracked files, and those not yet tracked. A file that is the same stays as it is, so that nothing is built for it.
-fn copy(root: &Path, tree: &Path) -> Result<(), String> {
+/// The copy with mistakes in it, built: who may be asked.
+fn build<'a>(
+    args: &Args,
+    place: &Path,
+    chosen: impl IntoIterator<Item = (&'a Plant<'a>, Form)>,
+) -> Result<Vec<Watcher>, String> {
+    let tree = place.join("tree");
+    lay(&tree, chosen)?;
+    watch::build(&tree, &place.join("build"), args.inputs)
+}
+
+/// The table in Markdown, and the mistakes noticed by fewer than two.
+fn summary<'a>(table: &[(&'a str, Noticed)]) -> (String, Vec<&'a str>) {
+    let mut text = format!(
+        "| mistake | {} |\n|---|---|---|---|---|\n",
+        WATCHERS.join(" | ")
+    );
+    let (mut each, mut few) = ([0; 4], Vec::new());
+    let mut by_count: BTreeMap<usize, usize> = BTreeMap::new();
+    for (name, noticed) in table {
+        let marks = noticed.each_ref().map(|by| by.is_some());
+        text += &format!("| {name} ");
+        for (i, mark) in marks.iter().enumerate() {
+            text += if *mark { "| x " } else { "| " };
+            each[i] += usize::from(*mark);
+        }
+        text += "|\n";
+        let count = marks.iter().filter(|m| **m).count();
+        *by_count.entry(count).or_default() += 1;
+        if count < 2 {
+            few.push(*name);
+        }
+    }
+    text += &format!("| of {} ", table.len());
+    text += &each.map(|n| format!("| {n} ")).concat();
+    text += "|\n\nNoticed by so many of the four:";
+    for (count, n) in by_count.iter().rev() {
+        text += &format!(" {count}: {n};");
+    }
+    (text.trim_end_matches(';').to_owned() + ".\n", few)
+}
+
+/// Lays out the tracked files, and those not yet tracked, with mistakes in them. A file that is the same stays as it is, so that nothing is built for it.
+fn lay<'a>(
+    tree: &Path,
+    chosen: impl IntoIterator<Item = (&'a Plant<'a>, Form)>,
+) -> Result<(), String> {
+    let root = root();
+    let read =
+        |name: &str| std::fs::read_to_string(root.join(name)).map_err(|e| format!("{name}: {e}"));
+    let mut planted = text::planted(chosen, read)?;
+    const KERNEL: &str = "crates/feeler/src/lib.rs";
+    planted.insert(KERNEL, read(KERNEL)? + &switch());
     let listed = Command::new("git")
         .args([
             "ls-files",
@@ -198,13 +158,17 @@ fn copy(root: &Path, tree: &Path) -> Result<(), String> {
             "--exclude-standard",
             "-z",
         ])
-        .current_dir(root)
+        .current_dir(&root)
         .output()
         .map_err(|e| format!("git cannot be started: {e}"))?;
     for name in String::from_utf8_lossy(&listed.stdout).split('\0') {
-        let (from, to) = (root.join(name), tree.join(name));
-        let Ok(bytes) = std::fs::read(&from) else {
-            continue;
+        let to = tree.join(name);
+        let bytes = match planted.get(name) {
+            Some(text) => text.clone().into_bytes(),
+            None => match std::fs::read(root.join(name)) {
+                Ok(bytes) => bytes,
+                Err(_) => continue,
+            },
         };
         if std::fs::read(&to).is_ok_and(|old| old == bytes) {
             continue;
@@ -216,85 +180,14 @@ fn copy(root: &Path, tree: &Path) -> Result<(), String> {
     Ok(())
 }
 
-/// Which of the watchers notice; an error where it does not compile.
-fn watch(args: &Args, tree: &Path, place: &Path) -> Result<[bool; 4], String> {
-    let cargo = |arguments: &str| {
-        let mut command = Command::new(env!("CARGO"));
-        command
-            .args(arguments.split_whitespace())
-            .current_dir(tree)
-            .env("CARGO_TARGET_DIR", place.join("build"))
-            // Little changes from one mistake to the next.
-            .env("CARGO_INCREMENTAL", "1")
-            .env("CARGO_PROFILE_RELEASE_DEBUG", "0")
-            .env("CARGO_PROFILE_RELEASE_DEBUG_ASSERTIONS", "true")
-            .env("CARGO_PROFILE_RELEASE_OVERFLOW_CHECKS", "true")
-            .env("RUSTFLAGS", "--cap-lints=allow")
-            .stdout(Stdio::null())
-            .stderr(Stdio::null());
-        command
-    };
-    let built = [
-        "test --release --no-run -p feeler",
-        "build --release -p xtask --example smoke",
-        "build --release -p feeler-cli",
-    ];
-    for arguments in built {
-        let status = cargo(arguments).status();
-        if !status
-            .map_err(|e| format!("cargo cannot be started: {e}"))?
-            .success()
-        {
-            return Err(format!("does not compile (cargo {arguments})"));
-        }
-    }
-    let limit = Duration::from_secs(args.patience);
-    let release = place.join("build/release");
-    let program = |path: PathBuf, arguments: &[String]| {
-        let mut command = Command::new(path);
-        command
-            .args(arguments)
-            .current_dir(tree)
-            .stdout(Stdio::null())
-            .stderr(Stdio::null());
-        command
-    };
-    let inputs = [args.inputs.to_string()];
-    let gate = ["gate".to_owned()];
-    let commands = [
-        cargo("test --release -p feeler --lib"),
-        cargo("test --release -p feeler --test *"),
-        program(release.join("examples/smoke"), &inputs),
-        program(release.join("feeler"), &gate),
-    ];
-    let mut noticed = [false; 4];
-    for (i, command) in commands.into_iter().enumerate() {
-        noticed[i] = !passes(command, limit)?;
-    }
-    Ok(noticed)
-}
-
-/// Whether a command ends well in time.
-fn passes(mut command: Command, limit: Duration) -> Result<bool, String> {
-    use std::os::unix::process::CommandExt;
-    // In a group of its own, which is ended as a whole.
-    let mut child = command
-        .process_group(0)
-        .spawn()
-        .map_err(|e| format!("cannot be started: {e}"))?;
-    let begun = Instant::now();
-    loop {
-        if let Some(status) = child.try_wait().map_err(|e| e.to_string())? {
-            return Ok(status.success());
-        }
-        if begun.elapsed() > limit {
-            let group = format!("-{}", child.id());
-            let _ = Command::new("kill").args(["-KILL", "--", &group]).status();
-            let _ = child.wait();
-            return Ok(false);
-        }
-        std::thread::sleep(Duration::from_millis(100));
-    }
+/// What the scratch copy's kernel asks.
+fn switch() -> String {
+    format!(
+        "\n#[inline]\npub(crate) fn planted(n: usize) -> bool {{\n    \
+         static ON: std::sync::LazyLock<usize> = std::sync::LazyLock::new(|| {{\n        \
+         let value = std::env::var(\"{SWITCH}\");\n        \
+         value.ok().and_then(|v| v.parse().ok()).unwrap_or(0)\n    }});\n    *ON == n\n}}\n"
+    )
 }
 
 #[cfg(test)]
@@ -302,24 +195,33 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_mistake_finds_its_lines_once() {
+    fn every_mistake_finds_its_lines_and_all_fit_together() {
         let all = plants(PLANTS).unwrap();
         assert!(all.len() >= 30, "{}", all.len());
+        let read =
+            |file: &str| std::fs::read_to_string(root().join(file)).map_err(|e| e.to_string());
         for plant in &all {
-            let path = root().join(plant.file);
-            let text = std::fs::read_to_string(&path).unwrap();
-            let planted = plant.applied(&text).unwrap();
-            assert_ne!(planted, text, "{}", plant.name);
+            for (file, text) in text::planted([(plant, Form::Wrong)], read).unwrap() {
+                assert_ne!(text, read(file).unwrap(), "{}", plant.name);
+            }
         }
+        let together = all.iter().enumerate().map(|(n, p)| (p, Form::Switched(n)));
+        text::planted(together, read).unwrap();
     }
 
     #[test]
-    fn lines_that_are_not_there_or_twice_are_refused() {
-        let text = "= a\n@ f\n- x;\n+ y;\n";
-        let plant = &plants(text).unwrap()[0];
-        assert_eq!(plant.applied("a\n    x;\nb\n").unwrap(), "a\ny;\nb\n");
-        assert!(plant.applied("a\nb\n").is_err());
-        assert!(plant.applied("x;\nx;\n").is_err());
-        assert!(plants("- x\n").is_err());
+    fn the_table_counts() {
+        let by = |who: [bool; 4]| who.map(|w| w.then(|| "it".to_owned()));
+        let table = [
+            ("a", by([true, false, false, true])),
+            ("b", by([false, false, true, false])),
+        ];
+        let (text, few) = summary(&table);
+        assert!(
+            text.contains("| a | x | | | x |\n| b | | | x | |\n| of 2 | 1 | 0 | 1 | 1 |"),
+            "{text}"
+        );
+        assert!(text.ends_with(" 2: 1; 1: 1.\n"), "{text}");
+        assert_eq!(few, ["b"]);
     }
 }
