@@ -25,6 +25,7 @@ fn gate(engine: &mut dyn Engine, suite: &str) -> Report {
         corpus: &corpus(),
         suite: Some(suite),
         tolerance: 0.0,
+        sample: None,
     };
     run(&mut [engine], &gate, &mut |_| {}).unwrap()
 }

@@ -20,6 +20,9 @@ pub(crate) struct Args {
     /// One suite alone.
     #[arg(long)]
     suite: Option<String>,
+    /// About so many queries of each suite alone, spread over it.
+    #[arg(long, value_name = "COUNT")]
+    sample: Option<usize>,
     /// The corpus.
     #[arg(long, default_value = "corpora")]
     corpora: PathBuf,
@@ -142,6 +145,7 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Bad> {
         corpus: &args.corpora,
         suite: args.suite.as_deref(),
         tolerance: args.tolerance.unwrap_or(tolerance),
+        sample: args.sample,
     };
     let report = run_gate(&mut each, &gate, &mut progress);
     bar.finish_and_clear();

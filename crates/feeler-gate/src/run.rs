@@ -23,6 +23,8 @@ pub struct Gate<'a> {
     /// A value without bounds of its own may be off by this part of the model's size. Above 0 it takes the place
     /// of the ceilings on errors, which are those of an engine with bounds.
     pub tolerance: f64,
+    /// About so many queries of each suite alone, spread over it: a quick look.
+    pub sample: Option<usize>,
 }
 
 /// How far a run has come.
@@ -72,7 +74,11 @@ pub fn run(
     let mut models = Models::new();
     let mut rows = Vec::new();
     for suite in suites(gate.corpus, gate.suite)? {
-        let cases = cases(gate.corpus, &suite, &mut models)?;
+        let mut cases = cases(gate.corpus, &suite, &mut models)?;
+        if let Some(count) = gate.sample {
+            let step = cases.len().div_ceil(count.max(1)).max(1);
+            cases = cases.into_iter().step_by(step).collect();
+        }
         let tally = run_cases(engines, gate, &cases, &models, &mut |done| {
             progress(&Progress {
                 suite: suite.name.clone(),

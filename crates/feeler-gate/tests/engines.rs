@@ -22,6 +22,7 @@ fn gate(python: &str, script: &Path, suite: &str) -> Report {
         corpus: &corpora,
         suite: Some(suite),
         tolerance: 1e-9,
+        sample: None,
     };
     run(&mut [&mut engine], &gate, &mut |_| ()).unwrap()
 }

@@ -9,6 +9,7 @@ fn report(jobs: usize, suite: &str) -> (Report, Vec<usize>) {
         corpus: &here.ancestors().nth(2).unwrap().join("corpora"),
         suite: Some(suite),
         tolerance: 1e-6,
+        sample: None,
     };
     let mut engines: Vec<_> = (0..jobs).map(|_| ThesisEngine::new(1)).collect();
     let mut all: Vec<&mut dyn Engine> = Vec::new();
@@ -48,6 +49,7 @@ fn without_engines_nothing_is_asked() {
         corpus: &Path::new(env!("CARGO_MANIFEST_DIR")).join("../../corpora"),
         suite: Some("inside"),
         tolerance: 0.0,
+        sample: None,
     };
     let report = run(&mut [], &gate, &mut |_| ()).unwrap();
     assert_eq!(report.suites[0].queries, 0);

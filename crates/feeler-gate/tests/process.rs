@@ -298,6 +298,7 @@ fn gate(engine: &mut ProcessEngine, suite: &str) -> Report {
         corpus: &corpora,
         suite: Some(suite),
         tolerance: 1e-9,
+        sample: None,
     };
     run(&mut [engine], &gate, &mut |_| ()).unwrap()
 }

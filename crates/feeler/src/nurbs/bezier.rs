@@ -135,3 +135,37 @@ impl NurbsSurface {
         out
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Boehm's insertion by hand: a knot t between the domain's ends 0 and 4 makes the joint ((4 - t) p1 + t p2) / 4 of a quadratic with that one
+    /// inner knot, whichever end t is nearer to.
+    #[test]
+    fn the_joint_divides_its_leg_as_the_knot_divides_the_domain() {
+        let points = [
+            [0.0, 0.0, 1.0],
+            [4.0, 0.0, 1.0],
+            [4.0, 8.0, 2.0],
+            [0.0, 8.0, 1.0],
+        ];
+        for t in [0.5, 1.0, 2.0, 3.0, 3.5] {
+            let knots = vec![0.0, 0.0, 0.0, t, 4.0, 4.0, 4.0];
+            let points: Vec<SVector<f64, 3>> = points.map(SVector::from).to_vec();
+            let c = NurbsCurve::new(2, points.clone(), knots).unwrap();
+            let joint = (points[1] * (4.0 - t) + points[2] * t) / 4.0;
+            let pieces = c.bezier_pieces();
+            assert_eq!(
+                pieces[0].control_points,
+                [points[0], points[1], joint],
+                "{t}"
+            );
+            assert_eq!(
+                pieces[1].control_points,
+                [joint, points[2], points[3]],
+                "{t}"
+            );
+        }
+    }
+}

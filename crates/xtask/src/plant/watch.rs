@@ -19,11 +19,16 @@ const MEMORY: u64 = 8 << 20;
 /// A suite that is not asked: its lists of contacts take as long as all others.
 const LEFT_OUT: &str = "contacts";
 
+/// Queries of each suite that are asked first.
+const SAMPLE: &str = "200";
+
 /// A program that may notice.
 #[derive(Debug)]
 pub(super) struct Watcher {
     /// Which of `WATCHERS`.
     pub(super) of: usize,
+    /// Asked only about what fewer than two of `WATCHERS` have noticed without it: it takes long.
+    pub(super) is_late: bool,
     name: String,
     program: PathBuf,
     arguments: Vec<String>,
@@ -66,9 +71,10 @@ pub(super) fn build(tree: &Path, target: &Path, inputs: usize) -> Result<Vec<Wat
     let programs = "build -p feeler-cli -p xtask --bin feeler --example smoke";
     let programs = artifacts(&mut cargo(programs))?;
     let mut all = Vec::new();
-    let mut add = |of: usize, name: &str, program: &Path, arguments: &[&str]| {
+    let mut add = |of: usize, name: &str, program: &Path, arguments: &[&str], is_late: bool| {
         all.push(Watcher {
             of,
+            is_late,
             name: name.to_owned(),
             program: program.to_owned(),
             arguments: arguments.iter().map(|a| (*a).to_owned()).collect(),
@@ -77,18 +83,20 @@ pub(super) fn build(tree: &Path, target: &Path, inputs: usize) -> Result<Vec<Wat
     };
     for (kind, name, path) in &tests {
         let of = if kind == "test" { 1 } else { 0 };
-        add(of, name, path, &["--test-threads=1"]);
+        add(of, name, path, &["--test-threads=1"], false);
     }
     let corpora = tree.join("corpora");
     let suites = feeler_corpus::suites(&corpora, None).map_err(|e| e.to_string())?;
     for (_, name, path) in &programs {
         if name == "smoke" {
-            add(2, name, path, &[&inputs.to_string()]);
+            add(2, name, path, &[&inputs.to_string()], false);
         } else {
             let out = target.join("gate").display().to_string();
             for suite in suites.iter().filter(|s| s.name != LEFT_OUT) {
-                let asked = ["gate", "--jobs", "1", "--out", &out, "--suite", &suite.name];
-                add(3, &suite.name, path, &asked);
+                let mut asked = vec!["gate", "--jobs", "1", "--out", &out, "--suite", &suite.name];
+                add(3, &format!("{}, all", suite.name), path, &asked, true);
+                asked.extend(["--sample", SAMPLE]);
+                add(3, &suite.name, path, &asked, false);
             }
         }
     }

@@ -38,6 +38,8 @@ mod parameter;
 mod scalar;
 mod spline;
 mod surface;
+#[cfg(test)]
+mod tests;
 
 pub use parameter::Limit;
 pub use scalar::Scalar;

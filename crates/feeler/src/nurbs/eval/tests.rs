@@ -1,0 +1,97 @@
+//! Derivatives against closed forms, at parameters where f64 makes no rounding.
+
+use super::{Limit, Scalar, partials};
+use crate::numeric::{Ball, Dd, Interval};
+use crate::nurbs::{Curve, NurbsCurve, NurbsSurface, Revolution, Surface};
+use nalgebra::{Point3, Vector3, Vector4};
+
+fn of<S: Scalar>(
+    s: &Surface,
+    uv: [f64; 2],
+    order: usize,
+    limit: Limit,
+) -> super::Partials<[f64; 3]> {
+    partials::<S>(s, uv, order, [limit; 2]).map(|x| x.map(|c| c.value()))
+}
+
+/// `(u, v, 1) / ((1 + u) (1 + v))` over `[0, 2]^2`: bilinear, with weights `(1 + u) (1 + v)`.
+fn quotient() -> Surface {
+    let corner = |u: f64, v: f64| Vector4::new(u, v, 1.0, (1.0 + u) * (1.0 + v));
+    let net = vec![
+        corner(0.0, 0.0),
+        corner(0.0, 2.0),
+        corner(2.0, 0.0),
+        corner(2.0, 2.0),
+    ];
+    let knots = || vec![0.0, 0.0, 2.0, 2.0];
+    NurbsSurface::new([1, 1], [2, 2], net, [knots(), knots()])
+        .map(Surface::Nurbs)
+        .unwrap()
+}
+
+/// d^k/du^k of u / (1 + u) at 1 is 1/2, 1/4, -1/4, 3/8; of 1 / (1 + u): 1/2, -1/4, 1/4, -3/8.
+#[test]
+fn all_orders_of_a_quotient_that_varies_both_ways() {
+    const OVER: [f64; 4] = [0.5, 0.25, -0.25, 0.375];
+    const UNDER: [f64; 4] = [0.5, -0.25, 0.25, -0.375];
+    let s = quotient();
+    let plain = of::<f64>(&s, [1.0, 1.0], 3, Limit::FromAbove);
+    let fine = of::<Ball<Dd>>(&s, [1.0, 1.0], 3, Limit::FromAbove);
+    for i in 0..=3 {
+        for j in 0..=3 - i {
+            let truth = [OVER[i] * UNDER[j], UNDER[i] * OVER[j], UNDER[i] * UNDER[j]];
+            assert_eq!(plain.get(i, j), truth, "({i}, {j})");
+            assert_eq!(fine.get(i, j), truth, "({i}, {j})");
+        }
+    }
+}
+
+/// A roof: from above its ridge it falls, from below it rises.
+#[test]
+fn a_ridge_has_a_slope_from_either_side() {
+    let heights = [0.0, 1.0, -2.0];
+    let net = heights
+        .iter()
+        .zip([0.0, 1.0, 2.0])
+        .flat_map(|(z, u)| [0.0, 1.0].map(|v| Vector4::new(u, v, *z, 1.0)));
+    let knots = [vec![0.0, 0.0, 1.0, 2.0, 2.0], vec![0.0, 0.0, 1.0, 1.0]];
+    let roof = NurbsSurface::new([1, 1], [3, 2], net.collect(), knots);
+    let roof = Surface::Nurbs(roof.unwrap());
+    for (limit, slope) in [(Limit::FromAbove, -3.0), (Limit::FromBelow, 1.0)] {
+        let at = of::<f64>(&roof, [1.0, 0.5], 1, limit);
+        assert_eq!(at.get(1, 0), [1.0, 0.0, slope], "{limit:?}");
+        assert_eq!(of::<Ball<Dd>>(&roof, [1.0, 0.5], 1, limit), at);
+    }
+}
+
+/// `(3 cos u, 3 sin u, 2 v)` at angle 0: (3, 0), then (0, 3), (-3, 0), (0, -3).
+#[test]
+fn a_cylinder_turns_counter_clockwise() {
+    let line = NurbsCurve::new(
+        1,
+        vec![
+            Vector4::new(3.0, 0.0, 0.0, 1.0),
+            Vector4::new(3.0, 0.0, 2.0, 1.0),
+        ],
+        vec![0.0, 0.0, 1.0, 1.0],
+    );
+    let range = Interval {
+        start: 0.0,
+        end: 1.0,
+    };
+    let cylinder = Surface::Revolution(Revolution {
+        origin: Point3::origin(),
+        axis: Vector3::z(),
+        angle: range,
+        angle_domain: range,
+        profile: Curve::Nurbs(line.unwrap()),
+        transposed: false,
+    });
+    let at = of::<f64>(&cylinder, [0.0, 0.5], 3, Limit::FromAbove);
+    assert_eq!(at.get(0, 0), [3.0, 0.0, 1.0]);
+    assert_eq!(at.get(1, 0), [0.0, 3.0, 0.0]);
+    assert_eq!(at.get(2, 0), [-3.0, 0.0, 0.0]);
+    assert_eq!(at.get(3, 0), [0.0, -3.0, 0.0]);
+    assert_eq!(at.get(0, 1), [0.0, 0.0, 2.0]);
+    assert_eq!(at.get(1, 1), [0.0; 3]);
+}
