@@ -278,3 +278,42 @@ const FEW_DIGITS: f64 = 1.0 / (1u64 << 12) as f64;
 fn ball(x: Dd) -> Ball<Dd> {
     Ball { mid: x, rad: 0.0 }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::brep::BrepBuilder;
+    use crate::numeric::Interval;
+    use crate::nurbs::Plane;
+    use crate::query::LineKind;
+    use nalgebra::Point3;
+
+    /// A square in the plane z = 0, counter-clockwise seen from above or from below: that side is the outer one, whatever the plane's axes.
+    #[test]
+    fn the_normal_of_a_hit_is_on_the_outer_side() {
+        let wide = Interval::new(-2.0, 2.0).unwrap();
+        for (order, up) in [([0, 1, 2, 3], 1.0), ([3, 2, 1, 0], -1.0)] {
+            let mut b = BrepBuilder::new();
+            let corners = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]];
+            let v = corners.map(|[x, y]| b.vertex([x, y, 0.0]));
+            let plane = Plane {
+                origin: Point3::origin(),
+                x: Vector3::x(),
+                y: Vector3::y(),
+                domain: [wide; 2],
+                extents: [wide; 2],
+            };
+            b.face(plane, &[&order.map(|i| v[i])]).unwrap();
+            let brep = PreparedBrep::new(b.build().unwrap());
+            let down = LineProbe::new([0.25, 0.5, 1.0].into(), -Vector3::z(), LineKind::Line);
+            let found = line(
+                &brep,
+                &down.unwrap(),
+                &Options::default(),
+                &mut Workspace::default(),
+            );
+            assert_eq!(found.hits.len(), 1);
+            assert_eq!(found.hits[0].normal, Vector3::new(0.0, 0.0, up));
+        }
+    }
+}

@@ -1,0 +1,176 @@
+//! Solids and sheets known by formula: signs of separations, normals of hits, widths of cracks.
+
+#[path = "scenes/mod.rs"]
+mod scenes;
+
+use feeler::brep::{Brep, BrepBuilder, TrimSpec};
+use feeler::numeric::Interval;
+use feeler::nurbs::{Curve, Line, NurbsSurface, Plane, Surface};
+use feeler::prepare::PreparedBrep;
+use feeler::query::{LineKind, LineProbe, Options, Probe, Sphere, Workspace, contact, line};
+use nalgebra::{Point2, Point3, Vector3, Vector4};
+use proptest::prelude::*;
+use scenes::wavy_prism;
+
+/// The box [0, 1]^3, its planes turned over where `over` says so: such a face is marked as reversed, and the solid is the same.
+fn cube(over: [bool; 6]) -> Brep {
+    let mut b = BrepBuilder::new();
+    let corner = |i: usize| [(i & 1) as f64, (i >> 1 & 1) as f64, (i >> 2) as f64];
+    let v: Vec<usize> = (0..8).map(|i| b.vertex(corner(i))).collect();
+    let wide = Interval::new(-2.0, 2.0).unwrap();
+    let faces = [
+        [0, 2, 3, 1],
+        [4, 5, 7, 6],
+        [0, 1, 5, 4],
+        [2, 6, 7, 3],
+        [0, 4, 6, 2],
+        [1, 3, 7, 5],
+    ];
+    for (corners, over) in faces.into_iter().zip(over) {
+        let at = |k: usize| Vector3::from(corner(corners[k]));
+        let (x, y) = (at(1) - at(0), at(3) - at(0));
+        let (x, y) = if over { (y, x) } else { (x, y) };
+        let plane = Plane {
+            origin: Point3::from(at(0)),
+            x,
+            y,
+            domain: [wide; 2],
+            extents: [wide; 2],
+        };
+        b.face(plane, &[&corners.map(|i| v[i])]).unwrap();
+    }
+    let brep = b.build().unwrap();
+    let reversed: Vec<bool> = brep.faces().iter().map(|f| f.reversed).collect();
+    assert_eq!(reversed, over);
+    brep
+}
+
+/// Three sheets that share an edge, whose images on them are one parabola at three heights; the number of the edge.
+fn book(heights: [f64; 3]) -> (Brep, usize) {
+    let unit = Interval::new(0.0, 1.0).unwrap();
+    let mut b = BrepBuilder::new();
+    let ends = [0.0, 1.0].map(|x| b.vertex([x, 0.0, 0.0]));
+    let shared = b.straight_edge(ends).unwrap();
+    for (out, height) in [[1.0, 0.0], [-1.0, 0.0], [0.0, 1.0]]
+        .into_iter()
+        .zip(heights)
+    {
+        let net = [(0.0, 0.0), (0.5, 1.0), (1.0, 0.0)]
+            .into_iter()
+            .flat_map(|(x, bulge)| {
+                [0.0, 1.0].map(|v| Vector4::new(x, v * out[0], height + bulge + v * out[1], 1.0))
+            });
+        let knots = [vec![0.0, 0.0, 0.0, 1.0, 1.0, 1.0], vec![0.0, 0.0, 1.0, 1.0]];
+        let sheet = NurbsSurface::new([2, 1], [3, 2], net.collect(), knots).unwrap();
+        let far = [1.0, 0.0].map(|x| b.vertex([x, out[0], height + out[1]]));
+        let corners = [ends[0], ends[1], far[0], far[1]];
+        let uv = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]].map(Point2::from);
+        let trims = (0..4).map(|i| {
+            let vertices = [corners[i], corners[(i + 1) % 4]];
+            let edge = if i == 0 {
+                shared
+            } else {
+                b.straight_edge(vertices).unwrap()
+            };
+            let line = Line::new(uv[i], uv[(i + 1) % 4], unit).unwrap();
+            TrimSpec {
+                vertices,
+                curve: Curve::Line(line),
+                edge: Some(edge),
+            }
+        });
+        let trims = vec![trims.collect()];
+        b.face_with_trims(Surface::Nurbs(sheet), trims).unwrap();
+    }
+    (b.build().unwrap(), shared)
+}
+
+fn within(half: f64) -> impl Strategy<Value = Point3<f64>> {
+    prop::array::uniform3(-half..=half).prop_map(Point3::from)
+}
+
+/// Asks about one point after the other: what is kept of the first must not mislead the next.
+fn signs(brep: Brep, points: &[Point3<f64>], is_inside: impl Fn(&Point3<f64>) -> Option<bool>) {
+    let brep = PreparedBrep::new(brep);
+    let mut workspace = Workspace::default();
+    for p in points {
+        let Some(inside) = is_inside(p) else { continue };
+        let probe = Probe::Sphere(Sphere::new(*p, 0.0).unwrap());
+        let found = contact(&brep, &probe, &Options::default(), &mut workspace);
+        let b = found.separation.bounds;
+        assert!(if inside { b.hi < 0.0 } else { b.lo > 0.0 }, "{p}: {b:?}");
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 48, ..ProptestConfig::default() })]
+
+    /// A prism between the radii 4 and 6 and the heights -1 and 1.
+    #[test]
+    fn the_sign_of_a_separation_is_the_side_of_the_centre(
+        points in prop::collection::vec(within(6.0), 16), sides in 3usize..8,
+    ) {
+        let flat: Vec<_> = points.iter().map(|p| Point3::new(p.x, p.y, p.z / 5.0)).collect();
+        signs(wavy_prism(sides), &flat, |p| {
+            let r = p.coords.xy().norm();
+            if r > 6.0 || p.z.abs() > 1.0 {
+                Some(false)
+            } else {
+                (r < 4.0 && p.z.abs() < 1.0).then_some(true)
+            }
+        });
+    }
+
+    /// Curves that are moved copies of one another are as far apart as they were moved: their ends are, and no point need be farther.
+    #[test]
+    fn a_crack_is_no_narrower_than_its_widest_pair(
+        heights in prop::array::uniform3((0i32..64).prop_map(|h| f64::from(h) / 4096.0)),
+    ) {
+        let (brep, edge) = book(heights);
+        let width = PreparedBrep::new(brep).crack_width(edge);
+        let ends = heights.iter().fold([1.0f64, 0.0f64], |[a, b], h| [a.min(*h), b.max(*h)]);
+        prop_assert!(width >= ends[1] - ends[0], "{width}");
+        prop_assert!(width.is_finite());
+    }
+
+    /// A roof of slope 1 with its ridge at x = 0, z = 1: a line that runs across it `2^-e` below the ridge hits both sides, `2^-e` before and behind.
+    #[test]
+    fn both_sides_of_a_ridge_are_hit(e in 12i32..24, y in -0.75f64..0.75) {
+        let below = 2f64.powi(-e);
+        let net = [(-1.0, 0.0), (0.0, 1.0), (1.0, 0.0)].into_iter().flat_map(|(x, z)| {
+            [-1.0, 1.0].map(|y| Vector4::new(x, y, z, 1.0))
+        });
+        let knots = [vec![0.0, 0.0, 1.0, 2.0, 2.0], vec![0.0, 0.0, 1.0, 1.0]];
+        let roof = NurbsSurface::new([1, 1], [3, 2], net.collect(), knots).unwrap();
+        let brep = PreparedBrep::new(Brep::from_surface(Surface::Nurbs(roof)).unwrap());
+        let from = Point3::new(-4.0, y, 1.0 - below);
+        let probe = LineProbe::new(from, Vector3::x(), LineKind::Line).unwrap();
+        let found = line(&brep, &probe, &Options::default(), &mut Workspace::default());
+        prop_assert!(found.undecided.is_none(), "{:?}", found);
+        prop_assert_eq!(found.hits.len(), 2);
+        for (h, t) in found.hits.iter().zip([4.0 - below, 4.0 + below]) {
+            prop_assert!(h.t.bounds.lo <= t && t <= h.t.bounds.hi, "{:?}", h.t);
+        }
+    }
+
+    /// A line through a box goes in against one normal and out along another; each is that of the side of the box where the hit lies.
+    #[test]
+    fn normals_of_hits_point_out(
+        over in prop::array::uniform6(any::<bool>()),
+        through in prop::array::uniform3(0.1f64..0.9),
+        direction in within(1.0),
+    ) {
+        let direction = direction.coords;
+        prop_assume!(direction.norm() > 0.1);
+        let brep = PreparedBrep::new(cube(over));
+        let probe = LineProbe::new(Point3::from(through), direction, LineKind::Line).unwrap();
+        let found = line(&brep, &probe, &Options::default(), &mut Workspace::default());
+        prop_assume!(found.undecided.is_none() && found.hits.len() == 2);
+        let along: Vec<f64> = found.hits.iter().map(|h| h.normal.dot(&direction)).collect();
+        prop_assert!(along[0] < 0.0 && along[1] > 0.0, "{:?}", along);
+        for h in &found.hits {
+            let from_middle = h.point - Point3::new(0.5, 0.5, 0.5);
+            prop_assert!((h.normal.dot(&from_middle) - 0.5).abs() < 1e-12, "{:?}", h);
+        }
+    }
+}
