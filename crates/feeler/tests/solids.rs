@@ -85,6 +85,16 @@ fn book(heights: [f64; 3]) -> (Brep, usize) {
     (b.build().unwrap(), shared)
 }
 
+/// A roof of slope 1, its ridge from y = -1 to 1 at x = 0, z = 1: one face of two patches.
+fn roof() -> PreparedBrep {
+    let net = [(-1.0, 0.0), (0.0, 1.0), (1.0, 0.0)]
+        .into_iter()
+        .flat_map(|(x, z)| [-1.0, 1.0].map(|y| Vector4::new(x, y, z, 1.0)));
+    let knots = [vec![0.0, 0.0, 1.0, 2.0, 2.0], vec![0.0, 0.0, 1.0, 1.0]];
+    let roof = NurbsSurface::new([1, 1], [3, 2], net.collect(), knots).unwrap();
+    PreparedBrep::new(Brep::from_surface(Surface::Nurbs(roof)).unwrap())
+}
+
 fn within(half: f64) -> impl Strategy<Value = Point3<f64>> {
     prop::array::uniform3(-half..=half).prop_map(Point3::from)
 }
@@ -133,24 +143,31 @@ proptest! {
         prop_assert!(width.is_finite());
     }
 
-    /// A roof of slope 1 with its ridge at x = 0, z = 1: a line that runs across it `2^-e` below the ridge hits both sides, `2^-e` before and behind.
+    /// A line that runs across the roof `2^-e` below its ridge hits both sides, `2^-e` before and behind.
     #[test]
     fn both_sides_of_a_ridge_are_hit(e in 12i32..24, y in -0.75f64..0.75) {
         let below = 2f64.powi(-e);
-        let net = [(-1.0, 0.0), (0.0, 1.0), (1.0, 0.0)].into_iter().flat_map(|(x, z)| {
-            [-1.0, 1.0].map(|y| Vector4::new(x, y, z, 1.0))
-        });
-        let knots = [vec![0.0, 0.0, 1.0, 2.0, 2.0], vec![0.0, 0.0, 1.0, 1.0]];
-        let roof = NurbsSurface::new([1, 1], [3, 2], net.collect(), knots).unwrap();
-        let brep = PreparedBrep::new(Brep::from_surface(Surface::Nurbs(roof)).unwrap());
         let from = Point3::new(-4.0, y, 1.0 - below);
         let probe = LineProbe::new(from, Vector3::x(), LineKind::Line).unwrap();
-        let found = line(&brep, &probe, &Options::default(), &mut Workspace::default());
+        let found = line(&roof(), &probe, &Options::default(), &mut Workspace::default());
         prop_assert!(found.undecided.is_none(), "{:?}", found);
         prop_assert_eq!(found.hits.len(), 2);
         for (h, t) in found.hits.iter().zip([4.0 - below, 4.0 + below]) {
             prop_assert!(h.t.bounds.lo <= t && t <= h.t.bounds.hi, "{:?}", h.t);
         }
+    }
+
+    /// A line down through the ridge, where two patches of one face meet, hits that face once.
+    #[test]
+    fn a_joint_of_patches_is_hit_once(y in -48i32..48, along in prop::array::uniform2(-24i32..24)) {
+        let direction = Vector3::new(f64::from(along[0]) / 64.0, f64::from(along[1]) / 64.0, -1.0);
+        let on_ridge = Point3::new(0.0, f64::from(y) / 64.0, 1.0);
+        let probe = LineProbe::new(on_ridge - direction, direction, LineKind::Line).unwrap();
+        let found = line(&roof(), &probe, &Options::default(), &mut Workspace::default());
+        prop_assert!(found.undecided.is_none(), "{:?}", found);
+        prop_assert_eq!((found.hits.len(), found.crossings), (1, 1));
+        let t = found.hits[0].t.bounds;
+        prop_assert!(t.lo <= 1.0 && 1.0 <= t.hi, "{:?}", t);
     }
 
     /// A line through a box goes in against one normal and out along another; each is that of the side of the box where the hit lies.

@@ -36,6 +36,49 @@ fn square_and_its_border() {
     assert_eq!(region.pieces().len(), 4);
 }
 
+/// A diamond with curved sides, its corners at the levels of the points: on a corner's level the ray runs exactly through a joint. Beside a
+/// corner by one unit in the last place only the exact decision tells.
+#[test]
+fn joints_of_curves_at_the_level_of_the_point() {
+    let corners = [[2.0, 1.0], [1.0, 2.0], [0.5, 1.0], [1.0, 0.5]];
+    for bulge in [0.25, 0.75] {
+        let sides = (0..4).map(|i| {
+            let (a, b) = (corners[i], corners[(i + 1) % 4]);
+            // Towards where the two levels meet outside, or inside: the sides stay monotone.
+            let outer = if i % 2 == 0 {
+                [a[0], b[1]]
+            } else {
+                [b[0], a[1]]
+            };
+            let middle = [0, 1].map(|k| 0.5 * (a[k] + b[k]) * (1.0 - bulge) + bulge * outer[k]);
+            bezier(&[a, middle, b].map(|p| [p[0], p[1], 1.0])).into()
+        });
+        let region = TrimRegion::new(&face(WIDE, Some(vec![sides.collect()])), 0);
+        for (i, c) in corners.into_iter().enumerate() {
+            assert_eq!(side(&region, c), Side::Boundary, "{c:?}");
+            let k = i % 2;
+            // Inwards is down at the first two corners, up at the others.
+            for (q, expected) in [
+                (
+                    c[k].next_down(),
+                    if i < 2 { Side::Inside } else { Side::Outside },
+                ),
+                (
+                    c[k].next_up(),
+                    if i < 2 { Side::Outside } else { Side::Inside },
+                ),
+            ] {
+                let mut at = c;
+                at[k] = q;
+                assert_eq!(side(&region, at), expected, "bulge {bulge}, {at:?}");
+            }
+        }
+        for u in [0.625, 1.0, 1.5, 1.9375] {
+            assert_eq!(side(&region, [u, 1.0]), Side::Inside, "{u}");
+        }
+    }
+}
+
 /// Points off a slanted side by far less than f64 tells: the sign of the offset says where they are.
 #[test]
 fn beside_a_segment() {
