@@ -20,11 +20,14 @@
 //! original control data. Sides are therefore exact, except near the ends of native arcs (their
 //! cosines are no rationals), where [`RegionSide::side`] may be `None`.
 
+mod area;
 mod beside;
 mod cells;
 mod circle;
 mod decide;
 mod derivative;
+mod meeting;
+mod pair;
 mod piece;
 mod region;
 mod shape;
@@ -34,6 +37,7 @@ mod split;
 mod turns;
 
 pub use derivative::{AxisRoots, PieceRoots, derivative_roots};
+pub use meeting::{MOST_MEETINGS, Meeting, MeetingKind, Meetings};
 pub use region::{BoundaryPiece, BoxSide, PieceOrigin, RegionSide, TrimRegion};
 pub use shape::RegionShape;
 pub use turns::{AxisSplit, Stationary, trim_split};

@@ -237,6 +237,16 @@ impl TrimRegion {
         &self.pieces
     }
 
+    /// What the loops are split into.
+    pub(super) fn parts(&self) -> &[Part] {
+        &self.parts
+    }
+
+    /// The parts, by index, that may meet a closed box; some more than once.
+    pub(super) fn parts_near(&self, b: [[f64; 2]; 2]) -> impl Iterator<Item = usize> {
+        self.cells().meeting(b).flatten().map(|k| *k as usize)
+    }
+
     /// The surface's domain.
     pub fn domain(&self) -> [Interval; 2] {
         self.domain

@@ -1,0 +1,406 @@
+//! Where the loops of a face cross or touch themselves or each other.
+//!
+//! # Definition
+//! Two parts of a face's loops meet where they have a point in common, other than the end of the one and the start of the next
+//! in the same loop. The region is told by parity whatever the loops do; but a loop that crosses itself bounds
+//! something other than its maker meant.
+//!
+//! # Method
+//! The parts that the region is split into are monotone in u and in v (but for a few of 2^-50 that hold a turn). Two parts of a loop
+//! cannot meet, but at an end they share, if between them the loop runs strictly monotone in one of the
+//! coordinates. Other pairs whose boxes meet go to `pair`.
+
+use super::decide::{Crossing, Part};
+use super::pair::{self, Box2, Meets, Span};
+use super::region::{PieceOrigin, TrimRegion};
+use super::shape::RegionShape;
+use super::source::Source;
+use super::split::Trend;
+
+/// How parts of loops meet.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum MeetingKind {
+    /// Proven: they meet where neither ends.
+    Crossing,
+    /// Proven: one runs along the other.
+    Overlap,
+    /// Proven: one meets the other where it ends. (Whether they also cross there is not said.)
+    Touch,
+    /// They come so near to each other that it could not be told.
+    Undecided,
+}
+
+impl MeetingKind {
+    /// In one word: `crossing`, `overlap`, `touch`, `undecided`.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Crossing => "crossing",
+            Self::Overlap => "overlap",
+            Self::Touch => "touch",
+            Self::Undecided => "undecided",
+        }
+    }
+}
+
+/// A place where two parts of a face's loops meet, or may meet.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Meeting {
+    /// What is known.
+    pub kind: MeetingKind,
+    /// The loops, as the BREP numbers them; the same twice where a loop meets itself.
+    pub loops: [usize; 2],
+    /// The trims, or those before the joins that meet.
+    pub trims: [usize; 2],
+    /// A box in uv that holds such a place: `[[u_lo, u_hi], [v_lo, v_hi]]`.
+    pub place: [[f64; 2]; 2],
+    /// Whether it is next to a gap of the loop: between the straight segment that joins two trims and what is beside it, or between
+    /// the two trims. It goes away with the gap.
+    pub at_gap: bool,
+}
+
+/// All meetings of a face's loops.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Meetings {
+    /// At most [`MOST_MEETINGS`] of them, in the order of the loops.
+    pub found: Vec<Meeting>,
+    /// How many pairs of parts meet, or may, beyond those.
+    pub more: usize,
+}
+
+/// More meetings of a face are counted only.
+pub const MOST_MEETINGS: usize = 256;
+/// Pairs of parts of parts looked at for one face: about a second. What is left is undecided.
+const BUDGET: usize = 1 << 17;
+
+/// A part of a loop that is no point.
+struct Link<'a> {
+    part: &'a Part,
+    index: usize,
+    origin: PieceOrigin,
+    /// In which strictly monotone course of its loop it is, in u and in v.
+    course: [Option<usize>; 2],
+}
+
+/// The links of one loop are `links[first..end]`.
+#[derive(Clone, Copy)]
+struct Ring {
+    first: usize,
+    end: usize,
+}
+
+fn loop_of(origin: PieceOrigin) -> Option<(usize, usize, bool)> {
+    match origin {
+        PieceOrigin::Trim { trim_loop, trim } => Some((trim_loop, trim, false)),
+        PieceOrigin::Join { trim_loop, trim } => Some((trim_loop, trim, true)),
+        PieceOrigin::Domain => None,
+    }
+}
+
+fn is_strict(trend: Trend) -> bool {
+    matches!(trend, Trend::Up | Trend::Down)
+}
+
+/// Numbers the strictly monotone courses of a loop, along one coordinate.
+fn number_courses(links: &mut [Link], axis: usize, next: &mut usize) {
+    let n = links.len();
+    let trend = |links: &[Link], k: usize| links[k % n].part.trends[axis];
+    // From where one begins, so that none is cut by the loop's own start.
+    let start = (0..n)
+        .find(|k| trend(links, k + n - 1) != trend(links, *k))
+        .unwrap_or(0);
+    for k in start..start + n {
+        if k == start || trend(links, k - 1) != trend(links, k) {
+            *next += 1;
+        }
+        links[k % n].course[axis] = is_strict(trend(links, k)).then_some(*next);
+    }
+}
+
+/// -1, 0 or 1: where a part goes along an axis, away from one of its ends; `None` where it turns.
+fn heading(part: &Part, axis: usize, from_end: bool) -> Option<i32> {
+    let forward = match part.trends[axis] {
+        Trend::Up => 1,
+        Trend::Down => -1,
+        Trend::Flat => 0,
+        Trend::Mixed => return None,
+    };
+    Some(if from_end { -forward } else { forward })
+}
+
+struct Search<'a> {
+    region: &'a TrimRegion,
+    links: Vec<Link<'a>>,
+    rings: Vec<Ring>,
+    /// Of each link.
+    ring: Vec<usize>,
+    budget: usize,
+    found: Vec<Meeting>,
+    more: usize,
+}
+
+impl TrimRegion {
+    /// Where the face's loops cross or touch themselves or each other; nothing found is a proof that they do not.
+    ///
+    /// Exact for segments with f64 ends. For curves a crossing is proven or ruled out where they come within about 2^-48
+    /// of a part's length of each other at an angle; tangency and cusps stay [`Undecided`](MeetingKind::Undecided).
+    ///
+    /// Cost: a microsecond a part where loops keep clear of each other; at most about a second a face.
+    pub fn meetings(&self) -> Meetings {
+        if matches!(
+            self.shape(),
+            RegionShape::Whole
+                | RegionShape::Nothing
+                | RegionShape::Rectangle(_)
+                | RegionShape::ConvexPolygon(_)
+        ) {
+            return Meetings::default();
+        }
+        let mut search = Search::new(self);
+        search.all();
+        Meetings {
+            found: search.found,
+            more: search.more,
+        }
+    }
+}
+
+impl<'a> Search<'a> {
+    fn new(region: &'a TrimRegion) -> Self {
+        let mut links: Vec<Link> = Vec::new();
+        let mut rings: Vec<Ring> = Vec::new();
+        let mut ring = Vec::new();
+        let mut last = None;
+        for (index, part) in region.parts().iter().enumerate() {
+            let origin = region.pieces()[part.piece as usize].origin;
+            let Some((trim_loop, ..)) = loop_of(origin) else {
+                continue;
+            };
+            if last != Some(trim_loop) {
+                last = Some(trim_loop);
+                rings.push(Ring {
+                    first: links.len(),
+                    end: links.len(),
+                });
+            }
+            // A point: its neighbours meet in it.
+            if part.trends == [Trend::Flat; 2] {
+                continue;
+            }
+            links.push(Link {
+                part,
+                index,
+                origin,
+                course: [None; 2],
+            });
+            ring.push(rings.len() - 1);
+            if let Some(r) = rings.last_mut() {
+                r.end = links.len();
+            }
+        }
+        let mut next = 0;
+        for r in &rings {
+            for axis in 0..2 {
+                if r.first < r.end {
+                    number_courses(&mut links[r.first..r.end], axis, &mut next);
+                }
+            }
+        }
+        Self {
+            region,
+            links,
+            rings,
+            ring,
+            budget: BUDGET,
+            found: Vec::new(),
+            more: 0,
+        }
+    }
+
+    fn all(&mut self) {
+        let mut place = vec![usize::MAX; self.region.parts().len()];
+        for (k, link) in self.links.iter().enumerate() {
+            place[link.index] = k;
+        }
+        let mut seen = vec![usize::MAX; self.links.len()];
+        for i in 0..self.links.len() {
+            if !self.goes_on(i) {
+                let hull = self.links[i].part.hull;
+                self.push(i, i, MeetingKind::Undecided, hull);
+            }
+            let near: Vec<usize> = self
+                .region
+                .parts_near(self.links[i].part.hull)
+                .map(|k| place[k])
+                .filter(|k| *k != usize::MAX && *k > i)
+                .collect();
+            for k in near {
+                if std::mem::replace(&mut seen[k], i) != i {
+                    self.pair(i, k);
+                }
+            }
+        }
+    }
+
+    /// Whether a part is proven not to meet itself.
+    fn goes_on(&self, i: usize) -> bool {
+        let part = self.links[i].part;
+        part.trends.into_iter().any(is_strict) || pair::goes_on(self.span(i, false))
+    }
+
+    /// A link's span, from its end to its start where `turned`.
+    fn span(&self, i: usize, turned: bool) -> Span<'a> {
+        let part = self.links[i].part;
+        let [from, to] = part.t;
+        let (from, to) = if turned { (to, from) } else { (from, to) };
+        Span {
+            piece: &self.region.trim_pieces()[part.piece as usize],
+            from,
+            to,
+        }
+    }
+
+    /// Whether `b` follows `a` in their loop, so that it starts where `a` ends.
+    fn follows(&self, a: usize, b: usize) -> bool {
+        let r = self.rings[self.ring[a]];
+        self.ring[a] == self.ring[b] && (if a + 1 == r.end { r.first } else { a + 1 }) == b
+    }
+
+    fn pair(&mut self, i: usize, k: usize) {
+        let (a, b) = (&self.links[i], &self.links[k]);
+        let hulls = [a.part.hull, b.part.hull];
+        if (0..2).any(|c| hulls[0][c][1] < hulls[1][c][0] || hulls[1][c][1] < hulls[0][c][0]) {
+            return;
+        }
+        let shared = [self.follows(i, k), self.follows(k, i)];
+        let same_course = (0..2).any(|c| a.course[c].is_some() && a.course[c] == b.course[c]);
+        if same_course {
+            return;
+        }
+        let source = |l: &Link| &self.region.trim_pieces()[l.part.piece as usize].source;
+        if let (Source::Segment(p), Source::Segment(q)) = (source(a), source(b)) {
+            match pair::segments(*p, *q, shared) {
+                Some(Meets::Not) => return,
+                Some(Meets::At(place)) => {
+                    let kind = self.at_an_end(i, k, MeetingKind::Crossing);
+                    return self.push(i, k, kind, place);
+                }
+                Some(Meets::Along(place)) => return self.push(i, k, MeetingKind::Overlap, place),
+                Some(Meets::Open(_)) | None => {}
+            }
+        }
+        let mut budget = self.budget;
+        let found = match shared {
+            [false, false] => pair::meet(self.span(i, false), self.span(k, false), &mut budget),
+            [true, false] => self.corner(i, k, &mut budget),
+            [false, true] => self.corner(k, i, &mut budget),
+            [true, true] => self.two(i, k, &mut budget),
+        };
+        self.budget = budget;
+        match found {
+            Meets::Not => {}
+            Meets::At(place) => self.push(i, k, MeetingKind::Crossing, place),
+            Meets::Along(place) => self.push(i, k, MeetingKind::Overlap, place),
+            Meets::Open(place) => {
+                let kind = if shared == [false, false] {
+                    self.at_an_end(i, k, MeetingKind::Undecided)
+                } else {
+                    MeetingKind::Undecided
+                };
+                self.push(i, k, kind, place);
+            }
+        }
+    }
+
+    /// `b` follows `a`: whether they meet anywhere but there.
+    fn corner(&self, a: usize, b: usize, budget: &mut usize) -> Meets {
+        let headings = |axis: usize| {
+            Some([
+                heading(self.links[a].part, axis, true)?,
+                heading(self.links[b].part, axis, false)?,
+            ])
+        };
+        // To different sides of the point that they share, or one along its coordinate and the other away from it.
+        let apart = |h: Option<[i32; 2]>| h.is_some_and(|[x, y]| x != y && x * y <= 0);
+        if (0..2).any(|axis| apart(headings(axis))) {
+            return Meets::Not;
+        }
+        pair::corner(self.span(a, true), self.span(b, false), budget)
+    }
+
+    /// A loop of two parts: each follows the other.
+    fn two(&self, a: usize, b: usize, budget: &mut usize) -> Meets {
+        let halves = |i: usize| {
+            let s = self.span(i, false);
+            let middle = 0.5 * (s.from + s.to);
+            [Span { to: middle, ..s }, Span { from: middle, ..s }]
+        };
+        let turned = |s: Span<'a>| Span {
+            from: s.to,
+            to: s.from,
+            ..s
+        };
+        let ([a0, a1], [b0, b1]) = (halves(a), halves(b));
+        let steps: [&dyn Fn(&mut usize) -> Meets; 4] = [
+            &|budget| pair::corner(turned(a1), b0, budget),
+            &|budget| pair::corner(turned(b1), a0, budget),
+            &|budget| pair::meet(a0, b0, budget),
+            &|budget| pair::meet(a1, b1, budget),
+        ];
+        let found = steps.into_iter().map(|step| step(budget));
+        found
+            .into_iter()
+            .find(|m| *m != Meets::Not)
+            .unwrap_or(Meets::Not)
+    }
+
+    /// `Touch` where an end of one part, an f64 point, is exactly on the other; else what is said.
+    fn at_an_end(&self, i: usize, k: usize, otherwise: MeetingKind) -> MeetingKind {
+        let on = |of: usize, other: usize| {
+            let (of, other) = (self.links[of].part, self.links[other].part);
+            let piece = &self.region.trim_pieces()[other.piece as usize];
+            of.ends.iter().any(|end| {
+                let is_point = end.iter().all(|r| r[0] == r[1]);
+                let q = [end[0][0], end[1][0]];
+                is_point && other.crossing(piece, q, 0) == Crossing::On
+            })
+        };
+        if on(i, k) || on(k, i) {
+            MeetingKind::Touch
+        } else {
+            otherwise
+        }
+    }
+
+    /// Whether a join is one of the two, or all that lies between them.
+    fn is_at_gap(&self, i: usize, k: usize) -> bool {
+        let is_join = |k: usize| matches!(self.links[k].origin, PieceOrigin::Join { .. });
+        if self.ring[i] != self.ring[k] {
+            return false;
+        }
+        if i == k {
+            return is_join(i);
+        }
+        let r = self.rings[self.ring[i]];
+        let next = |k: usize| if k + 1 == r.end { r.first } else { k + 1 };
+        let between = |a: usize, b: usize| is_join(next(a)) && next(next(a)) == b;
+        let beside = |join: usize, k: usize| {
+            is_join(join) && (next(join) == k || next(k) == join || next(next(join)) == k)
+        };
+        between(i, k) || between(k, i) || beside(i, k) || beside(k, i)
+    }
+
+    fn push(&mut self, i: usize, k: usize, kind: MeetingKind, place: Box2) {
+        if self.found.len() >= MOST_MEETINGS {
+            self.more += 1;
+            return;
+        }
+        let told = [i, k].map(|x| loop_of(self.links[x].origin).unwrap_or_default());
+        self.found.push(Meeting {
+            kind,
+            loops: told.map(|t| t.0),
+            trims: told.map(|t| t.1),
+            place,
+            at_gap: self.is_at_gap(i, k),
+        });
+    }
+}
