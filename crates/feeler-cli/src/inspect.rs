@@ -1,6 +1,6 @@
 //! `feeler inspect`.
 
-use crate::{Bad, Outcome, plan, write_error};
+use crate::{Bad, Outcome, health, plan, write_error};
 use feeler::brep::Brep;
 use feeler::nurbs::Curve;
 use feeler_corpus::{MODEL_FILE_VERSION, Model};
@@ -23,6 +23,32 @@ pub(crate) struct Args {
     /// What queries keep of each face and what they leave out, and why. Makes all of it, to weigh it.
     #[arg(long)]
     plan: bool,
+    /// What an importer must know, with proven bounds: gaps, cracks, edge curves off their faces, loops that run wrong or
+    /// cross, tiny edges, slivers, edges that are open or used too often, and what that leaves undefined.
+    #[arg(long)]
+    health: bool,
+}
+
+/// What is wanted besides the contents.
+#[derive(Clone, Copy)]
+struct More<'a> {
+    plan: bool,
+    health: bool,
+    /// What lengths are in.
+    unit: &'a str,
+}
+
+/// Where a file has no units.
+const MODEL_UNITS: &str = "model units";
+
+impl Args {
+    fn more<'a>(&self, unit: &'a str) -> More<'a> {
+        More {
+            plan: self.plan,
+            health: self.health,
+            unit: if unit == "none" { MODEL_UNITS } else { unit },
+        }
+    }
 }
 
 pub(crate) fn run(args: &Args) -> Result<Outcome, Bad> {
@@ -31,10 +57,11 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Bad> {
     }
     let document = feeler_io::read_file(&args.file).map_err(|e| Bad(e.to_string()))?;
     let mut out = std::io::stdout().lock();
+    let more = args.more(document.units.symbol());
     let text = if args.json {
-        format!("{}\n", as_json(&document, args.plan))
+        format!("{}\n", as_json(&document, more))
     } else {
-        as_text(&document, args.plan)
+        as_text(&document, more)
     };
     out.write_all(text.as_bytes()).map_err(write_error)?;
     Ok(Outcome::Good)
@@ -43,11 +70,12 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Bad> {
 /// A model file of our own: BREPs and nothing else.
 fn own(args: &Args) -> Result<Outcome, Bad> {
     let model = Model::load(&args.file, None).map_err(|e| Bad(e.to_string()))?;
+    let more = args.more(MODEL_UNITS);
     let text = if args.json {
         let objects = model.breps.iter().map(|b| {
             let mut o = Map::new();
             o.insert("kind".into(), json!("brep"));
-            brep_json(b, args.plan, &mut o);
+            brep_json(b, more, &mut o);
             Value::Object(o)
         });
         let all = json!({
@@ -63,7 +91,7 @@ fn own(args: &Args) -> Result<Outcome, Bad> {
         )];
         for (i, brep) in model.breps.iter().enumerate() {
             lines.push(format!("object {i}: brep"));
-            brep_text(brep, args.plan, &mut lines);
+            brep_text(brep, more, &mut lines);
         }
         lines.join("\n") + "\n"
     };
@@ -105,8 +133,8 @@ fn contents(brep: &Brep) -> Contents {
     }
 }
 
-fn as_json(document: &Document, plan: bool) -> Value {
-    let objects = document.objects.iter().map(|o| object_json(o, plan));
+fn as_json(document: &Document, more: More) -> Value {
+    let objects = document.objects.iter().map(|o| object_json(o, more));
     let objects: Vec<Value> = objects.collect();
     json!({
         "format": document.format.name(),
@@ -117,13 +145,13 @@ fn as_json(document: &Document, plan: bool) -> Value {
     })
 }
 
-fn object_json(object: &Object, plan: bool) -> Value {
+fn object_json(object: &Object, more: More) -> Value {
     let mut o = Map::new();
     o.insert("kind".into(), json!(object.kind.name()));
     o.insert("name".into(), json!(object.name));
     o.insert("layer".into(), json!(object.layer));
     match &object.kind {
-        ObjectKind::Brep(brep) | ObjectKind::Surface(brep) => brep_json(brep, plan, &mut o),
+        ObjectKind::Brep(brep) | ObjectKind::Surface(brep) => brep_json(brep, more, &mut o),
         ObjectKind::Curve(curve) => {
             o.insert("curve".into(), json!(curve.type_name()));
             o.insert("supported".into(), json!(false));
@@ -143,7 +171,7 @@ fn object_json(object: &Object, plan: bool) -> Value {
     Value::Object(o)
 }
 
-fn brep_json(brep: &Brep, plan: bool, o: &mut Map<String, Value>) {
+fn brep_json(brep: &Brep, more: More, o: &mut Map<String, Value>) {
     let p = brep.parts();
     let c = contents(brep);
     let defects: Vec<String> = brep.defects().iter().map(ToString::to_string).collect();
@@ -161,8 +189,11 @@ fn brep_json(brep: &Brep, plan: bool, o: &mut Map<String, Value>) {
     ] {
         o.insert(key.into(), value);
     }
-    if plan {
+    if more.plan {
         o.insert("plan".into(), plan::json(brep));
+    }
+    if more.health {
+        o.insert("health".into(), health::json(brep));
     }
 }
 
@@ -171,7 +202,7 @@ fn list(counts: &Counts) -> String {
     all.join(", ")
 }
 
-fn as_text(document: &Document, plan: bool) -> String {
+fn as_text(document: &Document, more: More) -> String {
     let mut lines = vec![format!(
         "{} version {}, units {}, {} objects",
         document.format.name(),
@@ -191,7 +222,7 @@ fn as_text(document: &Document, plan: bool) -> String {
         match &object.kind {
             ObjectKind::Brep(brep) | ObjectKind::Surface(brep) => {
                 lines.push(head);
-                brep_text(brep, plan, &mut lines);
+                brep_text(brep, more, &mut lines);
             }
             ObjectKind::Refused { class, reason } => {
                 lines.push(format!("{head} ({class}): {reason}"));
@@ -206,7 +237,7 @@ fn as_text(document: &Document, plan: bool) -> String {
     lines.join("\n") + "\n"
 }
 
-fn brep_text(brep: &Brep, plan: bool, lines: &mut Vec<String>) {
+fn brep_text(brep: &Brep, more: More, lines: &mut Vec<String>) {
     let p = brep.parts();
     let c = contents(brep);
     lines.push(format!(
@@ -221,6 +252,17 @@ fn brep_text(brep: &Brep, plan: bool, lines: &mut Vec<String>) {
     lines.push(format!("  surfaces: {}", list(&c.surfaces)));
     lines.push(format!("  trim curves: {}", list(&c.trim_curves)));
     lines.push(format!("  edge curves: {}", list(&c.edge_curves)));
+    if more.health {
+        health::text(brep, more.unit, lines);
+    } else {
+        defects_text(brep, lines);
+    }
+    if more.plan {
+        plan::text(brep, lines);
+    }
+}
+
+fn defects_text(brep: &Brep, lines: &mut Vec<String>) {
     let defects = brep.defects();
     if defects.is_empty() {
         lines.push("  no defects".into());
@@ -233,8 +275,5 @@ fn brep_text(brep: &Brep, plan: bool, lines: &mut Vec<String>) {
             "  and {} more; --json lists them all",
             defects.len() - SHOWN
         ));
-    }
-    if plan {
-        plan::text(brep, lines);
     }
 }

@@ -6,6 +6,7 @@
 
 mod contact;
 mod gate;
+mod health;
 mod inspect;
 mod plan;
 mod report;

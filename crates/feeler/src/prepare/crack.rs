@@ -66,7 +66,7 @@ fn diameter(brep: &PreparedBrep, faces: [usize; 2]) -> f64 {
 
 /// A bound of the Frechet distance of two images in the better direction; `against` where the file says that the
 /// second runs against the first.
-fn apart<T: Real>(a: &Image<T>, b: &Image<T>, against: bool) -> Option<f64> {
+pub(super) fn apart<T: Real>(a: &Image<T>, b: &Image<T>, against: bool) -> Option<f64> {
     let ends = |image: &Image<T>| {
         let point = |p: Option<&[T; 4]>, o: &[f64; 3]| {
             let p = p?;
@@ -166,7 +166,7 @@ fn trim_region<'a, T: Real + 'a>(
 }
 
 /// Boxes around the ends of the image of a trim.
-fn end_regions<'a, T: Real + 'a>(
+pub(super) fn end_regions<'a, T: Real + 'a>(
     brep: &PreparedBrep,
     geometry: impl FnOnce() -> &'a FaceGeometry<T>,
     trim: usize,

@@ -9,9 +9,11 @@ use super::boundary::UvCurve;
 use super::compose::compose;
 use super::net::curve_jet;
 use super::patch::COMPOSE_HALVINGS;
+use super::spline::curve_pieces;
 use super::{Box3, FaceGeometry, Homogeneous, Net, ParamMap, Patch, Patches};
 use crate::numeric::bernstein::Bidegree;
-use crate::numeric::{Ball, Real};
+use crate::numeric::{Ball, Enclosure, Interval, Real};
+use crate::nurbs::Curve3;
 
 /// A bound that is off by a few roundings.
 const UP: f64 = 1.0 + 64.0 * f64::EPSILON;
@@ -614,6 +616,11 @@ pub(super) fn end<T: Real>(geometry: &FaceGeometry<T>, trim: usize, last: bool) 
     } else {
         own.next()?.points.first()?
     };
+    point(geometry, at)
+}
+
+/// A box around the image of a point of uv.
+pub(super) fn point<T: Real>(geometry: &FaceGeometry<T>, at: &Homogeneous<T, 3>) -> Option<Box3> {
     let mut grid = Grid::new(&geometry.patches)?;
     let point = std::slice::from_ref(at);
     let ranges = [range(point, 0)?, range(point, 1)?];
@@ -647,6 +654,79 @@ pub(super) fn end<T: Real>(geometry: &FaceGeometry<T>, trim: usize, last: bool) 
             (x.upper() + slack).next_up(),
         ]
     }))
+}
+
+/// A bound on the derivative of a face's surface along u and v, in model units for one of uv; `None` where there is none.
+pub(super) fn steepest<T: Real>(geometry: &FaceGeometry<T>) -> Option<[f64; 2]> {
+    let mut most: [f64; 2] = [0.0; 2];
+    for patch in geometry.patches.iter() {
+        let slope = slopes(patch)?;
+        for k in 0..2 {
+            let m = &patch.maps[k];
+            most[k] = most[k].max(slope[k] / (m.end - m.start) * UP);
+        }
+    }
+    most.iter().all(|x| x.is_finite()).then_some(most)
+}
+
+/// A part of a curve in space as an image, in the curve's direction: its Bezier pieces. Where two do not meet (segments of a
+/// poly-curve), the straight segment between them counts as part of it.
+pub(super) fn of_curve(curve: &Curve3, span: Interval) -> Option<Image<f64>> {
+    let mut pieces = Vec::new();
+    curve_pieces::<f64, 3, 4>(curve, span.start, span.end, &mut pieces);
+    let mut image = Image {
+        stretches: Vec::with_capacity(pieces.len()),
+        extra: 0.0,
+    };
+    for piece in pieces {
+        let (points, slack) = exact(&piece.points)?;
+        let mut stretch = Stretch {
+            points,
+            origin: [0.0; 3],
+            slack,
+            bounds: Box3::default(),
+        };
+        stretch.bounds = stretch.net().bounding_box()?;
+        if let Some(last) = image.stretches.last() {
+            let gap = distance(&end_box(last, true), &end_box(&stretch, false)).hi;
+            image.extra = image.extra.max(gap);
+        }
+        image.stretches.push(stretch);
+    }
+    (!image.stretches.is_empty() && image.extra.is_finite()).then_some(image)
+}
+
+/// A box around the first or the last point of what a stretch stands for.
+pub(super) fn end_box<T: Real>(stretch: &Stretch<T>, last: bool) -> Box3 {
+    let p = if last {
+        stretch.points[stretch.points.len() - 1]
+    } else {
+        stretch.points[0]
+    };
+    let p = p.map(|mid| Ball { mid, rad: 0.0 });
+    std::array::from_fn(|c| {
+        let x = p[c] / p[3] + Ball::exact(stretch.origin[c]);
+        [
+            (x.lower() - stretch.slack).next_down(),
+            (x.upper() + stretch.slack).next_up(),
+        ]
+    })
+}
+
+/// How far apart a point of one box and a point of another are.
+pub(super) fn distance(a: &Box3, b: &Box3) -> Enclosure {
+    let (mut low, mut high) = (0.0, 0.0);
+    for c in 0..3 {
+        let apart = (a[c][0] - b[c][1]).max(b[c][0] - a[c][1]).max(0.0);
+        let far = (a[c][1] - b[c][0]).max(b[c][1] - a[c][0]);
+        low += apart * apart;
+        high += far * far;
+    }
+    // Each difference, square, sum and root is off by a rounding.
+    Enclosure {
+        lo: low.sqrt() / UP,
+        hi: high.sqrt() * UP,
+    }
 }
 
 fn image_of<T: Real>(

@@ -9,6 +9,7 @@ mod circle;
 pub(crate) mod closed;
 mod compose;
 mod crack;
+mod health;
 mod image;
 pub(crate) mod jet;
 mod matching;
@@ -25,6 +26,9 @@ mod turned;
 
 pub use boundary::Piece;
 pub use bytes::FaceBytes;
+pub use health::{
+    Direction, EdgeHealth, FaceHealth, Gap, Health, LoopHealth, Offset, Turn, Undefined,
+};
 pub use net::Net;
 pub use param::ParamMap;
 pub use patch::Patch;

@@ -6,12 +6,13 @@
 //! something other than its maker meant.
 //!
 //! # Method
-//! The parts that the region is split into are monotone in u and in v (but for a few of 2^-50 that hold a turn). Two parts of a loop
-//! cannot meet, but at an end they share, if between them the loop runs strictly monotone in one of the
-//! coordinates. Other pairs whose boxes meet go to `pair`.
+//! The parts that the region is split into are monotone in u and in v, but for a few of 2^-50 that hold a turn. Parts of one piece
+//! in a row are taken together as long as they are strictly monotone in one and the same of them, so that they do not meet
+//! themselves. Likewise two parts of a loop cannot meet, but at an end they share, if between them the loop runs
+//! strictly monotone in one of the coordinates. Other pairs whose boxes meet go to `pair`.
 
 use super::decide::{Crossing, Part};
-use super::pair::{self, Box2, Meets, Span};
+use super::pair::{self, Box2, Meets, Point, Span};
 use super::region::{PieceOrigin, TrimRegion};
 use super::shape::RegionShape;
 use super::source::Source;
@@ -53,8 +54,8 @@ pub struct Meeting {
     pub trims: [usize; 2],
     /// A box in uv that holds such a place: `[[u_lo, u_hi], [v_lo, v_hi]]`.
     pub place: [[f64; 2]; 2],
-    /// Whether it is next to a gap of the loop: between the straight segment that joins two trims and what is beside it, or between
-    /// the two trims. It goes away with the gap.
+    /// Whether it is next to a gap of the loop: between the straight segment that joins two trims and what is beside it, between
+    /// the two trims, or within two gap's widths of it. It goes away with the gap.
     pub at_gap: bool,
 }
 
@@ -72,20 +73,95 @@ pub const MOST_MEETINGS: usize = 256;
 /// Pairs of parts of parts looked at for one face: about a second. What is left is undecided.
 const BUDGET: usize = 1 << 17;
 
-/// A part of a loop that is no point.
+/// Some parts of one piece in a row, no points.
 struct Link<'a> {
-    part: &'a Part,
-    index: usize,
+    parts: &'a [Part],
+    trends: [Trend; 2],
+    hull: Box2,
+    span: Span<'a>,
+    /// Its control points, where their weights are proven to be positive.
+    points: Option<Vec<Point>>,
     origin: PieceOrigin,
     /// In which strictly monotone course of its loop it is, in u and in v.
     course: [Option<usize>; 2],
 }
 
+/// Parts no longer than this are the turns that floats cannot tell: see `split`.
+const TURN: f64 = 1.0 / (1u64 << 40) as f64;
+
+impl<'a> Link<'a> {
+    fn new(region: &'a TrimRegion, parts: &'a [Part], origin: PieceOrigin) -> Option<Self> {
+        let (first, last) = (parts.first()?, parts.last()?);
+        let both = |axis: usize| {
+            let t = first.trends[axis];
+            if parts.iter().all(|p| p.trends[axis] == t) {
+                t
+            } else {
+                Trend::Mixed
+            }
+        };
+        let hull = [0, 1].map(|axis| {
+            let sides = parts.iter().map(|p| p.hull[axis]);
+            sides.fold([f64::INFINITY, f64::NEG_INFINITY], |h, s| {
+                [h[0].min(s[0]), h[1].max(s[1])]
+            })
+        });
+        let span = Span {
+            piece: &region.trim_pieces()[first.piece as usize],
+            from: first.t[0],
+            to: last.t[1],
+        };
+        Some(Self {
+            parts,
+            trends: [both(0), both(1)],
+            hull,
+            span,
+            points: None,
+            origin,
+            course: [None; 2],
+        })
+    }
+
+    /// Whether it is proven not to meet itself.
+    fn goes_on(&self) -> bool {
+        self.trends.into_iter().any(is_strict) || pair::goes_on(self.span)
+    }
+
+    /// How many of these parts of one piece to take together: one at least.
+    fn length(region: &'a TrimRegion, parts: &'a [Part], origin: PieceOrigin) -> usize {
+        let mut n = 1;
+        while n < parts.len() && parts[n].piece == parts[0].piece {
+            let Some(next) = Self::new(region, &parts[..n + 1], origin) else {
+                break;
+            };
+            let tiny = |p: &Part| p.t[1] - p.t[0] <= TURN;
+            let strict = next.trends.into_iter().any(is_strict);
+            let over_a_turn = tiny(&parts[n - 1]) || tiny(&parts[n]);
+            if !(strict || (over_a_turn && pair::goes_on(next.span))) {
+                break;
+            }
+            n += 1;
+        }
+        n
+    }
+}
+
 /// The links of one loop are `links[first..end]`.
-#[derive(Clone, Copy)]
 struct Ring {
     first: usize,
     end: usize,
+    /// Boxes around its gaps.
+    gaps: Vec<Box2>,
+}
+
+/// A box around a gap's, wider by twice its longer side and some roundings: what trims do within it comes from the gap.
+fn around_gap(hull: Box2) -> Box2 {
+    let side = hull.iter().map(|r| r[1] - r[0]).fold(0.0, f64::max);
+    hull.map(|r| {
+        let roundings = 64.0 * f64::EPSILON * r[0].abs().max(r[1].abs());
+        let by = 2.0 * side + roundings;
+        [r[0] - by, r[1] + by]
+    })
 }
 
 fn loop_of(origin: PieceOrigin) -> Option<(usize, usize, bool)> {
@@ -103,7 +179,7 @@ fn is_strict(trend: Trend) -> bool {
 /// Numbers the strictly monotone courses of a loop, along one coordinate.
 fn number_courses(links: &mut [Link], axis: usize, next: &mut usize) {
     let n = links.len();
-    let trend = |links: &[Link], k: usize| links[k % n].part.trends[axis];
+    let trend = |links: &[Link], k: usize| links[k % n].trends[axis];
     // From where one begins, so that none is cut by the loop's own start.
     let start = (0..n)
         .find(|k| trend(links, k + n - 1) != trend(links, *k))
@@ -117,7 +193,7 @@ fn number_courses(links: &mut [Link], axis: usize, next: &mut usize) {
 }
 
 /// -1, 0 or 1: where a part goes along an axis, away from one of its ends; `None` where it turns.
-fn heading(part: &Part, axis: usize, from_end: bool) -> Option<i32> {
+fn heading(part: &Link, axis: usize, from_end: bool) -> Option<i32> {
     let forward = match part.trends[axis] {
         Trend::Up => 1,
         Trend::Down => -1,
@@ -130,6 +206,8 @@ fn heading(part: &Part, axis: usize, from_end: bool) -> Option<i32> {
 struct Search<'a> {
     region: &'a TrimRegion,
     links: Vec<Link<'a>>,
+    /// The link of each part.
+    link_of: Vec<usize>,
     rings: Vec<Ring>,
     /// Of each link.
     ring: Vec<usize>,
@@ -169,10 +247,13 @@ impl<'a> Search<'a> {
         let mut links: Vec<Link> = Vec::new();
         let mut rings: Vec<Ring> = Vec::new();
         let mut ring = Vec::new();
+        let mut link_of = vec![usize::MAX; region.parts().len()];
         let mut last = None;
-        for (index, part) in region.parts().iter().enumerate() {
+        let mut at = 0;
+        while let Some(part) = region.parts().get(at) {
             let origin = region.pieces()[part.piece as usize].origin;
-            let Some((trim_loop, ..)) = loop_of(origin) else {
+            let Some((trim_loop, _, is_join)) = loop_of(origin) else {
+                at += 1;
                 continue;
             };
             if last != Some(trim_loop) {
@@ -180,19 +261,26 @@ impl<'a> Search<'a> {
                 rings.push(Ring {
                     first: links.len(),
                     end: links.len(),
+                    gaps: Vec::new(),
                 });
             }
             // A point: its neighbours meet in it.
             if part.trends == [Trend::Flat; 2] {
+                at += 1;
                 continue;
             }
-            links.push(Link {
-                part,
-                index,
-                origin,
-                course: [None; 2],
-            });
-            ring.push(rings.len() - 1);
+            let rest = &region.parts()[at..];
+            let n = Link::length(region, rest, origin);
+            link_of[at..at + n].fill(links.len());
+            at += n;
+            if let Some(mut link) = Link::new(region, &rest[..n], origin) {
+                link.points = pair::control_points(&link.span);
+                if let Some(r) = rings.last_mut().filter(|_| is_join) {
+                    r.gaps.push(around_gap(link.hull));
+                }
+                links.push(link);
+                ring.push(rings.len() - 1);
+            }
             if let Some(r) = rings.last_mut() {
                 r.end = links.len();
             }
@@ -208,6 +296,7 @@ impl<'a> Search<'a> {
         Self {
             region,
             links,
+            link_of,
             rings,
             ring,
             budget: BUDGET,
@@ -217,20 +306,16 @@ impl<'a> Search<'a> {
     }
 
     fn all(&mut self) {
-        let mut place = vec![usize::MAX; self.region.parts().len()];
-        for (k, link) in self.links.iter().enumerate() {
-            place[link.index] = k;
-        }
         let mut seen = vec![usize::MAX; self.links.len()];
         for i in 0..self.links.len() {
-            if !self.goes_on(i) {
-                let hull = self.links[i].part.hull;
+            let hull = self.links[i].hull;
+            if !self.links[i].goes_on() {
                 self.push(i, i, MeetingKind::Undecided, hull);
             }
             let near: Vec<usize> = self
                 .region
-                .parts_near(self.links[i].part.hull)
-                .map(|k| place[k])
+                .parts_near(hull)
+                .map(|k| self.link_of[k])
                 .filter(|k| *k != usize::MAX && *k > i)
                 .collect();
             for k in near {
@@ -241,34 +326,29 @@ impl<'a> Search<'a> {
         }
     }
 
-    /// Whether a part is proven not to meet itself.
-    fn goes_on(&self, i: usize) -> bool {
-        let part = self.links[i].part;
-        part.trends.into_iter().any(is_strict) || pair::goes_on(self.span(i, false))
-    }
-
     /// A link's span, from its end to its start where `turned`.
     fn span(&self, i: usize, turned: bool) -> Span<'a> {
-        let part = self.links[i].part;
-        let [from, to] = part.t;
-        let (from, to) = if turned { (to, from) } else { (from, to) };
-        Span {
-            piece: &self.region.trim_pieces()[part.piece as usize],
-            from,
-            to,
+        let s = self.links[i].span;
+        if turned {
+            Span {
+                from: s.to,
+                to: s.from,
+                ..s
+            }
+        } else {
+            s
         }
     }
 
     /// Whether `b` follows `a` in their loop, so that it starts where `a` ends.
     fn follows(&self, a: usize, b: usize) -> bool {
-        let r = self.rings[self.ring[a]];
+        let r = &self.rings[self.ring[a]];
         self.ring[a] == self.ring[b] && (if a + 1 == r.end { r.first } else { a + 1 }) == b
     }
 
     fn pair(&mut self, i: usize, k: usize) {
         let (a, b) = (&self.links[i], &self.links[k]);
-        let hulls = [a.part.hull, b.part.hull];
-        if (0..2).any(|c| hulls[0][c][1] < hulls[1][c][0] || hulls[1][c][1] < hulls[0][c][0]) {
+        if (0..2).any(|c| a.hull[c][1] < b.hull[c][0] || b.hull[c][1] < a.hull[c][0]) {
             return;
         }
         let shared = [self.follows(i, k), self.follows(k, i)];
@@ -276,8 +356,14 @@ impl<'a> Search<'a> {
         if same_course {
             return;
         }
-        let source = |l: &Link| &self.region.trim_pieces()[l.part.piece as usize].source;
-        if let (Source::Segment(p), Source::Segment(q)) = (source(a), source(b)) {
+        if shared == [false; 2]
+            && let (Some(p), Some(q)) = (&a.points, &b.points)
+            && pair::is_apart(p, q)
+        {
+            return;
+        }
+        let sources = (&a.span.piece.source, &b.span.piece.source);
+        if let (Source::Segment(p), Source::Segment(q)) = sources {
             match pair::segments(*p, *q, shared) {
                 Some(Meets::Not) => return,
                 Some(Meets::At(place)) => {
@@ -315,8 +401,8 @@ impl<'a> Search<'a> {
     fn corner(&self, a: usize, b: usize, budget: &mut usize) -> Meets {
         let headings = |axis: usize| {
             Some([
-                heading(self.links[a].part, axis, true)?,
-                heading(self.links[b].part, axis, false)?,
+                heading(&self.links[a], axis, true)?,
+                heading(&self.links[b], axis, false)?,
             ])
         };
         // To different sides of the point that they share, or one along its coordinate and the other away from it.
@@ -356,12 +442,16 @@ impl<'a> Search<'a> {
     /// `Touch` where an end of one part, an f64 point, is exactly on the other; else what is said.
     fn at_an_end(&self, i: usize, k: usize, otherwise: MeetingKind) -> MeetingKind {
         let on = |of: usize, other: usize| {
-            let (of, other) = (self.links[of].part, self.links[other].part);
-            let piece = &self.region.trim_pieces()[other.piece as usize];
-            of.ends.iter().any(|end| {
+            let (of, other) = (&self.links[of], &self.links[other]);
+            let ends = [
+                of.parts.first().map(|p| p.ends[0]),
+                of.parts.last().map(|p| p.ends[1]),
+            ];
+            ends.into_iter().flatten().any(|end| {
                 let is_point = end.iter().all(|r| r[0] == r[1]);
                 let q = [end[0][0], end[1][0]];
-                is_point && other.crossing(piece, q, 0) == Crossing::On
+                let meets = |p: &Part| p.crossing(other.span.piece, q, 0) == Crossing::On;
+                is_point && other.parts.iter().any(meets)
             })
         };
         if on(i, k) || on(k, i) {
@@ -371,16 +461,21 @@ impl<'a> Search<'a> {
         }
     }
 
-    /// Whether a join is one of the two, or all that lies between them.
-    fn is_at_gap(&self, i: usize, k: usize) -> bool {
-        let is_join = |k: usize| matches!(self.links[k].origin, PieceOrigin::Join { .. });
+    /// Whether a join is one of the two, or all that lies between them, or the place is next to one.
+    fn is_at_gap(&self, i: usize, k: usize, place: &Box2) -> bool {
+        let within =
+            |gap: &Box2| (0..2).all(|c| gap[c][0] <= place[c][0] && place[c][1] <= gap[c][1]);
+        let mut gaps = [i, k]
+            .into_iter()
+            .flat_map(|x| &self.rings[self.ring[x]].gaps);
+        if gaps.any(within) {
+            return true;
+        }
         if self.ring[i] != self.ring[k] {
             return false;
         }
-        if i == k {
-            return is_join(i);
-        }
-        let r = self.rings[self.ring[i]];
+        let is_join = |k: usize| matches!(self.links[k].origin, PieceOrigin::Join { .. });
+        let r = &self.rings[self.ring[i]];
         let next = |k: usize| if k + 1 == r.end { r.first } else { k + 1 };
         let between = |a: usize, b: usize| is_join(next(a)) && next(next(a)) == b;
         let beside = |join: usize, k: usize| {
@@ -400,7 +495,7 @@ impl<'a> Search<'a> {
             loops: told.map(|t| t.0),
             trims: told.map(|t| t.1),
             place,
-            at_gap: self.is_at_gap(i, k),
+            at_gap: self.is_at_gap(i, k, &place),
         });
     }
 }

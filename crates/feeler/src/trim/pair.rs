@@ -32,7 +32,7 @@ const CORNER_HALVINGS: u32 = 24;
 /// A box in uv.
 pub(super) type Box2 = [[f64; 2]; 2];
 /// A point in balls.
-type Point = [Ball<f64>; 2];
+pub(super) type Point = [Ball<f64>; 2];
 
 /// How two parts meet.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -64,7 +64,7 @@ impl Span<'_> {
 }
 
 /// The control points of a span, in its direction; `None` where a weight is not proven to be positive.
-fn control_points(s: &Span) -> Option<Vec<Point>> {
+pub(super) fn control_points(s: &Span) -> Option<Vec<Point>> {
     let against = s.from > s.to;
     let range = if against {
         [s.to, s.from]
@@ -143,7 +143,8 @@ fn across(points: &[Point]) -> ([f64; 2], [f64; 2]) {
     (a, [a[1] - b[1], b[0] - a[0]])
 }
 
-fn is_apart(a: &[Point], b: &[Point]) -> bool {
+/// Whether a line is between two curves with these control points.
+pub(super) fn is_apart(a: &[Point], b: &[Point]) -> bool {
     if (0..2).any(|axis| disjoint(range(a, axis), range(b, axis))) {
         return true;
     }

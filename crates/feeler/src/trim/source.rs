@@ -376,9 +376,19 @@ pub(super) fn segment(a: &End, b: &End) -> Source {
         return Source::Segment([*a, *b]);
     }
     match (a.exact(), b.exact()) {
-        (Some(a), Some(b)) => Source::Exact(vec![a, b]),
+        (Some(a), Some(b)) => Source::Exact(balanced(a, b)),
         _ => Source::Blurred(Box::new([a.blur(), b.blur()])),
     }
+}
+
+/// Two points, each proportional to what it was, whose weights are about as large: bounds of errors are common to both.
+fn balanced(a: Exact3, b: Exact3) -> Vec<Exact3> {
+    let [m, n] = [&a, &b].map(|p| p[2].bit_len());
+    let raised = |p: Exact3, by: usize| p.map(|x| x << by);
+    vec![
+        raised(a, n.saturating_sub(m)),
+        raised(b, m.saturating_sub(n)),
+    ]
 }
 
 /// The spans of a NURBS curve between two parameters; `None` if there are none.

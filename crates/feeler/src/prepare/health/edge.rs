@@ -1,0 +1,170 @@
+//! The health of one edge.
+
+use super::super::crack::{apart, end_regions};
+use super::super::image::{self, distance};
+use super::super::matching::frechet;
+use super::super::{Box3, PreparedBrep, around};
+use super::{Direction, EdgeHealth, FaceHealth, Offset, TINY, Turn};
+use crate::brep::{Defect, LoopKind};
+use crate::numeric::Enclosure;
+
+/// A bound that is off by a few roundings.
+const UP: f64 = 1.0 + 64.0 * f64::EPSILON;
+
+/// The distances of the ends of two images where they run in one direction, and where they run against each other: the
+/// larger of two ends each.
+fn end_distances(a: &[Box3; 2], b: &[Box3; 2]) -> [Enclosure; 2] {
+    [0, 1].map(|turned| {
+        let [x, y] = [0, 1].map(|k| distance(&a[k], &b[k ^ turned]));
+        Enclosure {
+            lo: x.lo.max(y.lo),
+            hi: x.hi.max(y.hi),
+        }
+    })
+}
+
+/// A bound below the Frechet distance, in the better direction: matched curves have their ends matched.
+fn at_least(distances: &[Enclosure; 2]) -> f64 {
+    distances[0].lo.min(distances[1].lo)
+}
+
+pub(super) fn health(
+    brep: &PreparedBrep,
+    edge: usize,
+    faces: &[FaceHealth],
+    defects: &[Defect],
+) -> EdgeHealth {
+    let parts = brep.brep().parts();
+    let e = &parts.edges[edge];
+    let face_of = |t: usize| brep.face_of(t);
+    let ends: Vec<Option<[Box3; 2]>> = e
+        .trims
+        .iter()
+        .map(|t| end_regions(brep, || brep.double(face_of(*t)), *t))
+        .collect();
+    let mut least: f64 = 0.0;
+    for (i, a) in ends.iter().enumerate() {
+        for b in &ends[i + 1..] {
+            if let (Some(a), Some(b)) = (a, b) {
+                least = least.max(at_least(&end_distances(a, b)));
+            }
+        }
+    }
+    let images: Option<Vec<Box3>> = e
+        .trims
+        .iter()
+        .map(|t| Some(brep.trim_image(*t)?.bounds()))
+        .collect();
+    let reach = match images {
+        Some(boxes) if !boxes.is_empty() => {
+            let b = around(&boxes);
+            let squares: f64 = b.iter().map(|r| (r[1] - r[0]).powi(2)).sum();
+            squares.sqrt() * UP
+        }
+        _ => f64::INFINITY,
+    };
+    let widest = brep.crack_width(edge);
+    let crack = Enclosure {
+        lo: least.min(widest),
+        hi: widest,
+    };
+    EdgeHealth {
+        edge,
+        faces: e.trims.iter().map(|t| face_of(*t)).collect(),
+        crack,
+        offsets: offsets(brep, edge, defects),
+        reach,
+        tolerance: e.tolerance,
+        direction: direction(brep, edge, &ends, faces),
+        is_tiny: reach <= (TINY * brep.size()).max(e.tolerance.unwrap_or(0.0)),
+    }
+}
+
+/// How far each trim's image is from the edge's own curve.
+fn offsets(brep: &PreparedBrep, edge: usize, defects: &[Defect]) -> Vec<Offset> {
+    let parts = brep.brep().parts();
+    let e = &parts.edges[edge];
+    let Some(curve) = e.curve.map(|c| &parts.curves3[c]) else {
+        return Vec::new();
+    };
+    let own = image::of_curve(curve, e.span);
+    let seen = |t: usize| {
+        defects.iter().find_map(|d| match d {
+            Defect::EdgeOffSurface { trim, distance, .. } if *trim == t => Some(*distance),
+            _ => None,
+        })
+    };
+    let offset = |&trim: &usize| {
+        let against = e.reversed != parts.trims[trim].edge_reversed;
+        let bound = match (&own, brep.trim_image(trim)) {
+            (Some(own), Some(image)) => apart(image, own, against),
+            _ => None,
+        };
+        Offset {
+            trim,
+            at_most: bound.unwrap_or(f64::INFINITY),
+            about: seen(trim),
+        }
+    };
+    e.trims.iter().map(offset).collect()
+}
+
+/// One direction of two must be this many times better than the other to count.
+const BETTER: f64 = 64.0;
+
+/// Whether two images run against each other, where their ends do not tell (circles): as the bounds of their distances in both
+/// directions say.
+fn by_images(brep: &PreparedBrep, s: usize, t: usize) -> Option<bool> {
+    let (a, b) = (brep.trim_image(s)?, brep.trim_image(t)?);
+    let with = frechet(a, b)?;
+    let turned = frechet(a, &b.clone().reversed())?;
+    if BETTER * with < turned {
+        Some(false)
+    } else if BETTER * turned < with {
+        Some(true)
+    } else {
+        None
+    }
+}
+
+/// Whether material stays on one side: as the images run where they tell the direction, else as the file says.
+fn direction(
+    brep: &PreparedBrep,
+    edge: usize,
+    ends: &[Option<[Box3; 2]>],
+    faces: &[FaceHealth],
+) -> Direction {
+    let parts = brep.brep().parts();
+    let &[s, t] = &parts.edges[edge].trims[..] else {
+        return Direction::NotTwo;
+    };
+    let rightly_turned = |trim: usize| {
+        let l = parts.trims[trim].trim_loop;
+        let said = matches!(parts.loops[l].kind, LoopKind::Outer | LoopKind::Inner);
+        let mut loops = faces[parts.loops[l].face].loops.iter();
+        said && loops.any(|x| x.trim_loop == l && x.turn != Turn::Undecided && !x.is_turned_wrong())
+    };
+    if !(rightly_turned(s) && rightly_turned(t)) {
+        return Direction::Unknown;
+    }
+    let stored = parts.trims[s].edge_reversed != parts.trims[t].edge_reversed;
+    let opposite = match ends {
+        [Some(a), Some(b)] => {
+            let [with, turned] = end_distances(a, b);
+            if with.hi < turned.lo {
+                false
+            } else if turned.hi < with.lo {
+                true
+            } else {
+                by_images(brep, s, t).unwrap_or(stored)
+            }
+        }
+        _ => stored,
+    };
+    let reversed = |trim: usize| parts.faces[brep.face_of(trim)].reversed;
+    if opposite == (reversed(s) == reversed(t)) {
+        Direction::Fits
+    } else {
+        Direction::Against
+    }
+}
