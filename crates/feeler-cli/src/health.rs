@@ -74,9 +74,10 @@ pub(crate) fn text(brep: &Brep, unit: &str, lines: &mut Vec<String>) {
     if !noted.is_empty() {
         lines.push(format!(
             "  {} within the file's own tolerance",
-            counted(noted.len(), "vertex off its edges or faces").replace(
-                "vertex off its edges or facess",
-                "vertices off their edges or faces"
+            counted(
+                noted.len(),
+                "end of an edge or a trim off its vertex",
+                "ends of edges and trims off their vertices"
             )
         ));
     }

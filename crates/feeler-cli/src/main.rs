@@ -10,6 +10,7 @@ mod health;
 mod inspect;
 mod plan;
 mod report;
+mod study;
 
 use clap::error::ErrorKind;
 use clap::{Parser, Subcommand};
@@ -36,6 +37,8 @@ enum Command {
     Gate(gate::Args),
     /// Measures error against run time of several engines on a corpus, and writes a page of plots and tables.
     Report(report::Args),
+    /// Which types of surfaces and curves occur in a folder of parts: tables and a plot.
+    Study(study::Args),
 }
 
 /// How a command ended, when nothing stopped it.
@@ -63,6 +66,7 @@ fn main() -> ExitCode {
         Command::Engine => contact::serve(),
         Command::Gate(args) => gate::run(&args),
         Command::Report(args) => report::run(&args),
+        Command::Study(args) => study::run(&args),
     };
     match outcome {
         Ok(Outcome::Good) => ExitCode::SUCCESS,

@@ -6,6 +6,7 @@
 
 mod baseline;
 mod cases;
+pub mod census;
 mod engine;
 mod junit;
 mod report;

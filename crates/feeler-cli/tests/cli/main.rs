@@ -2,5 +2,6 @@
 
 mod exit_codes;
 mod gate;
+mod health;
 mod layout;
 mod program;
