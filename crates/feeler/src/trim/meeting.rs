@@ -70,8 +70,8 @@ pub struct Meetings {
 
 /// More meetings of a face are counted only.
 pub const MOST_MEETINGS: usize = 256;
-/// Pairs of parts of parts looked at for one face: about a second. What is left is undecided.
-const BUDGET: usize = 1 << 17;
+/// Work on one face, in halves of a pair of cubics looked at: about a second. What is left is undecided.
+const BUDGET: usize = 1 << 18;
 
 /// Some parts of one piece in a row, no points.
 struct Link<'a> {
@@ -387,7 +387,7 @@ impl<'a> Search<'a> {
             Meets::At(place) => self.push(i, k, MeetingKind::Crossing, place),
             Meets::Along(place) => self.push(i, k, MeetingKind::Overlap, place),
             Meets::Open(place) => {
-                let kind = if shared == [false, false] {
+                let kind = if shared == [false, false] && budget > 0 {
                     self.at_an_end(i, k, MeetingKind::Undecided)
                 } else {
                     MeetingKind::Undecided

@@ -171,7 +171,13 @@ fn chord(points: &[Point]) -> f64 {
     (b[0] - a[0]).hypot(b[1] - a[1])
 }
 
-/// Two parts that share no end. `budget`: how many pairs may be looked at, in all.
+/// What looking at a pair costs, in pairs of cubics: blossoms go with the cube of the number of control points.
+fn cost(a: &[Point], b: &[Point]) -> usize {
+    let cube = |p: &[Point]| p.len().pow(3);
+    (cube(a) + cube(b)) / 128 + 1
+}
+
+/// Two parts that share no end. `budget`: how much work there may be, in all; a pair of cubics counts 2.
 pub(super) fn meet(a: Span, b: Span, budget: &mut usize) -> Meets {
     let mut open: Option<Box2> = None;
     let mut opened = 0;
@@ -204,7 +210,7 @@ pub(super) fn meet(a: Span, b: Span, budget: &mut usize) -> Meets {
         if left == 0 || *budget == 0 {
             return Meets::Open(open.unwrap_or(place));
         }
-        (left, *budget) = (left - 1, *budget - 1);
+        (left, *budget) = (left - 1, budget.saturating_sub(cost(&p, &q)));
         let cut = if first { &a } else { &b };
         let middle = 0.5 * (cut.from + cut.to);
         for half in [
