@@ -298,6 +298,13 @@ impl Cells {
         &self.items[self.starts[c] as usize..self.starts[c + 1] as usize]
     }
 
+    /// Each cell's parts: two parts with a point in common have a cell in common, as the boxes that they were put into cells by
+    /// have that point in common, and the place of a number on an axis is monotone.
+    pub(super) fn lists(&self) -> impl Iterator<Item = &[u32]> {
+        let ends = self.starts.windows(2);
+        ends.map(|w| &self.items[w[0] as usize..w[1] as usize])
+    }
+
     /// The cells that a box meets, each with its parts.
     pub(super) fn meeting(&self, b: [[f64; 2]; 2]) -> impl Iterator<Item = &[u32]> {
         let [au, av] = self.axes;

@@ -306,20 +306,27 @@ impl<'a> Search<'a> {
     }
 
     fn all(&mut self) {
+        let region = self.region;
+        let cells: Vec<&[u32]> = region.parts_by_cell().collect();
+        let mut cells_of: Vec<Vec<u32>> = vec![Vec::new(); self.links.len()];
+        for (c, parts) in cells.iter().enumerate() {
+            for part in *parts {
+                if let Some(own) = cells_of.get_mut(self.link_of[*part as usize])
+                    && own.last() != Some(&(c as u32))
+                {
+                    own.push(c as u32);
+                }
+            }
+        }
         let mut seen = vec![usize::MAX; self.links.len()];
-        for i in 0..self.links.len() {
+        for (i, own) in cells_of.iter().enumerate() {
             let hull = self.links[i].hull;
             if !self.links[i].goes_on() {
                 self.push(i, i, MeetingKind::Undecided, hull);
             }
-            let near: Vec<usize> = self
-                .region
-                .parts_near(hull)
-                .map(|k| self.link_of[k])
-                .filter(|k| *k != usize::MAX && *k > i)
-                .collect();
-            for k in near {
-                if std::mem::replace(&mut seen[k], i) != i {
+            for part in own.iter().flat_map(|c| cells[*c as usize]) {
+                let k = self.link_of[*part as usize];
+                if k > i && k < seen.len() && std::mem::replace(&mut seen[k], i) != i {
                     self.pair(i, k);
                 }
             }

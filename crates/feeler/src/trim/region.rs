@@ -242,9 +242,9 @@ impl TrimRegion {
         &self.parts
     }
 
-    /// The parts, by index, that may meet a closed box; some more than once.
-    pub(super) fn parts_near(&self, b: [[f64; 2]; 2]) -> impl Iterator<Item = usize> {
-        self.cells().meeting(b).flatten().map(|k| *k as usize)
+    /// The parts of each cell, by index: parts that have a point in common have a cell in common.
+    pub(super) fn parts_by_cell(&self) -> impl Iterator<Item = &[u32]> {
+        self.cells().lists()
     }
 
     /// The surface's domain.
