@@ -49,11 +49,16 @@ const PROMISES: [Promise; 2] = [
     },
 ];
 
+/// A bound from below is near if it is this part of the certified width.
+const NEAR: f64 = 0.75;
+
 #[derive(Default)]
 struct Tally {
     edges: usize,
     /// Of the thesis's parts as NURBS.
     guarded: usize,
+    /// With a bound from below that is near.
+    told: usize,
     /// In f64 and in double-double.
     wide: [Vec<String>; 2],
     seconds: [f64; 2],
@@ -82,6 +87,15 @@ fn compare(name: &str, brep: &Brep, tally: &mut Tally) {
         };
         tally.edges += 1;
         tally.guarded += usize::from(guarded);
+        // Nor is the bound below above what is certified.
+        let least = prepared.least_crack_width(edge);
+        assert!(
+            dyadic(least) <= d.hi,
+            "{name} {edge}: {least:e} is above [{:e}, {:e}]",
+            d.lo.approximate(),
+            d.hi.approximate()
+        );
+        tally.told += usize::from(NEAR * d.lo.approximate() <= least);
         for (fine, promise) in PROMISES.iter().enumerate() {
             let start = Instant::now();
             let width = if fine == 0 {
@@ -134,8 +148,8 @@ fn compare_all(folder: &Path) -> Tally {
     }
     let wide = [0, 1].map(|k| tally.wide[k].len());
     println!(
-        "{} edges, {:?} s, wide {wide:?}",
-        tally.edges, tally.seconds
+        "{} edges, {:?} s, wide {wide:?}, {} told from below",
+        tally.edges, tally.seconds, tally.told
     );
     for w in tally.wide.iter().flatten() {
         println!("wide: {w}");
@@ -160,4 +174,6 @@ fn kernel_widths_hold_over_the_corpora_and_are_near_on_the_parts_of_the_thesis()
     let tally = compare_all(&folder);
     assert!(tally.edges > 1000, "{}", tally.edges);
     assert!(tally.guarded > 100, "{}", tally.guarded);
+    // Found: all but the edges whose images agree to the last digits.
+    assert!(2 * tally.told > tally.edges, "{}", tally.told);
 }

@@ -90,7 +90,7 @@ impl PreparedBrep {
     /// with the model, as large as they were reserved; what the allocator adds is not known.
     pub fn bytes(&self) -> usize {
         let faces: usize = self.faces.iter().map(|f| FaceBytes::of(f).later()).sum();
-        let cracks = list(&self.cracks) + list(&self.fine_cracks);
+        let cracks = list(&self.cracks) + list(&self.fine_cracks) + list(&self.least_cracks);
         let kept = self.side_cells.get().and_then(Option::as_ref);
         size_of::<Self>()
             + kept.map_or(0, SideCells::bytes)

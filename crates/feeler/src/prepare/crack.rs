@@ -7,6 +7,7 @@ use super::closed;
 use super::closed::CurveShape;
 use super::image::{Image, end, image, join};
 use super::matching::frechet;
+use super::near::distance;
 use super::{Box3, FaceGeometry, PreparedBrep};
 use crate::numeric::Real;
 use nalgebra::Vector3;
@@ -45,6 +46,41 @@ pub(super) fn width<'a, T: Real + 'a>(
         }
     }
     widest
+}
+
+/// Points tried of each image, besides the ends of its stretches: few distances change faster.
+const TRIED: usize = 48;
+/// But no fewer than this of each stretch.
+const LEAST_TRIED: usize = 1;
+
+/// A bound below the width of an edge: each point of one image is matched with one of the other, which is no nearer than the
+/// nearest.
+pub(super) fn least_width(brep: &PreparedBrep, edge: usize) -> f64 {
+    let trims = &brep.brep().parts().edges[edge].trims;
+    let images: Vec<_> = trims.iter().map(|t| brep.fine_trim_image(*t)).collect();
+    let most = brep.fine_crack_width(edge);
+    let mut least: f64 = 0.0;
+    for (i, from) in images.iter().enumerate() {
+        for (k, to) in images.iter().enumerate() {
+            let (Some(from), Some(to)) = (from, to) else {
+                continue;
+            };
+            if i == k {
+                continue;
+            }
+            let count = (TRIED / from.stretches.len()).max(LEAST_TRIED);
+            for stretch in &from.stretches {
+                for tried in 0..=count + 1 {
+                    let at = tried as f64 / (count + 1) as f64;
+                    let p = stretch.point(at);
+                    let slack = (stretch.slack + from.extra) * UP;
+                    let [low, _] = distance(&p, to, least + slack, most + slack);
+                    least = least.max((low - slack) / UP);
+                }
+            }
+        }
+    }
+    least.min(most)
 }
 
 /// A bound of the Frechet distance of the images of two trims that are segments, or arcs.

@@ -6,13 +6,14 @@
 //! rounding, goes into [`Image::extra`]; so does a part that cannot be composed.
 
 use super::boundary::UvCurve;
+use super::closed::V3;
 use super::compose::compose;
 use super::net::curve_jet;
 use super::patch::COMPOSE_HALVINGS;
 use super::spline::curve_pieces;
 use super::{Box3, FaceGeometry, Homogeneous, Net, ParamMap, Patch, Patches};
-use crate::numeric::bernstein::Bidegree;
-use crate::numeric::{Ball, Enclosure, Interval, Real};
+use crate::numeric::bernstein::{Bidegree, evaluate};
+use crate::numeric::{Ball, Dd, Enclosure, Interval, Real};
 use crate::nurbs::Curve3;
 
 /// A bound that is off by a few roundings.
@@ -45,6 +46,21 @@ impl<T: Real> Stretch<T> {
         let u = self.points.len() - 1;
         let points = self.points.iter().map(|p| p.map(known)).collect();
         Net::new(Bidegree { u, v: 0 }, points, self.origin)
+    }
+}
+
+impl Stretch<Dd> {
+    /// The point of the curve at a parameter.
+    pub(super) fn point(&self, at: f64) -> V3 {
+        let value = |c: usize| {
+            let known = |p: &[Dd; 4]| Ball {
+                mid: p[c],
+                rad: 0.0,
+            };
+            evaluate(self.points.iter().map(known).collect(), Ball::exact(at))
+        };
+        let w = value(3);
+        std::array::from_fn(|c| value(c) / w + Ball::exact(self.origin[c]))
     }
 }
 

@@ -13,6 +13,7 @@ mod health;
 mod image;
 pub(crate) mod jet;
 mod matching;
+mod near;
 mod net;
 mod param;
 mod patch;
@@ -38,6 +39,7 @@ pub use shortcuts::Shortcuts;
 
 pub(crate) use boundary::restrict;
 pub(crate) use image::{Image, Stretch};
+pub(crate) use near::distance;
 pub(crate) use net::{Products, curve_jet};
 pub(crate) use quotient::Quotient;
 pub(crate) use recognise::Shell;
@@ -228,6 +230,8 @@ pub struct PreparedBrep {
     cracks: Vec<OnceLock<f64>>,
     /// The same in double-double.
     fine_cracks: Vec<OnceLock<f64>>,
+    /// From below.
+    least_cracks: Vec<OnceLock<f64>>,
     side_cells: OnceLock<Option<SideCells>>,
     /// The edges that several trims use.
     shared: OnceLock<Vec<SharedEdge>>,
@@ -302,6 +306,7 @@ impl PreparedBrep {
             identity: Arc::new(()),
             cracks: slots(),
             fine_cracks: slots(),
+            least_cracks: slots(),
             images: brep.parts().trims.iter().map(|_| OnceLock::new()).collect(),
             fine_images: brep.parts().trims.iter().map(|_| OnceLock::new()).collect(),
             vertex_regions: OnceLock::new(),
@@ -360,6 +365,15 @@ impl PreparedBrep {
             fine.min(self.crack_width(edge))
         };
         *self.fine_cracks[edge].get_or_init(make)
+    }
+
+    /// A bound below the width of an edge's crack: the distance of some point of one image from another. Made at the first
+    /// call, in milliseconds.
+    ///
+    /// # Panics
+    /// If there is no such edge.
+    pub fn least_crack_width(&self, edge: usize) -> f64 {
+        *self.least_cracks[edge].get_or_init(|| crack::least_width(self, edge))
     }
 
     /// The image of a trim in space; `None` where it is not known.

@@ -6,7 +6,7 @@ use super::line::all_hits;
 use super::zeros::{Digits, NOISE_FACTOR, RawHit, face_hits};
 use crate::numeric::Real;
 use crate::numeric::bernstein::largest;
-use crate::prepare::{Box3, Image, Net, PreparedBrep, Stretch};
+use crate::prepare::{Box3, Image, Net, PreparedBrep, SharedEdge, Stretch};
 use crate::trim::Side;
 use nalgebra::{Point3, Vector3};
 
@@ -118,35 +118,43 @@ fn meets_vertex(brep: &PreparedBrep, stab: &Stabber) -> bool {
 /// Whether the line may come within the width of its crack of an edge that two trims use. Errs on the side of yes.
 pub(super) fn near_edges(brep: &PreparedBrep, stab: &Stabber, budget: &mut usize) -> bool {
     let mut shared = brep.shared_edges().iter();
+    shared.any(|shared| is_near_edge(brep, stab, shared, budget))
+}
+
+/// The same for one edge.
+pub(super) fn is_near_edge(
+    brep: &PreparedBrep,
+    stab: &Stabber,
+    shared: &SharedEdge,
+    budget: &mut usize,
+) -> bool {
+    // The ray comes no nearer than the crack's width to what it misses widened by it.
+    if brep.is_clear_of_edge(shared, |b| stab.passes(b) || !stab.meets(&b.bounds)) {
+        return false;
+    }
     let d = stab.direction / stab.direction.norm();
     let (o, d) = (stab.origin.coords.into(), d.into());
-    shared.any(|shared| {
-        // The ray comes no nearer than the crack's width to what it misses widened by it.
-        if brep.is_clear_of_edge(shared, |b| stab.passes(b) || !stab.meets(&b.bounds)) {
+    let edge = shared.edge;
+    let e = &brep.brep().parts().edges[edge];
+    let margin = brep.crack_width(edge);
+    let mut near = e.trims.iter().filter(|t| {
+        if let Some((curve, slack)) = brep.closed_image(**t)
+            && curve.shape.is_clear_of(&o, &d, (margin + slack) * UP)
+        {
             return false;
         }
-        let edge = shared.edge;
-        let e = &brep.brep().parts().edges[edge];
-        let margin = brep.crack_width(edge);
-        let mut near = e.trims.iter().filter(|t| {
-            if let Some((curve, slack)) = brep.closed_image(**t)
-                && curve.shape.is_clear_of(&o, &d, (margin + slack) * UP)
-            {
-                return false;
-            }
-            let image = brep.trim_image(**t);
-            image.is_none_or(|image| near_image(stab, image, margin, budget))
-        });
-        let Some(first) = near.next() else {
-            return false;
-        };
-        // f64 sees only so far: what it finds near is looked at again.
-        let rest: Vec<_> = std::iter::once(first).chain(near).copied().collect();
-        let margin = brep.fine_crack_width(edge);
-        rest.into_iter().any(|t| {
-            let image = brep.fine_trim_image(t);
-            image.is_none_or(|image| near_image(stab, image, margin, budget))
-        })
+        let image = brep.trim_image(**t);
+        image.is_none_or(|image| near_image(stab, image, margin, budget))
+    });
+    let Some(first) = near.next() else {
+        return false;
+    };
+    // f64 sees only so far: what it finds near is looked at again.
+    let rest: Vec<_> = std::iter::once(first).chain(near).copied().collect();
+    let margin = brep.fine_crack_width(edge);
+    rest.into_iter().any(|t| {
+        let image = brep.fine_trim_image(t);
+        image.is_none_or(|image| near_image(stab, image, margin, budget))
     })
 }
 

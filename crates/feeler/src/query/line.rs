@@ -5,6 +5,7 @@ use super::answer::{
 };
 use super::forms::Stabber;
 use super::inside::{PARITY_BUDGET, near_edges};
+use super::passages::crossings;
 use super::zeros::{Digits, HitAt, RawHit, face_hits, one_hit};
 use super::{Work, Workspace};
 use crate::numeric::{Ball, Dd, Enclosure};
@@ -14,16 +15,13 @@ use nalgebra::{Point2, Vector3};
 /// A node of the search for hits costs about as much as this many of the search for contacts.
 const NODE_COST: usize = 4;
 
-/// Two hits of one face nearer than this in the line's own length units, relative to the model's
-/// size, on patches that share a border, are one.
-const SAME_HIT: f64 = 1.0 / (1u64 << 36) as f64;
-
 /// All hits of a line with the trimmed faces.
 ///
 /// `hits` holds every parameter where the line meets a face, in order of `t`, each with a proven
 /// enclosure (as a length, no wider than the accuracy asked for wherever double-double gives that); a hit on an edge is listed for each of its faces. `crossings` counts transversal passages, hits within
 /// the width of a crack of each other at an edge counting once. A line that touches a face or runs in it, meets it within
-/// rounding of its border, or passes an edge that two faces share within its crack is `Undecided`, with what was found.
+/// rounding of its border, or passes an edge so near to the width of its crack that bounds of this do not tell, is `Undecided`, with
+/// what was found.
 pub fn line(
     brep: &PreparedBrep,
     probe: &LineProbe,
@@ -33,7 +31,16 @@ pub fn line(
     let stab = Stabber::new(probe);
     let nodes = options.node_budget / NODE_COST;
     let mut budget = nodes;
-    let (raw, mut undecided) = hits_within(brep, &stab, options.accuracy, &mut budget);
+    // Off every edge by more than its crack, each hit is a crossing of its own, and there is no crack to
+    // pass. Else whether hits merge hangs on the width of the crack: all digits are wanted.
+    let mut near = PARITY_BUDGET;
+    let near_edge = near_edges(brep, &stab, &mut near);
+    let accuracy = if near_edge {
+        Accuracy::Full
+    } else {
+        options.accuracy
+    };
+    let (raw, mut undecided) = hits_within(brep, &stab, accuracy, &mut budget);
     // A closed range of t: a hit whose enclosure holds an end of it is not settled.
     let at_end = |h: &RawHit| {
         stab.range.iter().any(|e| {
@@ -47,11 +54,14 @@ pub fn line(
     if raw.iter().any(at_end) {
         undecided = Some(Undecided::Degenerate);
     }
-    // Off every edge by more than its crack, each hit is a crossing of its own, and there is no crack to
-    // pass. Else whether hits merge hangs on the exact widths of cracks: undecided.
-    let mut near = PARITY_BUDGET;
-    if near_edges(brep, &stab, &mut near) {
-        undecided.get_or_insert(Undecided::Crack);
+    let (mut count, mut in_crack) = (raw.len(), false);
+    if near_edge && undecided.is_none() {
+        let found = crossings(brep, &stab, &raw, &mut near);
+        if found.count.is_none() || found.in_crack.is_none() {
+            undecided = Some(Undecided::Crack);
+        }
+        count = found.count.unwrap_or(count);
+        in_crack = found.in_crack.unwrap_or(false);
     }
     // Only what is certain is listed.
     let hits: Vec<Hit> = raw
@@ -66,8 +76,8 @@ pub fn line(
     };
     LineAnswer {
         hits,
-        crossings: raw.len(),
-        in_crack: false,
+        crossings: count,
+        in_crack,
         undecided,
     }
 }
@@ -140,7 +150,7 @@ pub fn any_hit(
     AnyHit { hit, undecided }
 }
 
-/// The hits with all faces in order of t, those on a shared border of two patches of a face once.
+/// The hits with all faces in order of t.
 pub(super) fn all_hits(
     brep: &PreparedBrep,
     stab: &Stabber,
@@ -149,7 +159,6 @@ pub(super) fn all_hits(
 ) -> (Vec<RawHit>, Option<Undecided>) {
     let mut raw: Vec<RawHit> = Vec::new();
     let mut undecided = None;
-    let apart = SAME_HIT * brep.size() / stab.direction.norm();
     for face in 0..brep.brep().faces().len() {
         if brep.face_box(face).is_some_and(|b| !stab.meets(b)) {
             continue;
@@ -165,21 +174,10 @@ pub(super) fn all_hits(
                 Undecided::Degenerate
             });
         }
-        let first = raw.len();
-        for hit in found.hits {
-            if !hit.inside {
-                undecided = Some(Undecided::Degenerate);
-            }
-            let same = raw[first..].iter().any(|o: &RawHit| {
-                on_two_patches(o, &hit)
-                    && (o.t.mid - hit.t.mid).hi.abs() <= apart
-                    && on_border(o)
-                    && on_border(&hit)
-            });
-            if !same {
-                raw.push(hit);
-            }
+        if found.hits.iter().any(|h| !h.inside) {
+            undecided = Some(Undecided::Degenerate);
         }
+        raw.extend(found.hits);
     }
     raw.sort_by(|a, b| {
         let by_t = a.t.mid.partial_cmp(&b.t.mid);
@@ -187,21 +185,6 @@ pub(super) fn all_hits(
             .then(a.face.cmp(&b.face))
     });
     (raw, undecided)
-}
-
-fn on_two_patches(a: &RawHit, b: &RawHit) -> bool {
-    match (&a.at, &b.at) {
-        (HitAt::Patch { patch: p, .. }, HitAt::Patch { patch: q, .. }) => p != q,
-        _ => false,
-    }
-}
-
-fn on_border(h: &RawHit) -> bool {
-    let near = SAME_HIT;
-    let HitAt::Patch { local, .. } = &h.at else {
-        return false;
-    };
-    local.iter().any(|x| x.hi <= near || x.hi >= 1.0 - near)
 }
 
 fn dress(brep: &PreparedBrep, stab: &Stabber, h: &RawHit) -> Option<Hit> {

@@ -18,6 +18,7 @@
 
 use super::closed::boxes_side;
 use super::forms::{Forms, Stabber, contraction, narrow, parameter_slope, range, restrict};
+use super::joints;
 use crate::numeric::bernstein::largest;
 use crate::numeric::{Ball, Dd, Real};
 use crate::prepare::closed::{ClosedLine, V3, exact};
@@ -48,6 +49,8 @@ pub(super) struct RawHit {
     pub(super) t: Ball<Dd>,
     /// Whether the hit is proven to be in the region's interior.
     pub(super) inside: bool,
+    /// Whether it may be just beyond its patch: see the module `joints`.
+    pub(super) at_joint: bool,
 }
 
 /// Where on its face a hit is.
@@ -84,7 +87,10 @@ impl FaceHits {
 impl RawHit {
     /// Whether the line surely meets the face there, within its range.
     pub(super) fn is_certain(&self, stab: &Stabber) -> bool {
-        self.inside && stab.range[0] <= self.t.lower() && self.t.upper() <= stab.range[1]
+        self.inside
+            && !self.at_joint
+            && stab.range[0] <= self.t.lower()
+            && self.t.upper() <= stab.range[1]
     }
 }
 
@@ -135,6 +141,20 @@ fn find_hits(
         out.hits = found;
         return Some(out);
     }
+    patches_hits(brep, stab, face, digits, budget, &mut out);
+    joints::settle(brep, stab, &mut out.hits);
+    Some(out)
+}
+
+/// The hits with the patches of a face, each by itself.
+fn patches_hits(
+    brep: &PreparedBrep,
+    stab: &Stabber,
+    face: usize,
+    digits: Digits,
+    budget: &mut usize,
+    out: &mut FaceHits,
+) {
     let geometry = brep.double(face);
     for (index, patch) in geometry.patches.iter().enumerate() {
         if geometry.patch_boxes[index]
@@ -154,15 +174,15 @@ fn find_hits(
             root: &root,
             digits,
         };
-        patch_hits(brep, stab, &at, vec![root.clone()], budget, &mut out);
+        patch_hits(brep, stab, &at, vec![root.clone()], budget, out);
         if out.is_done(stab) {
-            return Some(out);
+            return;
         }
     }
     // What f64 cannot settle (a line nearly tangent to the face) is tried again in double-double; not where so
     // much is open that a whole curve of the face must be on the line (a pole's row, a ruling).
     if out.open.len() > MOST_OPEN {
-        return Some(out);
+        return;
     }
     let open = std::mem::take(&mut out.open);
     for index in 0..geometry.patches.len() {
@@ -180,9 +200,8 @@ fn find_hits(
             root: &root,
             digits: Digits::All,
         };
-        patch_hits(brep, stab, &at, starts, budget, &mut out);
+        patch_hits(brep, stab, &at, starts, budget, out);
     }
-    Some(out)
 }
 
 /// The hits with a face in closed form, where the line crosses its surface plainly.
@@ -224,6 +243,7 @@ fn closed_hits(brep: &PreparedBrep, stab: &Stabber, face: usize) -> Option<Vec<R
                 },
                 t: hit.t,
                 inside: true,
+                at_joint: false,
             }),
         }
     }
@@ -240,12 +260,12 @@ struct Solved {
 }
 
 /// A patch, the forms on all of it, and how its hits are wanted.
-struct Place<'a, T> {
-    face: usize,
-    patch: usize,
-    net: &'a Net<T>,
-    root: &'a Forms<T>,
-    digits: Digits,
+pub(super) struct Place<'a, T> {
+    pub(super) face: usize,
+    pub(super) patch: usize,
+    pub(super) net: &'a Net<T>,
+    pub(super) root: &'a Forms<T>,
+    pub(super) digits: Digits,
 }
 
 fn patch_hits<T: Real>(
@@ -437,7 +457,7 @@ fn accept(stab: &Stabber, mut hit: RawHit, side: BoxSide, out: &mut FaceHits) {
 }
 
 /// A certified zero, its local parameters and the bound on them.
-type Found = (RawHit, [Dd; 2], f64);
+pub(super) type Found = (RawHit, [Dd; 2], f64);
 
 /// The point of a net at local parameters near the unit square, and `L_1`, `L_2` there, with bounds.
 fn forms_at(
@@ -645,14 +665,36 @@ fn certify<T: Real>(
     prove(brep, stab, at, &zone, p, &sample_at(p))
 }
 
+/// The zero near a place, `None` if it is off the patch, and what was said of the zone in which it is the only one: made by
+/// `zone_at` of the place where Newton's method ends and of the inverse of the Jacobian there.
+pub(super) fn certify_at<R>(
+    brep: &PreparedBrep,
+    stab: &Stabber,
+    at: &Place<Dd>,
+    start: [f64; 2],
+    zone_at: impl Fn([f64; 2], [[f64; 2]; 2]) -> Option<(Zone, R)>,
+) -> Option<(Option<Found>, R)> {
+    let offsets = [0, 1].map(|k| stab.offset(k, &at.net.origin));
+    let (p, y) = newton_fine(stab, at.net, &offsets, start)?;
+    let (zone, said) = zone_at(p.map(|x| x.hi), y)?;
+    let (value, l) = forms_at(stab, at.net, &offsets, p);
+    let sample = Sample {
+        value,
+        l,
+        origin: at.net.origin,
+    };
+    let (found, _) = prove(brep, stab, at, &zone, p, &sample)?;
+    Some((found, said))
+}
+
 /// A box in which there is one zero at most.
-struct Zone {
+pub(super) struct Zone {
     u: [f64; 2],
     v: [f64; 2],
     /// `Y` for coordinates that run over it from 0 to 1.
     scaled: [[f64; 2]; 2],
     /// The contraction there.
-    e: f64,
+    pub(super) e: f64,
 }
 
 impl Zone {
@@ -666,7 +708,15 @@ impl Zone {
             let h = r[1] - r[0];
             [(p[k] - h).max(-EXTENSION), (p[k] + h).min(1.0 + EXTENSION)]
         };
-        let (u, v) = (around(0, node.u), around(1, node.v));
+        Self::over(at, [around(0, node.u), around(1, node.v)], y)
+    }
+
+    /// The zone over a box within the extended patch.
+    pub(super) fn over<T: Real>(
+        at: &Place<T>,
+        [u, v]: [[f64; 2]; 2],
+        y: [[f64; 2]; 2],
+    ) -> Option<Self> {
         let widths = [u[1] - u[0], v[1] - v[0]];
         let near = restrict(at.root, u, v);
         let scaled = [0, 1].map(|k: usize| y[k].map(|x| x / widths[k]));
@@ -706,14 +756,12 @@ fn prove<T: Real>(
     if !exists {
         return None;
     }
-    // It counts if it is on the patch. One that is not is on the next patch, or nowhere: on a joint the
-    // two patches are the same curve, so that they agree on which side of it the line passes.
+    // It counts if it is on the patch. One that may be just beyond is settled with the next patch's: see the module `joints`.
     let off = |k: usize| p[k] + reach(k) < Dd::ZERO || p[k] - reach(k) > Dd::ONE;
     if off(0) || off(1) {
         return Some((None, Solved { u, v }));
     }
-    // Within rounding of the border of the whole surface the hit cannot be settled; on a joint it is
-    // found on both sides and listed once.
+    // Within rounding of the border of the whole surface the hit cannot be settled.
     let domain = brep.brep().surface(face).domain();
     let maps = &brep.double(face).patches[patch].maps;
     let on_edge = (0..2).any(|k| {
@@ -721,6 +769,7 @@ fn prove<T: Real>(
         let high = p[k] + reach(k) > Dd::ONE && maps[k].end == domain[k].end;
         low || high
     });
+    let at_joint = (0..2).any(|k| p[k] - reach(k) <= Dd::ZERO || p[k] + reach(k) >= Dd::ONE);
     let t = stab.parameter(&sample.value, &sample.origin);
     // t moves with the point: bounded by the slopes over the zone.
     let clock = restrict(&stab.clock(at.net), u, v);
@@ -742,6 +791,7 @@ fn prove<T: Real>(
         },
         t,
         inside: !on_edge,
+        at_joint,
     };
     Some((Some((hit, p, local_rho)), Solved { u, v }))
 }

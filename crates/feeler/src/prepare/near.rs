@@ -1,0 +1,152 @@
+//! How far a point is from the image of a trim.
+//!
+//! # What is proven
+//! On a part of the image let `D_i = X_i - w_i (p - o)`, `w_i > 0` be its control points relative to the point `p`. The distance from
+//! `p` of each of its points is at least the height of the point along any unit vector `n`, which is a convex combination of the
+//! `n.D_i / w_i`: their least is a lower bound. It loses only what the part bends, with `n` towards its middle. Both ends of
+//! a part are points of the image: the lesser of their distances is an upper bound. Parts are halved until the two meet.
+
+use super::closed::V3;
+use super::image::{Image, Stretch};
+use crate::numeric::bernstein::{Bidegree, greater, largest, lesser, split_error, split_off};
+use crate::numeric::{Ball, Dd};
+use nalgebra::Vector3;
+
+/// A bound that is off by a few roundings.
+const UP: f64 = 1.0 + 64.0 * f64::EPSILON;
+/// A lower bound of this part of the upper one is good enough.
+const GOOD: f64 = 1.0 - 1.0 / 1024.0;
+/// Parts are not halved more often than this, as double-double would not tell more.
+const DEPTH: u32 = 100;
+/// Lengths below this have squares that underflow.
+const LEAST_LENGTH: f64 = 1e-140;
+/// Nor are there more of them than this; what is left open keeps its lower bound.
+const PARTS: usize = 1024;
+
+/// Part of a curve relative to a point: coefficients of `D` and `w`, each off by `error` at most.
+struct Part {
+    c: [Vec<Dd>; 4],
+    error: [f64; 4],
+    depth: u32,
+}
+
+impl Part {
+    fn new(stretch: &Stretch<Dd>, p: &V3) -> Self {
+        let shift: V3 = std::array::from_fn(|c| Ball::exact(stretch.origin[c]) - p[c]);
+        let mut error = [0.0; 4];
+        let c = std::array::from_fn(|c| {
+            let values = stretch.points.iter().map(|x| {
+                if c == 3 {
+                    return x[3];
+                }
+                let known = |mid| Ball { mid, rad: 0.0 };
+                let d = known(x[c]) + shift[c] * known(x[3]);
+                error[c] = greater(error[c], d.rad);
+                d.mid
+            });
+            values.collect()
+        });
+        Self { c, error, depth: 0 }
+    }
+
+    fn degree(&self) -> usize {
+        self.c[0].len() - 1
+    }
+
+    /// Bounds of the distance of its nearest point.
+    fn bounds(&self) -> [f64; 2] {
+        let count = self.c[0].len();
+        let at = |i: usize| Vector3::from_fn(|c, _| self.c[c][i].hi);
+        // By how much a vector, rounded, may be off.
+        let error: f64 = self.error[..3].iter().sum::<f64>();
+        let weight = |i: usize| {
+            let w = self.c[3][i].hi;
+            let off = self.error[3] + f64::EPSILON * w;
+            [w - off, w + off]
+        };
+        let middle = (at(0) / weight(0)[1] + at(count - 1) / weight(count - 1)[1]) * 0.5;
+        let n = middle / middle.norm();
+        let (mut least, mut most) = (f64::INFINITY, f64::INFINITY);
+        for i in 0..count {
+            let (d, [low, high]) = (at(i), weight(i));
+            if !(low > 0.0) {
+                return [0.0, f64::INFINITY];
+            }
+            // A dozen roundings of numbers no larger than |d|, whose squares may underflow.
+            let off = error + 16.0 * f64::EPSILON * d.norm() + LEAST_LENGTH;
+            let height = (n.dot(&d) - off) / high;
+            least = if height > 0.0 {
+                lesser(least, height)
+            } else {
+                0.0
+            };
+            if i == 0 || i + 1 == count {
+                most = lesser(most, (d.norm() + off) / low * UP);
+            }
+        }
+        // `n` is of length one up to a few roundings; where it is none at all the heights are no numbers.
+        let least = if least.is_finite() { least / UP } else { 0.0 };
+        [least, most]
+    }
+
+    fn halves(mut self) -> [Self; 2] {
+        let degree = Bidegree {
+            u: self.degree(),
+            v: 0,
+        };
+        let mut high = Self {
+            c: Default::default(),
+            error: self.error,
+            depth: self.depth + 1,
+        };
+        self.depth += 1;
+        for k in 0..4 {
+            let e = self.error[k] + split_error::<Dd>(degree, true, largest(&self.c[k]));
+            high.c[k] = split_off(&mut self.c[k], degree, true);
+            (self.error[k], high.error[k]) = (e * UP, e * UP);
+        }
+        [self, high]
+    }
+}
+
+/// Bounds of the distance of a point from an image.
+///
+/// No closer than is needed to tell whether it is farther than `far`, or no farther than `near`; those two aside, the lower bound is a
+/// part [`GOOD`] of the upper one, as far as double-double can tell.
+pub(crate) fn distance(p: &V3, image: &Image<Dd>, near: f64, far: f64) -> [f64; 2] {
+    let slack = |s: &Stretch<Dd>| (s.slack + image.extra) * UP;
+    let (mut least, mut most) = (f64::INFINITY, f64::INFINITY);
+    let mut stack: Vec<(Part, f64)> = Vec::new();
+    for s in &image.stretches {
+        stack.push((Part::new(s, p), slack(s)));
+    }
+    let mut parts = 0;
+    while let Some((part, slack)) = stack.pop() {
+        let [low, high] = part.bounds();
+        let (low, high) = ((low - slack).max(0.0), (high + slack) * UP);
+        most = lesser(most, high);
+        // What is within the noise of the curves is as near as can be told.
+        if most <= near.max(2.0 * slack) {
+            return [0.0, most];
+        }
+        parts += 1;
+        if low > far || low >= GOOD * most || part.depth >= DEPTH || parts > PARTS {
+            least = lesser(least, low);
+            continue;
+        }
+        let [a, b] = part.halves();
+        // The nearer half is looked at first.
+        let first = |x: &Part| {
+            let (i, k) = (x.c[0].len() / 2, &x.c);
+            Vector3::from_fn(|c, _| k[c][i].hi / k[3][i].hi).norm()
+        };
+        if first(&a) <= first(&b) {
+            stack.push((b, slack));
+            stack.push((a, slack));
+        } else {
+            stack.push((a, slack));
+            stack.push((b, slack));
+        }
+    }
+    [lesser(least, most), most]
+}

@@ -1,0 +1,435 @@
+//! What edges make of a line's hits: which count once, and whether the line slips through a crack.
+//!
+//! # Definitions
+//! An edge of two images or more has a crack of width `d`, the largest Frechet distance of two of them. The line is *in the crack* where it
+//! is within `d` of an image. A *passage* is all of these stretches of the line that are no farther than `d` apart from the next. Hits
+//! in one passage are linked and count once, through whatever others; a hit in no passage counts once where it crosses. The line
+//! is `in_crack` if some passage has no hit. What is beyond the ends of a ray or a segment does not count.
+//!
+//! # What is proven
+//! `d` is known to be in `[least, most]`. The images are cut into parts short against the width. A part farther than `most` is put aside.
+//! Of the others the projection to the line is known: a point of the line within `d` of a point of the part is within
+//! `most` of it. A part is *sure* if one of its points is within `least`: then that point's projection is in the crack.
+//!
+//! - Parts whose projections are more than `3 most` apart are of different passages: those about each reach no farther than `most`
+//!   beyond it, and are then more than `most >= d` apart. So the parts fall into groups, with one passage each, several, or none.
+//! - A group is *one* passage if its sure parts are no farther apart than `least`, and no other part is farther than that from one
+//!   of them: whatever is in the crack is then within `least <= d` of something that surely is. Projections are no longer than a
+//!   [`SHORT`]th of `least`, which is allowed for.
+//! - A hit is surely in a passage of its group if it is within `least` of an image, surely not if it is farther than `most` from all.
+//!
+//! The numbers that follow are given where they are the same whatever is not known.
+
+use super::forms::{Forms, Stabber, range};
+use super::inside::is_near_edge;
+use super::zeros::RawHit;
+use crate::numeric::{Ball, Dd, Real};
+use crate::prepare::closed::V3;
+use crate::prepare::{Image, PreparedBrep, SharedEdge, distance};
+
+/// A bound that is off by a few roundings.
+const UP: f64 = 1.0 + 64.0 * f64::EPSILON;
+/// Parts are this many times shorter than the width they are compared with.
+const SHORT: f64 = 8.0;
+/// Where all that is known of a width is that it is no more than `most`, parts are no shorter than this part of that.
+const UNKNOWN: f64 = 1.0 / 16.0;
+
+/// What the hits of a line amount to.
+pub(super) struct Crossings {
+    /// `None` where it is not known.
+    pub(super) count: Option<usize>,
+    /// `None` where it is not known.
+    pub(super) in_crack: Option<bool>,
+}
+
+/// A part of an image near the line.
+struct Part {
+    /// Holds its projection, as a parameter of the line.
+    t: [Dd; 2],
+    /// Whether some of it is surely in the crack.
+    sure: bool,
+}
+
+/// Parts of one edge that may make passages, which no others touch.
+struct Group {
+    /// Holds all passages.
+    t: [Dd; 2],
+    sure: bool,
+    one: bool,
+}
+
+/// Crossings of a line with these hits, each of which is transversal.
+pub(super) fn crossings(
+    brep: &PreparedBrep,
+    stab: &Stabber,
+    hits: &[RawHit],
+    budget: &mut usize,
+) -> Crossings {
+    let mut links = Links::new(hits.len());
+    let (mut slips, mut may_slip) = (false, false);
+    for shared in brep.shared_edges() {
+        if !is_near_edge(brep, stab, shared, budget) {
+            continue;
+        }
+        let Some(edge) = Edge::new(brep, stab, shared) else {
+            return Crossings {
+                count: None,
+                in_crack: None,
+            };
+        };
+        let Some(groups) = edge.groups(stab, budget) else {
+            return Crossings {
+                count: None,
+                in_crack: None,
+            };
+        };
+        for group in groups {
+            let here = group.is_within(stab.range);
+            if here == Some(false) {
+                continue;
+            }
+            let (mut members, mut others) = (Vec::new(), Vec::new());
+            for (index, hit) in hits.iter().enumerate() {
+                let there = group.holds(&hit.t);
+                if there == Some(false) {
+                    continue;
+                }
+                match edge.holds(stab, &hit.t) {
+                    Some(true) if there.is_some() => members.push(index),
+                    Some(false) => {}
+                    _ => others.push(index),
+                }
+            }
+            links.add(&members, group.one);
+            others.extend(&members);
+            links.add(&others, false);
+            slips |= others.is_empty() && group.sure && here == Some(true);
+            may_slip |= members.is_empty() || !group.one;
+        }
+    }
+    Crossings {
+        count: links.count(),
+        in_crack: if slips {
+            Some(true)
+        } else {
+            (!may_slip).then_some(false)
+        },
+    }
+}
+
+/// Which hits count once together: surely, and perhaps.
+struct Links {
+    sure: Vec<usize>,
+    perhaps: Vec<usize>,
+}
+
+impl Links {
+    fn new(count: usize) -> Self {
+        Self {
+            sure: (0..count).collect(),
+            perhaps: (0..count).collect(),
+        }
+    }
+
+    fn add(&mut self, hits: &[usize], sure: bool) {
+        for pair in hits.windows(2) {
+            join(&mut self.perhaps, pair[0], pair[1]);
+            if sure {
+                join(&mut self.sure, pair[0], pair[1]);
+            }
+        }
+    }
+
+    /// How many remain, if that is the same either way.
+    fn count(&self) -> Option<usize> {
+        let count = |of: &[usize]| {
+            let mut names = of.to_vec();
+            names.sort_unstable();
+            names.dedup();
+            names.len()
+        };
+        let (most, least) = (count(&self.sure), count(&self.perhaps));
+        (most == least).then_some(most)
+    }
+}
+
+/// Gives all of one name the other's.
+fn join(names: &mut [usize], a: usize, b: usize) {
+    let (from, to) = (names[a], names[b]);
+    for n in names.iter_mut().filter(|n| **n == from) {
+        *n = to;
+    }
+}
+
+/// An edge that the line comes near, with bounds of its crack's width.
+struct Edge<'a> {
+    images: Vec<&'a Image<Dd>>,
+    least: f64,
+    most: f64,
+    /// Parameters for a unit of length, rounded up.
+    scale: f64,
+}
+
+impl<'a> Edge<'a> {
+    /// `None` where an image is not known.
+    fn new(brep: &'a PreparedBrep, stab: &Stabber, shared: &SharedEdge) -> Option<Self> {
+        let trims = &brep.brep().parts().edges[shared.edge].trims;
+        let images: Option<Vec<_>> = trims.iter().map(|t| brep.fine_trim_image(*t)).collect();
+        let most = brep.fine_crack_width(shared.edge);
+        most.is_finite().then_some(Self {
+            images: images?,
+            least: brep.least_crack_width(shared.edge),
+            most,
+            scale: UP / stab.direction.norm(),
+        })
+    }
+
+    /// Whether a point of the line is within the width of an image.
+    fn holds(&self, stab: &Stabber, t: &Ball<Dd>) -> Option<bool> {
+        let p: V3 = std::array::from_fn(|c| {
+            Ball::exact(stab.origin[c]) + *t * Ball::exact(stab.direction[c])
+        });
+        let mut out = Some(false);
+        for image in &self.images {
+            let [low, high] = distance(&p, image, self.least, self.most);
+            if high <= self.least {
+                return Some(true);
+            }
+            if low <= self.most {
+                out = None;
+            }
+        }
+        out
+    }
+
+    /// Parts that are not farther than `most` from the line, in groups; `None` where the budget does not suffice.
+    fn groups(&self, stab: &Stabber, budget: &mut usize) -> Option<Vec<Group>> {
+        let mut parts = Vec::new();
+        for image in &self.images {
+            self.parts(stab, image, budget, &mut parts)?;
+        }
+        parts.sort_by(|a, b| {
+            let by_t = a.t[0].partial_cmp(&b.t[0]);
+            by_t.unwrap_or(std::cmp::Ordering::Equal)
+        });
+        let mut groups = Vec::new();
+        let mut rest = &parts[..];
+        while let Some(first) = rest.first() {
+            let mut end = first.t[1];
+            let count = rest
+                .iter()
+                .take_while(|p| {
+                    let near = p.t[0] <= above(end, 3.0 * self.most * self.scale);
+                    if near && p.t[1] > end {
+                        end = p.t[1];
+                    }
+                    near
+                })
+                .count();
+            let (group, others) = rest.split_at(count);
+            groups.push(Group {
+                t: [
+                    below(first.t[0], self.most * self.scale),
+                    above(end, self.most * self.scale),
+                ],
+                sure: group.iter().any(|p| p.sure),
+                one: self.is_one(group),
+            });
+            rest = others;
+        }
+        Some(groups)
+    }
+
+    /// Whether a group, in order of `t`, is proven to be one passage or none.
+    fn is_one(&self, group: &[Part]) -> bool {
+        // Points of two parts are no farther apart than these are, and their lengths: in all three quarters of `least`. The rest
+        // covers the rounding of parameters, of which a short part is no less than 64 units long.
+        let gap = Dd::from(0.5 * self.least * self.scale / UP / UP);
+        let sure: Vec<&Part> = group.iter().filter(|p| p.sure).collect();
+        let mut end = match sure.first() {
+            Some(first) => first.t[1],
+            None => return false,
+        };
+        let first = sure[0].t[0];
+        for p in &sure {
+            if p.t[0] > end + gap {
+                return false;
+            }
+            if p.t[1] > end {
+                end = p.t[1];
+            }
+        }
+        group
+            .iter()
+            .all(|p| p.t[1] + gap >= first && p.t[0] <= end + gap)
+    }
+
+    fn parts(
+        &self,
+        stab: &Stabber,
+        image: &Image<Dd>,
+        budget: &mut usize,
+        out: &mut Vec<Part>,
+    ) -> Option<()> {
+        let short = self.least.max(UNKNOWN * self.most) / SHORT;
+        for s in &image.stretches {
+            let slack = (s.slack + image.extra) * UP;
+            let mut stack = vec![(stab.forms(&s.net()), 0)];
+            while let Some((node, depth)) = stack.pop() {
+                let place = Place::new(stab, &node)?;
+                if place.away[0] > (self.most + slack) * UP {
+                    continue;
+                }
+                let long = (place.length + 2.0 * slack) * UP > short;
+                if long && depth < DEPTH {
+                    *budget = budget.checked_sub(1)?;
+                    stack.extend(node.halves(true).map(|half| (half, depth + 1)));
+                    continue;
+                }
+                let by = slack * self.scale;
+                out.push(Part {
+                    t: [below(place.t[0], by), above(place.t[1], by)],
+                    sure: !long && (place.away[1] + slack) * UP <= self.least,
+                });
+            }
+        }
+        Some(())
+    }
+}
+
+/// Parts are not halved more often than this.
+const DEPTH: u32 = 100;
+
+impl Group {
+    /// Whether its passages are on the part of the line that counts; `None` where that is not known.
+    fn is_within(&self, [low, high]: [f64; 2]) -> Option<bool> {
+        let ([a, b], [low, high]) = (self.t, [low, high]);
+        // An end at infinity takes no part in double-double.
+        let beyond =
+            (low.is_finite() && b < Dd::from(low)) || (high.is_finite() && a > Dd::from(high));
+        if beyond {
+            return Some(false);
+        }
+        let inside =
+            (!low.is_finite() || a >= Dd::from(low)) && (!high.is_finite() || b <= Dd::from(high));
+        inside.then_some(true)
+    }
+
+    /// Whether a parameter is in its range; `None` where that is not known.
+    fn holds(&self, t: &Ball<Dd>) -> Option<bool> {
+        let (low, high) = (below(t.mid, t.rad), above(t.mid, t.rad));
+        if high < self.t[0] || low > self.t[1] {
+            return Some(false);
+        }
+        (low >= self.t[0] && high <= self.t[1]).then_some(true)
+    }
+}
+
+/// Where a part of an image is about the line.
+struct Place {
+    /// Bounds of the distance of its points from the line.
+    away: [f64; 2],
+    /// A bound of how far two of its points can be from each other.
+    length: f64,
+    /// Holds the projection to the line.
+    t: [Dd; 2],
+}
+
+impl Place {
+    /// From the forms on a part of a curve; `None` where weights are not known to be positive.
+    ///
+    /// With `a` the coordinate in which the direction `d` is longest and `b`, `c` the others in turn, `x - o` has with `d` the cross
+    /// product `(L_c d_b - L_b d_c) / d_a` along `a`, up to sign, and `L_c`, `L_b` along the others: its length over `|d|` is the
+    /// distance. The projection is at `t = x_a' / d_a + (d_b L_b + d_c L_c) / (d_a |d|^2)`, where `x' = x - o`.
+    fn new(stab: &Stabber, node: &Forms<Dd>) -> Option<Self> {
+        let w = range(&node.c[3], node.error[3]);
+        if !(w[0] > 0.0) {
+            return None;
+        }
+        let quotient = |k: usize| {
+            let r = range(&node.c[k], node.error[k]);
+            let low = if r[0] > 0.0 { r[0] / w[1] } else { r[0] / w[0] };
+            let high = if r[1] > 0.0 { r[1] / w[0] } else { r[1] / w[1] };
+            widened([low, high])
+        };
+        let (a, b, c) = (stab.axis, (stab.axis + 1) % 3, (stab.axis + 2) % 3);
+        let d = stab.direction;
+        let [p, q] = [0, 1].map(quotient);
+        let times = |r: [f64; 2], f: f64| {
+            let (x, y) = (r[0] * f, r[1] * f);
+            [x.min(y), x.max(y)]
+        };
+        let sum = |x: [f64; 2], y: [f64; 2]| widened([x[0] + y[0], x[1] + y[1]]);
+        let third = widened(sum(times(q, d[b] / d[a]), times(p, -d[c] / d[a])));
+        let norm = d.norm();
+        let parts = [p, q, third];
+        let away = [0, 1].map(|end| {
+            let squares = parts.iter().map(|r| {
+                let x = if end == 1 {
+                    r[0].abs().max(r[1].abs())
+                } else {
+                    r[0].max(-r[1]).max(0.0)
+                };
+                x * x
+            });
+            squares.sum::<f64>().sqrt() / norm
+        });
+        let across = parts
+            .iter()
+            .map(|r| (r[1] - r[0]).powi(2))
+            .sum::<f64>()
+            .sqrt()
+            / norm;
+        // Along the line in double-double: quotients of coefficients, and what the planes add.
+        let along = widened(sum(
+            times(p, d[b] / (d[a] * norm * norm)),
+            times(q, d[c] / (d[a] * norm * norm)),
+        ));
+        let mut t: Option<[Dd; 2]> = None;
+        for (x, w) in node.c[2].iter().zip(&node.c[3]) {
+            let x = Ball {
+                mid: *x,
+                rad: node.error[2],
+            };
+            let w = Ball {
+                mid: *w,
+                rad: node.error[3],
+            };
+            let value = x / w / Ball::exact(d[a]);
+            let off = Dd::from(value.rad * UP + 4.0 * Dd::UNIT * value.mid.magnitude());
+            let (low, high) = (value.mid - off, value.mid + off);
+            t = Some(match t {
+                None => [low, high],
+                Some([l, h]) => [
+                    if low < l { low } else { l },
+                    if high > h { high } else { h },
+                ],
+            });
+        }
+        let [low, high] = t?;
+        let t = [low + Dd::from(along[0]), high + Dd::from(along[1])];
+        let length = across.hypot((t[1] - t[0]).hi * norm);
+        let good = away[1].is_finite() && t[0].hi.is_finite() && t[1].hi.is_finite();
+        good.then_some(Self {
+            away: [away[0] / UP, away[1] * UP],
+            length: length * UP,
+            t,
+        })
+    }
+}
+
+/// A parameter less a length in parameters, or below that.
+fn below(t: Dd, by: f64) -> Dd {
+    t - Dd::from(by * UP + 4.0 * Dd::UNIT * t.magnitude())
+}
+
+/// A parameter and a length in parameters, or above that.
+fn above(t: Dd, by: f64) -> Dd {
+    t + Dd::from(by * UP + 4.0 * Dd::UNIT * t.magnitude())
+}
+
+/// Outward by a few roundings.
+fn widened([low, high]: [f64; 2]) -> [f64; 2] {
+    let off = |x: f64| 16.0 * f64::EPSILON * x.abs() + f64::MIN_POSITIVE;
+    [low - off(low), high + off(high)]
+}

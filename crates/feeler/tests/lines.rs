@@ -1,0 +1,241 @@
+//! Lines through the joints of a surface's patches, and past the edges of faces.
+
+use feeler::brep::{Brep, BrepBuilder, TrimSpec};
+use feeler::numeric::Interval;
+use feeler::nurbs::{Curve, Line, NurbsSurface, Plane, Surface};
+use feeler::prepare::PreparedBrep;
+use feeler::query::{LineAnswer, LineKind, LineProbe, Options, Workspace, any_hit, line};
+use nalgebra::{Point2, Point3, Vector3, Vector4};
+
+fn sheet(surface: NurbsSurface) -> PreparedBrep {
+    PreparedBrep::new(Brep::from_surface(Surface::Nurbs(surface)).unwrap())
+}
+
+/// `z = -slope |x|` over `[-1, 1]^2`: a ridge along y, a joint of two patches.
+fn ridge(slope: f64) -> PreparedBrep {
+    let rows = [-1.0, 0.0, 1.0f64];
+    let net = rows
+        .iter()
+        .flat_map(|x| [-1.0, 1.0].map(|y| Vector4::new(*x, y, -slope * x.abs(), 1.0)));
+    let knots = [vec![0.0, 0.0, 0.5, 1.0, 1.0], vec![0.0, 0.0, 1.0, 1.0]];
+    sheet(NurbsSurface::new([1, 1], [3, 2], net.collect(), knots).unwrap())
+}
+
+fn ask(brep: &PreparedBrep, origin: [f64; 3], direction: [f64; 3]) -> LineAnswer {
+    let probe = LineProbe::new(
+        Point3::from(origin),
+        Vector3::from(direction),
+        LineKind::Line,
+    );
+    line(
+        brep,
+        &probe.unwrap(),
+        &Options::default(),
+        &mut Workspace::default(),
+    )
+}
+
+/// Below the ridge by `e` a line along x meets both slopes, at `x = -e / slope` and `e / slope`, however near these are.
+#[test]
+fn hits_beside_a_ridge_are_two() {
+    for slope in [0.25, 1.0, 4.0] {
+        let brep = ridge(slope);
+        for k in [4, 20, 30, 36, 40, 44, 50, 70, 90] {
+            let e = 0.5f64.powi(k);
+            let answer = ask(&brep, [0.0, 0.25, -e * slope], [1.0, 0.0, 0.0]);
+            assert_eq!(answer.undecided, None, "{slope} {k}");
+            assert_eq!((answer.hits.len(), answer.crossings), (2, 2), "{slope} {k}");
+            for (hit, x) in answer.hits.iter().zip([-e, e]) {
+                assert!(
+                    hit.t.bounds.lo <= x && x <= hit.t.bounds.hi,
+                    "{slope} {k} {hit:?}"
+                );
+            }
+            let over = ask(&brep, [0.0, 0.25, e * slope], [1.0, 0.0, 0.0]);
+            assert_eq!((over.undecided, over.hits.len()), (None, 0), "{slope} {k}");
+        }
+    }
+}
+
+/// A line that touches the ridge in its top meets both slopes there, and stays above: not one crossing.
+#[test]
+fn a_line_that_touches_a_ridge_does_not_cross_it() {
+    let brep = ridge(1.0);
+    for d in [[1.0, 0.0, 0.0], [1.0, 0.5, 0.25], [-1.0, 2.0, 0.75]] {
+        let answer = ask(&brep, [0.0, 0.25, 0.0], d);
+        assert!(answer.undecided.is_some(), "{answer:?}");
+    }
+}
+
+/// One that passes through it at the top crosses it once.
+#[test]
+fn a_line_through_a_ridge_crosses_it_once() {
+    let brep = ridge(1.0);
+    for d in [[0.0, 0.0, 1.0], [0.5, 0.25, 1.0], [-0.75, 2.0, 1.0]] {
+        let answer = ask(&brep, [0.0, 0.25, 0.0], d);
+        assert_eq!(answer.undecided, None, "{d:?}");
+        assert_eq!((answer.hits.len(), answer.crossings), (1, 1), "{d:?}");
+        let t = answer.hits[0].t.bounds;
+        assert!(t.lo <= 0.0 && 0.0 <= t.hi, "{d:?} {t:?}");
+        let probe = LineProbe::new(
+            Point3::new(0.0, 0.25, 0.0),
+            Vector3::from(d),
+            LineKind::Line,
+        );
+        let any = any_hit(
+            &brep,
+            &probe.unwrap(),
+            &Options::default(),
+            &mut Workspace::default(),
+        );
+        assert!(any.hit.is_some(), "{d:?}");
+    }
+}
+
+/// The corner of four patches, with and without kinks: `z = -(|x| + |y|)` and a plane.
+#[test]
+fn a_line_through_the_corner_of_four_patches_crosses_once() {
+    for slope in [0.0, 0.5] {
+        let rows = [-1.0, 0.0, 1.0f64];
+        let net = rows
+            .iter()
+            .flat_map(|x| rows.map(|y| Vector4::new(*x, y, -slope * (x.abs() + y.abs()), 1.0)));
+        let knots = vec![0.0, 0.0, 0.5, 1.0, 1.0];
+        let surface = NurbsSurface::new([1, 1], [3, 3], net.collect(), [knots.clone(), knots]);
+        let brep = sheet(surface.unwrap());
+        for d in [[0.0, 0.0, 1.0], [0.25, 0.5, 1.0], [-0.5, 0.125, 1.0]] {
+            let answer = ask(&brep, [0.0; 3], d);
+            assert_eq!(answer.undecided, None, "{slope} {d:?}");
+            assert_eq!(
+                (answer.hits.len(), answer.crossings),
+                (1, 1),
+                "{slope} {d:?}"
+            );
+        }
+    }
+}
+
+/// Two faces in `z = 0` whose edges along `x = 0` should be one: of the first at `x = 0`, of the second at `x = gap`. The edge's
+/// crack is `gap` wide; with `gap < 0` the faces overlap.
+fn cracked(gap: f64) -> PreparedBrep {
+    let mut b = BrepBuilder::new();
+    let v = [
+        [0.0, -1.0],
+        [0.0, 1.0],
+        [-1.0, -1.0],
+        [-1.0, 1.0],
+        [1.0, -1.0],
+        [1.0, 1.0],
+    ]
+    .map(|[x, y]| b.vertex([x, y, 0.0]));
+    let edge = b.straight_edge([v[0], v[1]]).unwrap();
+    let wide = Interval {
+        start: -2.0,
+        end: 2.0,
+    };
+    let plane = Plane::new(Plane {
+        origin: Point3::origin(),
+        x: Vector3::x(),
+        y: Vector3::y(),
+        domain: [wide; 2],
+        extents: [wide; 2],
+    });
+    let unit = Interval {
+        start: 0.0,
+        end: 1.0,
+    };
+    let trim = |from: usize, to: usize, a: [f64; 2], b: [f64; 2], edge| TrimSpec {
+        vertices: [from, to],
+        curve: Curve::Line(Line::new(Point2::from(a), Point2::from(b), unit).unwrap()),
+        edge,
+    };
+    let plane = Surface::Plane(plane.unwrap());
+    let first = [
+        trim(v[0], v[1], [0.0, -1.0], [0.0, 1.0], Some(edge)),
+        trim(v[1], v[3], [0.0, 1.0], [-1.0, 1.0], None),
+        trim(v[3], v[2], [-1.0, 1.0], [-1.0, -1.0], None),
+        trim(v[2], v[0], [-1.0, -1.0], [0.0, -1.0], None),
+    ];
+    let second = [
+        trim(v[1], v[0], [gap, 1.0], [gap, -1.0], Some(edge)),
+        trim(v[0], v[4], [gap, -1.0], [1.0, -1.0], None),
+        trim(v[4], v[5], [1.0, -1.0], [1.0, 1.0], None),
+        trim(v[5], v[1], [1.0, 1.0], [gap, 1.0], None),
+    ];
+    b.face_with_trims(plane.clone(), vec![first.to_vec()])
+        .unwrap();
+    b.face_with_trims(plane, vec![second.to_vec()]).unwrap();
+    PreparedBrep::new(b.build().unwrap())
+}
+
+/// Hits, crossings, whether in a crack.
+fn counts(brep: &PreparedBrep, x: f64, d: [f64; 3]) -> (usize, usize, bool) {
+    let answer = ask(brep, [x, 0.125, 0.0], d);
+    assert_eq!(answer.undecided, None, "{x:e} {d:?}");
+    (answer.hits.len(), answer.crossings, answer.in_crack)
+}
+
+/// A line through `z = 0` at `x` is in the crack where that is within its width of either image.
+#[test]
+fn a_line_through_a_crack() {
+    for k in [4, 20, 36, 46] {
+        let gap = 0.5f64.powi(k);
+        let open = cracked(gap);
+        assert!(open.least_crack_width(0) <= gap && gap <= open.fine_crack_width(0));
+        for d in [[0.0, 0.0, 1.0], [0.5, 0.25, 1.0], [0.0, 2.0, -1.0]] {
+            // Between the images it meets neither face.
+            for part in [0.25, 0.5, 0.875] {
+                assert_eq!(counts(&open, part * gap, d), (0, 0, true), "{k} {d:?}");
+            }
+            // Beside them it meets one, within the crack's width or not.
+            for part in [-8.0, -0.5, 1.5, 9.0] {
+                assert_eq!(
+                    counts(&open, part * gap, d),
+                    (1, 1, false),
+                    "{k} {d:?} {part}"
+                );
+            }
+        }
+        let folded = cracked(-gap);
+        for d in [[0.0, 0.0, 1.0], [0.5, 0.25, 1.0], [0.0, 2.0, -1.0]] {
+            // Where the faces overlap it meets both, once.
+            for part in [-0.875, -0.5, -0.25] {
+                assert_eq!(counts(&folded, part * gap, d), (2, 1, false), "{k} {d:?}");
+            }
+            for part in [-9.0, -1.5, 0.5, 8.0] {
+                assert_eq!(
+                    counts(&folded, part * gap, d),
+                    (1, 1, false),
+                    "{k} {d:?} {part}"
+                );
+            }
+        }
+    }
+}
+
+/// What is beyond the end of a segment is not on it.
+#[test]
+fn a_segment_that_ends_before_a_crack() {
+    let gap = 0.5f64.powi(30);
+    let brep = cracked(gap);
+    let ask = |length: f64| {
+        let probe = LineProbe::new(
+            Point3::new(0.5 * gap, 0.125, 1.0),
+            Vector3::new(0.0, 0.0, -length),
+            LineKind::Segment,
+        );
+        line(
+            &brep,
+            &probe.unwrap(),
+            &Options::default(),
+            &mut Workspace::default(),
+        )
+    };
+    let through = ask(2.0);
+    assert_eq!((through.undecided, through.in_crack), (None, true));
+    let before = ask(0.5);
+    assert_eq!((before.undecided, before.in_crack), (None, false));
+    // It ends within the crack's width of both images: whether its passage counts is not said.
+    let within = ask(1.0 - 0.25 * gap);
+    assert!(within.undecided.is_some(), "{within:?}");
+}
