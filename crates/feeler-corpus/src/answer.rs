@@ -290,7 +290,7 @@ impl From<&LineAnswer> for Body {
     fn from(a: &LineAnswer) -> Self {
         Self::Line {
             hits: a.hits.iter().map(HitLine::from).collect(),
-            crossings: Some(a.crossings),
+            crossings: a.crossings,
             in_crack: Some(a.in_crack),
             undecided: why(a.undecided),
         }

@@ -446,7 +446,7 @@ fn contact_verdict(
 
 /// Hits in the order of t. Two faces that meet at an edge may give one parameter or two; a claim must
 /// have at least as many hits as there are distinct parameters, and at most as many as there are
-/// true hits on faces.
+/// true hits on faces. Hits that the truth does not tell apart by t are in no order: they are compared kind by kind.
 fn hits_verdict(asked: &Asked, claims: &[HitLine], truths: &[HitTruth]) -> Judgement {
     let mut distinct: Vec<&HitTruth> = Vec::new();
     for t in truths {
@@ -455,7 +455,7 @@ fn hits_verdict(asked: &Asked, claims: &[HitLine], truths: &[HitTruth]) -> Judge
             _ => distinct.push(t),
         }
     }
-    let expected: Vec<&HitTruth> = if claims.len() == truths.len() {
+    let mut expected: Vec<&HitTruth> = if claims.len() == truths.len() {
         truths.iter().collect()
     } else if claims.len() == distinct.len() {
         distinct
@@ -463,9 +463,17 @@ fn hits_verdict(asked: &Asked, claims: &[HitLine], truths: &[HitTruth]) -> Judge
         let reason = format!("{} hits, and the truth is {}", claims.len(), truths.len());
         return Judgement::wrong(Fault::Hits, reason);
     };
+    let mut claims: Vec<&HitLine> = claims.iter().collect();
+    let mut start = 0;
+    for run in expected.chunk_by_mut(|a, b| b.t.lo <= a.t.hi) {
+        let own = &mut claims[start..start + run.len()];
+        own.sort_by_key(|c| (c.t_end.is_some(), c.tangential));
+        run.sort_by_key(|t| (t.t_end.is_some(), t.tangential));
+        start += run.len();
+    }
     let tolerance = asked.tolerance / asked.scale;
     let mut all = Judgement::right();
-    for (i, (claim, truth)) in claims.iter().zip(expected).enumerate() {
+    for (i, (claim, truth)) in claims.into_iter().zip(expected).enumerate() {
         let what = format!("hit {i}");
         all = all.and(claim_verdict(&claim.t, &truth.t, &what, tolerance));
         match (&claim.t_end, &truth.t_end) {

@@ -461,6 +461,61 @@ fn splits_are_judged_place_by_place() {
     assert_eq!(judge(&ASKED, &open, &split).verdict, Verdict::Undecided);
 }
 
+/// Where a line enters a face at an edge, the hit in the one and the run in the other begin together: in whichever order.
+#[test]
+fn hits_at_one_parameter_are_in_no_order() {
+    let run = |begin: &TruthEnclosure| HitTruth {
+        t_end: Some(truth("3p0", "3p0")),
+        tangential: Some(true),
+        ..hit(begin, 1)
+    };
+    let begin = truth("1p0", "1p0");
+    let t = Truth::Line {
+        hits: vec![hit(&begin, 0), run(&begin), hit(&truth("3p0", "3p0"), 2)],
+        crossings: None,
+        in_crack: Some(false),
+    };
+    let claim = |value| Claim {
+        value,
+        lo: Some(value),
+        hi: Some(value),
+    };
+    let one = |value, end: Option<f64>| HitLine {
+        t: claim(value),
+        t_end: end.map(claim),
+        point: [0.0; 3],
+        normal: [0.0, 0.0, 1.0],
+        feature: None,
+        uv: None,
+        tangential: Some(end.is_some()),
+    };
+    let answer = |hits| Body::Line {
+        hits,
+        crossings: None,
+        in_crack: Some(false),
+        undecided: None,
+    };
+    let verdict = |hits| judge(&ASKED, &answer(hits), &t).verdict;
+    let (point, run, last) = (one(1.0, None), one(1.0, Some(3.0)), one(3.0, None));
+    assert_eq!(
+        verdict(vec![point.clone(), run.clone(), last.clone()]),
+        Verdict::Right
+    );
+    assert_eq!(
+        verdict(vec![run.clone(), point.clone(), last.clone()]),
+        Verdict::Right
+    );
+    // But not in any order at all, nor of any end.
+    assert_eq!(
+        verdict(vec![last.clone(), run.clone(), point.clone()]),
+        Verdict::Wrong
+    );
+    assert_eq!(
+        verdict(vec![point, one(1.0, Some(2.0)), last]),
+        Verdict::Wrong
+    );
+}
+
 /// An engine without certificates leaves out what it does not claim: only what it says is judged.
 #[test]
 fn what_is_left_out_is_not_judged() {

@@ -119,7 +119,7 @@ impl FeelerEngine {
     fn line(&mut self, line: &LineProbe, options: &Options) -> LineAnswer {
         let mut all = LineAnswer {
             hits: Vec::new(),
-            crossings: 0,
+            crossings: Some(0),
             in_crack: false,
             undecided: None,
         };
@@ -130,7 +130,7 @@ impl FeelerEngine {
                 face: h.face + part.faces,
                 ..h
             }));
-            all.crossings += answer.crossings;
+            all.crossings = all.crossings.zip(answer.crossings).map(|(a, b)| a + b);
             all.in_crack |= answer.in_crack;
             all.undecided = all.undecided.or(answer.undecided);
         }

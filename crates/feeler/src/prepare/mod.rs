@@ -18,6 +18,7 @@ mod net;
 mod param;
 mod patch;
 mod plan;
+mod polygon;
 mod quotient;
 mod recognise;
 mod shortcuts;
@@ -41,6 +42,7 @@ pub(crate) use boundary::restrict;
 pub(crate) use image::{Image, Stretch};
 pub(crate) use near::distance;
 pub(crate) use net::{Products, curve_jet};
+pub(crate) use polygon::{Meeting, Polygon, Ratio};
 pub(crate) use quotient::Quotient;
 pub(crate) use recognise::Shell;
 pub(crate) use side_cells::SideCells;
@@ -200,6 +202,7 @@ struct PreparedFace {
     region: OnceLock<TrimRegion>,
     closed: OnceLock<Option<ClosedFace>>,
     shell: OnceLock<Option<Shell>>,
+    polygon: OnceLock<Option<Polygon>>,
     double: OnceLock<FaceGeometry<f64>>,
     double_double: OnceLock<FaceGeometry<Dd>>,
 }
@@ -284,6 +287,7 @@ impl PreparedBrep {
                 region: OnceLock::new(),
                 closed: OnceLock::new(),
                 shell: OnceLock::new(),
+                polygon: OnceLock::new(),
                 double: OnceLock::new(),
                 double_double: OnceLock::new(),
             })
@@ -449,7 +453,7 @@ impl PreparedBrep {
         Some(widened(&around(&images?), self.crack_width(edge)))
     }
 
-    fn face_of(&self, trim: usize) -> usize {
+    pub(crate) fn face_of(&self, trim: usize) -> usize {
         let parts = self.brep.parts();
         parts.loops[parts.trims[trim].trim_loop].face
     }
@@ -527,6 +531,12 @@ impl PreparedBrep {
         let recognise = self.shortcuts.recognition;
         let make = || ClosedFace::new(&self.brep, face, self.region(face), self.size, recognise);
         slot.get_or_init(make).as_ref()
+    }
+
+    /// A face as a polygon, if it is one: for what double-double does not tell.
+    pub(crate) fn polygon(&self, face: usize) -> Option<&Polygon> {
+        let slot = &self.faces[face].polygon;
+        slot.get_or_init(|| Polygon::new(self, face)).as_ref()
     }
 
     /// The shell around a face's surface, if it is seen to be a sphere.

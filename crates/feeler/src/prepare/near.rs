@@ -111,8 +111,8 @@ impl Part {
 
 /// Bounds of the distance of a point from an image.
 ///
-/// No closer than is needed to tell whether it is farther than `far`, or no farther than `near`; those two aside, the lower bound is a
-/// part [`GOOD`] of the upper one, as far as double-double can tell.
+/// No closer than is needed to tell whether it is farther than `far`, or no farther than `near` or twice what the image is off by; those
+/// aside, the lower bound is a part [`GOOD`] of the upper one, as far as double-double and [`PARTS`] parts can tell.
 pub(crate) fn distance(p: &V3, image: &Image<Dd>, near: f64, far: f64) -> [f64; 2] {
     let slack = |s: &Stretch<Dd>| (s.slack + image.extra) * UP;
     let (mut least, mut most) = (f64::INFINITY, f64::INFINITY);

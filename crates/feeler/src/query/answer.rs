@@ -230,7 +230,7 @@ pub struct Hit {
     pub face: usize,
     /// Parameters of the point on `face`.
     pub uv: Point2<f64>,
-    /// Whether the line touches without crossing.
+    /// Whether the line touches without crossing, or lies in the face.
     pub tangential: bool,
 }
 
@@ -239,8 +239,8 @@ pub struct Hit {
 pub struct LineAnswer {
     /// The hits, in the order of t.
     pub hits: Vec<Hit>,
-    /// How often the line passes through the faces.
-    pub crossings: usize,
+    /// How often the line passes through the faces; `None` where it lies in one, and where it is not known.
+    pub crossings: Option<usize>,
     /// Whether the line passes an edge within its crack's width without a hit.
     pub in_crack: bool,
     /// Set when the hits could not all be settled.

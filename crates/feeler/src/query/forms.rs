@@ -158,6 +158,12 @@ impl Stabber {
         true
     }
 
+    /// Whether a parameter may be on either side of an end of the range.
+    pub(super) fn is_at_end(&self, t: &Ball<Dd>) -> bool {
+        let holds = |e: &f64| t.lower() <= *e && *e <= t.upper();
+        t.rad > 0.0 && self.range.iter().any(holds)
+    }
+
     /// Whether the whole line plainly misses a box: the cheaper half of [`meets`](Self::meets).
     ///
     /// `n_k.(x - o)` is zero on the line, and on the box at least `|n_k.(m - o)| - |n_k|.h`. A normal has two coordinates that are not

@@ -70,7 +70,12 @@ pub fn inside(
             // f64 sees only so far.
             (hits, undecided) = all_hits(brep, &stab, Digits::All, &mut budget);
         }
-        if undecided.is_some() {
+        let plain = |h: &RawHit| {
+            h.exact
+                .as_ref()
+                .is_none_or(|m| !m.touches && m.on.is_empty())
+        };
+        if undecided.is_some() || !hits.iter().all(plain) {
             why = Undecided::Degenerate;
             continue;
         }

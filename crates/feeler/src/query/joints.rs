@@ -2,197 +2,275 @@
 //!
 //! # What is proven
 //! Each patch is followed a little past its border, and its zero there is certified: it may be off the patch (then it is no hit), on it, or,
-//! where its enclosure holds a joint, either. Let `p` be such a zero, and `B` a small box of parameters around the point of the
-//! joint beside it, cut by the joint into two parts of two patches, or at a corner by two joints into four. Each patch's
-//! polynomials have one zero about `B`, with `K = Y L` as in the module `zeros` and `|I - K'| <= e` there. So `K(x)` differs from `x - p` by
-//! less than `sqrt(2) e |x - p|`, and its direction by less than 30 degrees for `e <= 1/4` ([`STRAIGHT`]).
+//! where its enclosure holds a joint, either. Let a joint, or a corner of four patches, be in the enclosure of a zero. Let `B` be a
+//! small box of parameters around a point there, cut by the joint into two parts of two patches, or by two joints into four. Each
+//! patch's polynomials have one zero `p` about `B`, with `K = Y L` as in the module `zeros` and `|I - K'| <= e` in coordinates
+//! in which the zone is a square. So `K(x)` differs from `x - p` by no more than `sqrt(2) e |x - p|`, and for `e <= 1/4` ([`STRAIGHT`]) its
+//! direction by less than 21 degrees. And `p` is off the middle of `B` by no more than an eighth of its shorter half side ([`NEAR`]), in
+//! these coordinates too: seen from `p`, the joints' ends on the border of `B` are less than 9 degrees from where the middle sees them.
 //!
 //! The two forms, over `w`, are one continuous map `F` on `B`, for the patches meet in the joint. Along the border of `B` on one of two
-//! parts, `x - p` turns by half a turn, or as little more or less as `p` is off the joint against `B`; so `K` turns by more than 1/3
-//! of a turn and less than 2/3, and `F = K / (w Y)` by more than none and less than a whole, as a linear map keeps what is above and below
-//! half a turn where it keeps orientation. On one of four parts it is a quarter, `K` turns by more than 1/12 and less than 5/12, `F` by
-//! more than none and less than half. If all `Y` have determinants of one sign, `F` turns by more than none and less than two turns around
-//! all of `B`, in the same sense: once. So its degree is one, as are those of its zeros, all of one sign: there is
-//! exactly one hit in `B`. It is the zero of one of the patches, on this patch.
+//! parts, `x - p` turns by 180 degrees up to 18, `K` by 180 up to 60, and `F = K / (w Y)` by more than none and less than a whole turn:
+//! a linear map keeps what is above and below half a turn where it keeps orientation. On one of four parts `x - p` turns by 90 degrees
+//! up to 18, `K` by 90 up to 60, `F` by more than none and less than half a turn. If all `Y` have determinants of one sign, `F` turns by
+//! more than none and less than two turns around all of `B`, in the same sense: once. So its degree is one, and so is that of each of its
+//! zeros, their determinants being of one sign: there is exactly one hit in `B`, the zero of one of the patches, on this patch.
 //!
 //! With determinants of two signs the line touches a kink or passes it: that is left open.
 
 use super::forms::Stabber;
-use super::zeros::{HitAt, Place, RawHit, Zone, certify_at};
+use super::zeros::{Digits, HitAt, Place, RawHit, Zone, zero_near};
 use crate::numeric::Dd;
 use crate::prepare::{ParamMap, PreparedBrep};
 
 /// A bound that is off by a few roundings.
 const UP: f64 = 1.0 + 64.0 * f64::EPSILON;
-/// Half of the width of the boxes in which zeros are looked for, in local parameters.
+/// Half of the width of the zones, in local parameters.
 const WIDTHS: [f64; 2] = [1.0 / (1u64 << 16) as f64, 1.0 / (1u64 << 32) as f64];
 /// The contraction that the proof asks for.
 const STRAIGHT: f64 = 0.25;
+/// Half sides of `B` in those of the zones, which are about the zeros.
+const WITHIN: f64 = 0.75;
+/// How far zeros may be from the middle of `B`, in its half side; what is left of an eighth covers roundings.
+const NEAR: f64 = 0.12;
 
-/// Settles the hits of a face whose enclosures hold joints of its patches: drops those that are not on their patch, or are listed for
-/// another, and marks those of which that is not known as not certain.
+/// Settles the hits of a face whose enclosures hold joints of its patches: of those that are one, one is kept. Where that is not known,
+/// they are marked as not certain.
 pub(super) fn settle(brep: &PreparedBrep, stab: &Stabber, hits: &mut Vec<RawHit>) {
-    let mut index = 0;
-    while index < hits.len() {
-        match verdict(brep, stab, hits, index) {
-            Verdict::Keep => {
-                hits[index].at_joint = false;
-                index += 1;
-            }
-            Verdict::Drop => {
-                hits.remove(index);
-            }
-            Verdict::Open => {
-                hits[index].inside = false;
-                index += 1;
+    while let Some(index) = hits.iter().position(|h| h.inside && h.at_joint) {
+        let Some(one) = one_of(brep, stab, hits, index) else {
+            hits[index].inside = false;
+            continue;
+        };
+        if let Some(kept) = one.kept {
+            hits[kept].at_joint = false;
+            hits[kept].t.rad = one.radius;
+        }
+        for i in (0..hits.len()).rev() {
+            if one.listed.contains(&i) && one.kept != Some(i) {
+                hits.remove(i);
             }
         }
     }
 }
 
-enum Verdict {
-    Keep,
-    Drop,
-    Open,
+/// Hits that are one, at most.
+struct One {
+    listed: Vec<usize>,
+    /// `None` where the one is not listed: outside of the region, or of the line's range.
+    kept: Option<usize>,
+    /// The radius of the kept one's `t`, so that it holds the others'.
+    radius: f64,
 }
 
-/// Which ends of a patch an enclosure holds or passes: of u, of v.
-fn touched(local: &[Dd; 2], rho: f64) -> [[bool; 2]; 2] {
-    let off = Dd::from(rho * UP);
-    local.map(|x| [x - off <= Dd::ZERO, x + off >= Dd::ONE])
+/// A patch beside a joint or corner: its number, the middle of `B`, and where that is on a border of the patch, whether on the upper one.
+struct Beside {
+    patch: usize,
+    middle: [f64; 2],
+    ends: [Option<bool>; 2],
 }
 
-fn verdict(brep: &PreparedBrep, stab: &Stabber, hits: &mut [RawHit], index: usize) -> Verdict {
+/// Whether a patch's zero is on it.
+#[derive(Clone, Copy, PartialEq)]
+enum On {
+    Yes,
+    No,
+    Either,
+}
+
+fn one_of(brep: &PreparedBrep, stab: &Stabber, hits: &[RawHit], index: usize) -> Option<One> {
     let hit = &hits[index];
     let HitAt::Patch {
         patch, local, rho, ..
     } = hit.at
     else {
-        return Verdict::Keep;
+        return None;
     };
-    if !(hit.inside && hit.at_joint) {
-        return Verdict::Keep;
-    }
-    let ends = touched(&local, rho);
     let face = hit.face;
-    let Some(own) = oriented(brep, stab, face, patch, local.map(|x| x.hi)) else {
-        return Verdict::Open;
+    let patches = &brep.double(face).patches;
+    let around = star(brep, face, patch, local, rho)?;
+    let zeros: Option<Vec<Zero>> = around.iter().map(|b| zero(stab, brep, face, b)).collect();
+    let zeros = zeros?;
+    if zeros.iter().any(|z| z.positive != zeros[0].positive) {
+        return None;
+    }
+    // The half sides of `B`, in native parameters.
+    let length = |b: &Beside, k: usize| {
+        let map = &patches[b.patch].maps[k];
+        map.end - map.start
     };
-    let maps = &brep.double(face).patches[patch].maps;
-    let mut t = hit.t;
-    for (other, neighbour) in brep.double(face).patches.iter().enumerate() {
-        let Some(start) = beside(maps, &neighbour.maps, ends, local) else {
-            continue;
-        };
-        let Some(found) = oriented(brep, stab, face, other, start) else {
-            return Verdict::Open;
-        };
-        if found.positive != own.positive {
-            return Verdict::Open;
-        }
-        let Some(zero) = found.zero else {
-            continue;
-        };
-        let HitAt::Patch {
-            local: at,
-            rho: off,
-            ..
-        } = zero.at
-        else {
-            continue;
-        };
-        let held = touched(&at, off);
-        if held == [[false; 2]; 2] {
-            // It is that one.
-            return Verdict::Drop;
-        }
-        let same = |k: usize| maps[k] == neighbour.maps[k];
-        if (0..2).any(|k| same(k) && held[k] != ends[k]) {
-            return Verdict::Open;
-        }
-        // Either: one is listed, and holds both.
-        let listed = hits.iter().any(|h| match &h.at {
-            HitAt::Patch {
-                patch: p,
-                local: l,
-                rho: r,
-                ..
-            } => {
-                h.face == face
-                    && *p == other
-                    && (0..2).all(|k| (l[k] - at[k]).hi.abs() <= (r + off) * UP)
-            }
-            HitAt::Closed { .. } => false,
-        });
-        if other < patch && listed {
-            return Verdict::Drop;
-        }
-        let apart = (zero.t.mid - t.mid).hi.abs();
-        t.rad = t.rad.max((apart + zero.t.rad) * UP);
-    }
-    hits[index].t = t;
-    Verdict::Keep
-}
-
-/// Where on a patch beside one, in local parameters, the joint is that an enclosure holds; `None` for one that is not beside it, or
-/// across another joint.
-fn beside(
-    own: &[ParamMap; 2],
-    other: &[ParamMap; 2],
-    ends: [[bool; 2]; 2],
-    local: [Dd; 2],
-) -> Option<[f64; 2]> {
-    let mut start = [0.0; 2];
-    for k in 0..2 {
-        start[k] = if own[k] == other[k] {
-            local[k].hi.clamp(0.0, 1.0)
-        } else if ends[k][0] && other[k].end == own[k].start {
-            1.0
-        } else if ends[k][1] && other[k].start == own[k].end {
-            0.0
-        } else {
+    let sides = [0, 1].map(|k| {
+        let all = around
+            .iter()
+            .zip(&zeros)
+            .map(|(b, z)| z.half * length(b, k));
+        WITHIN * all.fold(f64::INFINITY, f64::min)
+    });
+    let mut listed = Vec::new();
+    let mut held: Vec<(On, Option<usize>)> = Vec::new();
+    for (b, z) in around.iter().zip(&zeros) {
+        let short = (0..2).fold(1.0, |m: f64, k| m.min(sides[k] / (z.half * length(b, k))));
+        let near = |k: usize| (z.at[k].hi - b.middle[k]).abs() + z.rho <= NEAR * z.half * short;
+        if !(near(0) && near(1)) {
             return None;
-        };
+        }
+        let mut own = None;
+        for (i, h) in hits.iter().enumerate() {
+            let HitAt::Patch {
+                patch, local, rho, ..
+            } = &h.at
+            else {
+                continue;
+            };
+            let same = (0..2).all(|k| (local[k] - z.at[k]).hi.abs() <= (rho + z.rho) * UP);
+            if h.face == face && *patch == b.patch && same {
+                // Else it may be another zero.
+                if *rho > 0.25 * z.half {
+                    return None;
+                }
+                listed.push(i);
+                own = own.or(Some(i));
+            }
+        }
+        held.push((z.is_on(b)?, own));
     }
-    (own != other).then_some(start)
+    if !listed.contains(&index) {
+        return None;
+    }
+    let all = |on: On| held.iter().filter(move |h| h.0 == on);
+    let (sure, either) = (all(On::Yes).count(), all(On::Either).count());
+    let kept = match (sure, either) {
+        (1, _) => all(On::Yes).next()?.1,
+        (0, 1) => all(On::Either).next()?.1,
+        // All are listed, so that one holds all.
+        (0, 2..) => {
+            if all(On::Either).any(|h| h.1.is_none()) {
+                return None;
+            }
+            all(On::Either).filter_map(|h| h.1).min()
+        }
+        _ => return None,
+    };
+    let radius = kept.map_or(0.0, |kept| {
+        let t = hits[kept].t;
+        listed.iter().fold(t.rad, |most, i| {
+            let other = hits[*i].t;
+            most.max(((other.mid - t.mid).hi.abs() + other.rad) * UP)
+        })
+    });
+    Some(One {
+        listed,
+        kept,
+        radius,
+    })
 }
 
-/// A patch's zero near a place.
-struct Oriented {
-    /// Whether the determinant of `Y` is above zero.
-    positive: bool,
-    /// `None` where it is off the patch.
-    zero: Option<RawHit>,
-}
-
-fn oriented(
+/// The patches about the joint or corner that an enclosure holds, its own among them; `None` where it holds a border of the surface, or
+/// two opposite borders of its patch.
+fn star(
     brep: &PreparedBrep,
-    stab: &Stabber,
     face: usize,
     patch: usize,
-    start: [f64; 2],
-) -> Option<Oriented> {
-    let net = &brep.double_double(face).patches[patch].net;
+    local: [Dd; 2],
+    rho: f64,
+) -> Option<Vec<Beside>> {
+    let patches = &brep.double(face).patches;
+    let own = &patches[patch].maps;
+    let off = Dd::from(rho * UP);
+    let mut ends = [None; 2];
+    for k in 0..2 {
+        ends[k] = match (local[k] - off <= Dd::ZERO, local[k] + off >= Dd::ONE) {
+            (true, true) => return None,
+            (true, false) => Some(false),
+            (false, true) => Some(true),
+            (false, false) => None,
+        };
+    }
+    // Where another patch's border is the joint, and the middle of `B` on it.
+    let beside = |other: &ParamMap, k: usize| -> Option<(Option<bool>, f64)> {
+        let place = |end: bool| if end { 1.0 } else { 0.0 };
+        let joint = ends[k].map(|end| if end { own[k].end } else { own[k].start });
+        match (ends[k], joint) {
+            (Some(end), _) if *other == own[k] => Some((Some(end), place(end))),
+            (Some(true), Some(at)) if other.start == at => Some((Some(false), 0.0)),
+            (Some(false), Some(at)) if other.end == at => Some((Some(true), 1.0)),
+            (None, _) if *other == own[k] => Some((None, local[k].hi)),
+            _ => None,
+        }
+    };
+    let around = patches.iter().enumerate().filter_map(|(patch, p)| {
+        let [(a, u), (b, v)] = [beside(&p.maps[0], 0)?, beside(&p.maps[1], 1)?];
+        Some(Beside {
+            patch,
+            middle: [u, v],
+            ends: [a, b],
+        })
+    });
+    let around: Vec<Beside> = around.collect();
+    let joints = ends.iter().flatten().count();
+    (joints > 0 && around.len() == 1 << joints).then_some(around)
+}
+
+/// The zero of a patch near the middle of `B`.
+struct Zero {
+    at: [Dd; 2],
+    rho: f64,
+    /// Half of the width of the zone in which it is the only one.
+    half: f64,
+    /// Whether the determinant of `Y` is above zero.
+    positive: bool,
+}
+
+impl Zero {
+    /// `None` where it is near another joint or border.
+    fn is_on(&self, b: &Beside) -> Option<On> {
+        let off = Dd::from(self.rho * UP);
+        let mut on = On::Yes;
+        for k in 0..2 {
+            let (low, high) = (self.at[k] - off, self.at[k] + off);
+            let (inner, outer) = match b.ends[k] {
+                None if low > Dd::ZERO && high < Dd::ONE => continue,
+                None => return None,
+                Some(false) => (low > Dd::ZERO, high < Dd::ZERO),
+                Some(true) => (high < Dd::ONE, low > Dd::ONE),
+            };
+            if outer {
+                return Some(On::No);
+            }
+            if !inner {
+                on = On::Either;
+            }
+        }
+        Some(on)
+    }
+}
+
+fn zero(stab: &Stabber, brep: &PreparedBrep, face: usize, b: &Beside) -> Option<Zero> {
+    let net = &brep.double_double(face).patches[b.patch].net;
     let root = stab.planes(net);
     let at = Place {
         face,
-        patch,
+        patch: b.patch,
         net,
         root: &root,
-        digits: super::zeros::Digits::All,
+        digits: Digits::All,
     };
     WIDTHS.iter().find_map(|half| {
         let made = |p: [f64; 2], y: [[f64; 2]; 2]| {
-            // Far nearer to the joint than the box is wide.
-            let near = (0..2).all(|k| (p[k] - start[k]).abs() <= 0.25 * half);
+            if (0..2).any(|k| !((p[k] - b.middle[k]).abs() <= NEAR * half)) {
+                return None;
+            }
             let around = |k: usize| [p[k] - half, p[k] + half];
-            let zone = near.then(|| Zone::over(&at, [around(0), around(1)], y))??;
-            (zone.e <= STRAIGHT).then_some((zone, y[0][0] * y[1][1] - y[0][1] * y[1][0]))
+            let zone = Zone::over(&at, [around(0), around(1)], y)?;
+            let det = Dd::product(y[0][0], y[1][1]) - Dd::product(y[0][1], y[1][0]);
+            (zone.e <= STRAIGHT && det != Dd::ZERO).then_some((zone, det > Dd::ZERO))
         };
-        let (found, det) = certify_at(brep, stab, &at, start, made)?;
-        (det != 0.0).then_some(Oriented {
-            positive: det > 0.0,
-            zero: found.map(|f| f.0),
+        let (at, rho, positive) = zero_near(stab, &at, b.middle, made)?;
+        Some(Zero {
+            at,
+            rho,
+            half: *half,
+            positive,
         })
     })
 }

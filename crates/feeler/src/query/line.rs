@@ -18,10 +18,10 @@ const NODE_COST: usize = 4;
 /// All hits of a line with the trimmed faces.
 ///
 /// `hits` holds every parameter where the line meets a face, in order of `t`, each with a proven
-/// enclosure (as a length, no wider than the accuracy asked for wherever double-double gives that); a hit on an edge is listed for each of its faces. `crossings` counts transversal passages, hits within
-/// the width of a crack of each other at an edge counting once. A line that touches a face or runs in it, meets it within
-/// rounding of its border, or passes an edge so near to the width of its crack that bounds of this do not tell, is `Undecided`, with
-/// what was found.
+/// enclosure (as a length, no wider than the accuracy asked for wherever double-double gives that), the interval where it lies in a face; a
+/// hit on an edge is listed for each of its faces. `crossings` and `in_crack` are as the crate defines them (module `passages`). Against
+/// polygons in planes all is exact. Else a line that touches a face or runs in it, meets it within rounding of its border, or
+/// passes an edge so near to the width of its crack that bounds of this do not tell, is `Undecided`, with what was found.
 pub fn line(
     brep: &PreparedBrep,
     probe: &LineProbe,
@@ -42,26 +42,24 @@ pub fn line(
     };
     let (raw, mut undecided) = hits_within(brep, &stab, accuracy, &mut budget);
     // A closed range of t: a hit whose enclosure holds an end of it is not settled.
-    let at_end = |h: &RawHit| {
-        stab.range.iter().any(|e| {
-            e.is_finite()
-                && h.t.lower() <= *e
-                && *e <= h.t.upper()
-                && h.t.rad > 0.0
-                && h.t.mid != Dd::from(*e)
-        })
-    };
+    let at_end = |h: &RawHit| h.exact.is_none() && stab.is_at_end(&h.t);
     if raw.iter().any(at_end) {
         undecided = Some(Undecided::Degenerate);
     }
-    let (mut count, mut in_crack) = (raw.len(), false);
+    let runs = |h: &RawHit| h.exact.as_ref().is_some_and(|m| m.end.is_some());
+    let lies_in = raw.iter().any(runs);
+    let mut count = Some(raw.iter().filter(|h| h.crosses()).count());
+    let mut in_crack = false;
     if near_edge && undecided.is_none() {
         let found = crossings(brep, &stab, &raw, &mut near);
-        if found.count.is_none() || found.in_crack.is_none() {
+        if (found.count.is_none() && !lies_in) || found.in_crack.is_none() {
             undecided = Some(Undecided::Crack);
         }
-        count = found.count.unwrap_or(count);
+        count = found.count;
         in_crack = found.in_crack.unwrap_or(false);
+    }
+    if lies_in {
+        count = None;
     }
     // Only what is certain is listed.
     let hits: Vec<Hit> = raw
@@ -184,6 +182,14 @@ pub(super) fn all_hits(
         by_t.unwrap_or(std::cmp::Ordering::Equal)
             .then(a.face.cmp(&b.face))
     });
+    // Of equal ones that are exact, what is rounded tells no order.
+    let equal = |a: &RawHit, b: &RawHit| match (&a.exact, &b.exact) {
+        (Some(a), Some(b)) => a.t.cmp(&b.t).is_eq(),
+        _ => false,
+    };
+    for run in raw.chunk_by_mut(equal) {
+        run.sort_by_key(|h| h.face);
+    }
     (raw, undecided)
 }
 
@@ -202,7 +208,10 @@ fn dress(brep: &PreparedBrep, stab: &Stabber, h: &RawHit) -> Option<Hit> {
         }
         HitAt::Closed { uv, point } => (
             Vector3::from_fn(|c, _| point[c].mid.hi),
-            Vector3::from(brep.closed(h.face)?.surface.normal(*uv)),
+            Vector3::from(match &h.exact {
+                Some(_) => brep.polygon(h.face)?.unit_normal(),
+                None => brep.closed(h.face)?.surface.normal(*uv),
+            }),
             *uv,
         ),
     };
@@ -210,22 +219,28 @@ fn dress(brep: &PreparedBrep, stab: &Stabber, h: &RawHit) -> Option<Hit> {
         normal = -normal;
     }
     let norm = normal.norm();
-    let bounds = Enclosure {
-        lo: h.t.lower().max(stab.range[0]),
-        hi: h.t.upper().min(stab.range[1]),
+    let separation = |t: &Ball<Dd>| {
+        let bounds = Enclosure {
+            lo: t.lower().max(stab.range[0]),
+            hi: t.upper().min(stab.range[1]),
+        };
+        Separation {
+            value: t.mid.hi.clamp(bounds.lo.min(bounds.hi), bounds.hi),
+            bounds,
+        }
     };
     Some(Hit {
-        t: Separation {
-            value: h.t.mid.hi.clamp(bounds.lo.min(bounds.hi), bounds.hi),
-            bounds,
-        },
-        t_end: None,
+        t: separation(&h.t),
+        t_end: h
+            .exact
+            .as_ref()
+            .and_then(|m| Some(separation(&m.end.as_ref()?.enclosed()))),
         point: point.into(),
         normal: if norm > 0.0 { normal / norm } else { normal },
         feature: Feature::Face(h.face),
         face: h.face,
         uv: Point2::new(uv[0], uv[1]),
-        tangential: false,
+        tangential: !h.crosses(),
     })
 }
 

@@ -9,12 +9,12 @@
 //! # What is proven
 //! `d` is known to be in `[least, most]`. The images are cut into parts short against the width. A part farther than `most` is put aside.
 //! Of the others the projection to the line is known: a point of the line within `d` of a point of the part is within
-//! `most` of it. A part is *sure* if one of its points is within `least`: then that point's projection is in the crack.
+//! `most` of it. A part is *sure* if it is within `least`: then its projection is in the crack.
 //!
 //! - Parts whose projections are more than `3 most` apart are of different passages: those about each reach no farther than `most`
 //!   beyond it, and are then more than `most >= d` apart. So the parts fall into groups, with one passage each, several, or none.
 //! - A group is *one* passage if its sure parts are no farther apart than `least`, and no other part is farther than that from one
-//!   of them: whatever is in the crack is then within `least <= d` of something that surely is. Projections are no longer than a
+//!   of them: whatever is in the crack is then within `least <= d` of something that surely is. Where this is asked, parts are no longer than a
 //!   [`SHORT`]th of `least`, which is allowed for.
 //! - A hit is surely in a passage of its group if it is within `least` of an image, surely not if it is farther than `most` from all.
 //!
@@ -25,7 +25,7 @@ use super::inside::is_near_edge;
 use super::zeros::RawHit;
 use crate::numeric::{Ball, Dd, Real};
 use crate::prepare::closed::V3;
-use crate::prepare::{Image, PreparedBrep, SharedEdge, distance};
+use crate::prepare::{Image, Meeting, PreparedBrep, Ratio, SharedEdge, distance};
 
 /// A bound that is off by a few roundings.
 const UP: f64 = 1.0 + 64.0 * f64::EPSILON;
@@ -44,6 +44,8 @@ pub(super) struct Crossings {
 
 /// A part of an image near the line.
 struct Part {
+    /// Of the edge's.
+    image: usize,
     /// Holds its projection, as a parameter of the line.
     t: [Dd; 2],
     /// Whether some of it is surely in the crack.
@@ -56,9 +58,11 @@ struct Group {
     t: [Dd; 2],
     sure: bool,
     one: bool,
+    /// Those that have parts in it.
+    images: Vec<usize>,
 }
 
-/// Crossings of a line with these hits, each of which is transversal.
+/// Crossings of a line with these hits.
 pub(super) fn crossings(
     brep: &PreparedBrep,
     stab: &Stabber,
@@ -94,21 +98,29 @@ pub(super) fn crossings(
                 if there == Some(false) {
                     continue;
                 }
-                match edge.holds(stab, &hit.t) {
+                match edge.holds(stab, hit) {
                     Some(true) if there.is_some() => members.push(index),
                     Some(false) => {}
                     _ => others.push(index),
                 }
             }
-            links.add(&members, group.one);
+            links.add(&members, |a, b| {
+                let same = match (&hits[a].exact, &hits[b].exact) {
+                    (Some(a), Some(b)) => a.t.cmp(&b.t).is_eq(),
+                    _ => false,
+                };
+                group.one || same
+            });
+            links.hold(&members, &others);
             others.extend(&members);
-            links.add(&others, false);
+            links.add(&others, |_, _| false);
             slips |= others.is_empty() && group.sure && here == Some(true);
-            may_slip |= members.is_empty() || !group.one;
+            let covered = edge.covers(&group, hits);
+            may_slip |= !covered && (members.is_empty() || !group.one);
         }
     }
     Crossings {
-        count: links.count(),
+        count: links.count(hits),
         in_crack: if slips {
             Some(true)
         } else {
@@ -117,10 +129,11 @@ pub(super) fn crossings(
     }
 }
 
-/// Which hits count once together: surely, and perhaps.
+/// Which hits count once together, and which are in a passage at all: surely, and perhaps.
 struct Links {
     sure: Vec<usize>,
     perhaps: Vec<usize>,
+    held: Vec<[bool; 2]>,
 }
 
 impl Links {
@@ -128,22 +141,41 @@ impl Links {
         Self {
             sure: (0..count).collect(),
             perhaps: (0..count).collect(),
+            held: vec![[false; 2]; count],
         }
     }
 
-    fn add(&mut self, hits: &[usize], sure: bool) {
-        for pair in hits.windows(2) {
-            join(&mut self.perhaps, pair[0], pair[1]);
-            if sure {
-                join(&mut self.sure, pair[0], pair[1]);
+    /// Hits that may be in one passage, and surely are where `sure` says so.
+    fn add(&mut self, hits: &[usize], sure: impl Fn(usize, usize) -> bool) {
+        for (i, a) in hits.iter().enumerate() {
+            for b in &hits[i + 1..] {
+                join(&mut self.perhaps, *a, *b);
+                if sure(*a, *b) {
+                    join(&mut self.sure, *a, *b);
+                }
             }
         }
     }
 
-    /// How many remain, if that is the same either way.
-    fn count(&self) -> Option<usize> {
+    /// Hits that are in a passage, and others that may be.
+    fn hold(&mut self, members: &[usize], others: &[usize]) {
+        for m in members {
+            self.held[*m] = [true; 2];
+        }
+        for o in others {
+            self.held[*o][1] = true;
+        }
+    }
+
+    /// How many there are, if that is the same either way: of linked ones one, of others those that cross.
+    fn count(&self, hits: &[RawHit]) -> Option<usize> {
+        let touches = |(h, held): (&RawHit, &[bool; 2])| !h.crosses() && held[0] != held[1];
+        if hits.iter().zip(&self.held).any(touches) {
+            return None;
+        }
         let count = |of: &[usize]| {
-            let mut names = of.to_vec();
+            let counted = (0..of.len()).filter(|i| hits[*i].crosses() || self.held[*i][0]);
+            let mut names: Vec<usize> = counted.map(|i| of[i]).collect();
             names.sort_unstable();
             names.dedup();
             names.len()
@@ -164,6 +196,9 @@ fn join(names: &mut [usize], a: usize, b: usize) {
 /// An edge that the line comes near, with bounds of its crack's width.
 struct Edge<'a> {
     images: Vec<&'a Image<Dd>>,
+    trims: &'a [usize],
+    /// Which images are proven to be straight.
+    straight: Vec<bool>,
     least: f64,
     most: f64,
     /// Parameters for a unit of length, rounded up.
@@ -175,17 +210,41 @@ impl<'a> Edge<'a> {
     fn new(brep: &'a PreparedBrep, stab: &Stabber, shared: &SharedEdge) -> Option<Self> {
         let trims = &brep.brep().parts().edges[shared.edge].trims;
         let images: Option<Vec<_>> = trims.iter().map(|t| brep.fine_trim_image(*t)).collect();
+        let straight = trims
+            .iter()
+            .map(|t| brep.polygon(brep.face_of(*t)).is_some());
         let most = brep.fine_crack_width(shared.edge);
         most.is_finite().then_some(Self {
             images: images?,
+            trims,
+            straight: straight.collect(),
             least: brep.least_crack_width(shared.edge),
             most,
             scale: UP / stab.direction.norm(),
         })
     }
 
-    /// Whether a point of the line is within the width of an image.
-    fn holds(&self, stab: &Stabber, t: &Ball<Dd>) -> Option<bool> {
+    /// Whether each image that is near the line in a group is straight and the line meets it exactly at the place of a hit: then all
+    /// passages of the group have a hit, for the distance from a segment is convex along the line, so that what is in the crack by that
+    /// image is one stretch, and it holds that place.
+    fn covers(&self, group: &Group, hits: &[RawHit]) -> bool {
+        let exact = || hits.iter().filter_map(|h| h.exact.as_deref());
+        group.images.iter().all(|image| {
+            let trim = self.trims[*image];
+            // The far end of a hit that runs in its face is the place of another hit, or does not count.
+            let at = |t: &Ratio| exact().any(|m| m.t.cmp(t).is_eq());
+            let ends = |m: &Meeting| m.end_on.contains(&trim) && m.end.as_ref().is_some_and(at);
+            self.straight[*image] && exact().any(|m| m.on.contains(&trim) || ends(m))
+        })
+    }
+
+    /// Whether a hit is within the width of an image.
+    fn holds(&self, stab: &Stabber, hit: &RawHit) -> Option<bool> {
+        let exactly = |m: &Meeting| m.on.iter().any(|t| self.trims.contains(t));
+        if hit.exact.as_deref().is_some_and(exactly) {
+            return Some(true);
+        }
+        let t = &hit.t;
         let p: V3 = std::array::from_fn(|c| {
             Ball::exact(stab.origin[c]) + *t * Ball::exact(stab.direction[c])
         });
@@ -205,8 +264,8 @@ impl<'a> Edge<'a> {
     /// Parts that are not farther than `most` from the line, in groups; `None` where the budget does not suffice.
     fn groups(&self, stab: &Stabber, budget: &mut usize) -> Option<Vec<Group>> {
         let mut parts = Vec::new();
-        for image in &self.images {
-            self.parts(stab, image, budget, &mut parts)?;
+        for index in 0..self.images.len() {
+            self.parts(stab, index, budget, &mut parts)?;
         }
         parts.sort_by(|a, b| {
             let by_t = a.t[0].partial_cmp(&b.t[0]);
@@ -234,6 +293,9 @@ impl<'a> Edge<'a> {
                 ],
                 sure: group.iter().any(|p| p.sure),
                 one: self.is_one(group),
+                images: (0..self.images.len())
+                    .filter(|i| group.iter().any(|p| p.image == *i))
+                    .collect(),
             });
             rest = others;
         }
@@ -242,6 +304,10 @@ impl<'a> Edge<'a> {
 
     /// Whether a group, in order of `t`, is proven to be one passage or none.
     fn is_one(&self, group: &[Part]) -> bool {
+        // Parts are short against `most` only.
+        if UNKNOWN * self.most > self.least {
+            return false;
+        }
         // Points of two parts are no farther apart than these are, and their lengths: in all three quarters of `least`. The rest
         // covers the rounding of parameters, of which a short part is no less than 64 units long.
         let gap = Dd::from(0.5 * self.least * self.scale / UP / UP);
@@ -267,10 +333,11 @@ impl<'a> Edge<'a> {
     fn parts(
         &self,
         stab: &Stabber,
-        image: &Image<Dd>,
+        index: usize,
         budget: &mut usize,
         out: &mut Vec<Part>,
     ) -> Option<()> {
+        let image = self.images[index];
         let short = self.least.max(UNKNOWN * self.most) / SHORT;
         for s in &image.stretches {
             let slack = (s.slack + image.extra) * UP;
@@ -281,13 +348,15 @@ impl<'a> Edge<'a> {
                     continue;
                 }
                 let long = (place.length + 2.0 * slack) * UP > short;
-                if long && depth < DEPTH {
+                // What the slack makes long stays so.
+                if long && depth < DEPTH && 2.0 * slack * UP <= short {
                     *budget = budget.checked_sub(1)?;
                     stack.extend(node.halves(true).map(|half| (half, depth + 1)));
                     continue;
                 }
                 let by = slack * self.scale;
                 out.push(Part {
+                    image: index,
                     t: [below(place.t[0], by), above(place.t[1], by)],
                     sure: !long && (place.away[1] + slack) * UP <= self.least,
                 });
@@ -359,7 +428,10 @@ impl Place {
             let (x, y) = (r[0] * f, r[1] * f);
             [x.min(y), x.max(y)]
         };
-        let sum = |x: [f64; 2], y: [f64; 2]| widened([x[0] + y[0], x[1] + y[1]]);
+        let sum = |x: [f64; 2], y: [f64; 2]| {
+            let (x, y) = (widened(x), widened(y));
+            widened([x[0] + y[0], x[1] + y[1]])
+        };
         let third = widened(sum(times(q, d[b] / d[a]), times(p, -d[c] / d[a])));
         let norm = d.norm();
         let parts = [p, q, third];

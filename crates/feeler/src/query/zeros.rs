@@ -22,7 +22,7 @@ use super::joints;
 use crate::numeric::bernstein::largest;
 use crate::numeric::{Ball, Dd, Real};
 use crate::prepare::closed::{ClosedLine, V3, exact};
-use crate::prepare::{Net, PreparedBrep, jet};
+use crate::prepare::{Meeting, Net, PreparedBrep, jet};
 use crate::trim::{BoxSide, Side};
 use nalgebra::Vector3;
 
@@ -51,6 +51,8 @@ pub(super) struct RawHit {
     pub(super) inside: bool,
     /// Whether it may be just beyond its patch: see the module `joints`.
     pub(super) at_joint: bool,
+    /// The same exactly, where that was needed and can be.
+    pub(super) exact: Option<Box<Meeting>>,
 }
 
 /// Where on its face a hit is.
@@ -85,6 +87,11 @@ impl FaceHits {
 }
 
 impl RawHit {
+    /// Whether the line passes to the other side of the face's surface there.
+    pub(super) fn crosses(&self) -> bool {
+        self.exact.as_ref().is_none_or(|m| !m.touches)
+    }
+
     /// Whether the line surely meets the face there, within its range.
     pub(super) fn is_certain(&self, stab: &Stabber) -> bool {
         self.inside
@@ -138,6 +145,10 @@ fn find_hits(
         one,
     };
     if let Some(found) = closed_hits(brep, stab, face) {
+        out.hits = found;
+        return Some(out);
+    }
+    if let Some(found) = polygon_hits(brep, stab, face) {
         out.hits = found;
         return Some(out);
     }
@@ -231,6 +242,10 @@ fn closed_hits(brep: &PreparedBrep, stab: &Stabber, face: usize) -> Option<Vec<R
         if hit.t.upper() < stab.range[0] || hit.t.lower() > stab.range[1] {
             continue;
         }
+        // Exact arithmetic may tell.
+        if stab.is_at_end(&hit.t) {
+            return None;
+        }
         match boxes_side(brep, face, &hit.boxes) {
             BoxSide::Outside => {}
             // The boxes are rounded outward to f64; the patches tell more finely.
@@ -244,10 +259,34 @@ fn closed_hits(brep: &PreparedBrep, stab: &Stabber, face: usize) -> Option<Vec<R
                 t: hit.t,
                 inside: true,
                 at_joint: false,
+                exact: None,
             }),
         }
     }
     Some(out)
+}
+
+/// The hits with a face that is a polygon, exactly.
+fn polygon_hits(brep: &PreparedBrep, stab: &Stabber, face: usize) -> Option<Vec<RawHit>> {
+    let found = brep
+        .polygon(face)?
+        .meetings(&stab.origin, &stab.direction)?;
+    let kept = found.into_iter().filter_map(|m| m.within(stab.range));
+    let hits = kept.map(|m| {
+        let t = m.t.enclosed();
+        let point = std::array::from_fn(|c| {
+            Ball::exact(stab.origin[c]) + t * Ball::exact(stab.direction[c])
+        });
+        RawHit {
+            face,
+            at: HitAt::Closed { uv: m.uv, point },
+            t,
+            inside: true,
+            at_joint: false,
+            exact: Some(Box::new(m)),
+        }
+    });
+    Some(hits.collect())
 }
 
 /// A part of lengths that covers some twenty roundings.
@@ -457,7 +496,7 @@ fn accept(stab: &Stabber, mut hit: RawHit, side: BoxSide, out: &mut FaceHits) {
 }
 
 /// A certified zero, its local parameters and the bound on them.
-pub(super) type Found = (RawHit, [Dd; 2], f64);
+type Found = (RawHit, [Dd; 2], f64);
 
 /// The point of a net at local parameters near the unit square, and `L_1`, `L_2` there, with bounds.
 fn forms_at(
@@ -665,15 +704,14 @@ fn certify<T: Real>(
     prove(brep, stab, at, &zone, p, &sample_at(p))
 }
 
-/// The zero near a place, `None` if it is off the patch, and what was said of the zone in which it is the only one: made by
-/// `zone_at` of the place where Newton's method ends and of the inverse of the Jacobian there.
-pub(super) fn certify_at<R>(
-    brep: &PreparedBrep,
+/// The zero near a place, on the patch or not: its local parameters, known within the radius, and what was said of the zone in
+/// which it is the only one; `zone_at` makes this about the place where Newton's method ends, with the inverse of the Jacobian there.
+pub(super) fn zero_near<R>(
     stab: &Stabber,
     at: &Place<Dd>,
     start: [f64; 2],
     zone_at: impl Fn([f64; 2], [[f64; 2]; 2]) -> Option<(Zone, R)>,
-) -> Option<(Option<Found>, R)> {
+) -> Option<([Dd; 2], f64, R)> {
     let offsets = [0, 1].map(|k| stab.offset(k, &at.net.origin));
     let (p, y) = newton_fine(stab, at.net, &offsets, start)?;
     let (zone, said) = zone_at(p.map(|x| x.hi), y)?;
@@ -683,8 +721,9 @@ pub(super) fn certify_at<R>(
         l,
         origin: at.net.origin,
     };
-    let (found, _) = prove(brep, stab, at, &zone, p, &sample)?;
-    Some((found, said))
+    let widest = (zone.u[1] - zone.u[0]).max(zone.v[1] - zone.v[0]);
+    let rho = zone.radius(p, &sample)? * widest * UP;
+    Some((p, rho, said))
 }
 
 /// A box in which there is one zero at most.
@@ -726,6 +765,24 @@ impl Zone {
         let e = contraction([(first, errors[0]), (second, errors[1])], near.degree);
         (e < 1.0).then_some(Self { u, v, scaled, e })
     }
+
+    /// How far the zero is from a point at most, in widths of the zone; `None` where none is known to be there.
+    fn radius(&self, p: [Dd; 2], sample: &Sample) -> Option<f64> {
+        let widths = [self.u[1] - self.u[0], self.v[1] - self.v[0]];
+        let mut residual: f64 = 0.0;
+        for row in &self.scaled {
+            let k = Ball::exact(row[0]) * sample.l[0] + Ball::exact(row[1]) * sample.l[1];
+            residual = residual.max(k.magnitude());
+        }
+        let rho = residual / (1.0 - self.e) * UP / (1.0 - f64::EPSILON);
+        // A zero exists if its ball is in the zone.
+        let reach = |k: usize| Dd::from(rho * widths[k] * UP);
+        let exists = (0..2).all(|k| {
+            let r = if k == 0 { self.u } else { self.v };
+            (p[k] - reach(k)).hi > r[0] && (p[k] + reach(k)).hi < r[1]
+        });
+        exists.then_some(rho)
+    }
 }
 
 /// That there is one zero near a point: see the module.
@@ -738,24 +795,11 @@ fn prove<T: Real>(
     sample: &Sample,
 ) -> Option<(Option<Found>, Solved)> {
     let (face, patch) = (at.face, at.patch);
-    let &Zone { u, v, scaled, e } = zone;
+    let &Zone { u, v, .. } = zone;
     let widths = [u[1] - u[0], v[1] - v[0]];
-    let mut residual: f64 = 0.0;
-    for row in &scaled {
-        let k = Ball::exact(row[0]) * sample.l[0] + Ball::exact(row[1]) * sample.l[1];
-        residual = residual.max(k.magnitude());
-    }
-    let rho = residual / (1.0 - e) * UP / (1.0 - f64::EPSILON);
+    let rho = zone.radius(p, sample)?;
     let local_rho = rho * widths[0].max(widths[1]) * UP;
-    // A zero exists if its ball is in the zone.
     let reach = |k: usize| Dd::from(rho * widths[k] * UP);
-    let exists = (0..2).all(|k| {
-        let r = if k == 0 { u } else { v };
-        (p[k] - reach(k)).hi > r[0] && (p[k] + reach(k)).hi < r[1]
-    });
-    if !exists {
-        return None;
-    }
     // It counts if it is on the patch. One that may be just beyond is settled with the next patch's: see the module `joints`.
     let off = |k: usize| p[k] + reach(k) < Dd::ZERO || p[k] - reach(k) > Dd::ONE;
     if off(0) || off(1) {
@@ -792,6 +836,7 @@ fn prove<T: Real>(
         t,
         inside: !on_edge,
         at_joint,
+        exact: None,
     };
     Some((Some((hit, p, local_rho)), Solved { u, v }))
 }
