@@ -98,7 +98,7 @@ fn mirrored(found: &LineAnswer, other: &LineAnswer) -> Found {
     }
     if found.crossings != other.crossings {
         return Err(format!(
-            "{} crossings, and {} when the line runs the other way",
+            "{:?} crossings, and {:?} when the line runs the other way",
             found.crossings, other.crossings
         ));
     }
