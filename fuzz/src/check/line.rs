@@ -2,7 +2,7 @@
 
 use super::{Effort, Found, Subject, options};
 use feeler::numeric::Dyadic;
-use feeler::query::{self, Hit, LineAnswer, LineKind, LineProbe};
+use feeler::query::{self, Hit, LineAnswer, LineKind, LineProbe, Separation};
 use feeler_corpus::Query;
 use feeler_oracle::second::number::Number;
 use feeler_oracle::second::{Second, SecondHit};
@@ -42,7 +42,7 @@ pub(super) fn line(
             ..*probe
         };
         let ahead = query::line(brep, &ray, &asked, workspace);
-        let before = |h: &&Hit| h.t.bounds.hi >= 0.0;
+        let before = |h: &&Hit| end(h).bounds.hi >= 0.0;
         let at_most = found.hits.iter().filter(before).count();
         if all_known && ahead.undecided.is_none() && ahead.hits.len() > at_most {
             return Err(format!(
@@ -55,6 +55,11 @@ pub(super) fn line(
         by_second(subject, probe, &found)?;
     }
     Ok(())
+}
+
+/// The last parameter of a hit, which is another where the line lies in the face.
+fn end(hit: &Hit) -> &Separation {
+    hit.t_end.as_ref().unwrap_or(&hit.t)
 }
 
 fn sound(found: &LineAnswer, probe: &LineProbe) -> Found {
@@ -83,9 +88,9 @@ fn sound(found: &LineAnswer, probe: &LineProbe) -> Found {
 
 /// The line run the other way has the same hits.
 fn mirrored(found: &LineAnswer, other: &LineAnswer) -> Found {
-    let meets = |a: &Hit, b: &Hit| {
-        a.face == b.face && a.t.bounds.lo <= -b.t.bounds.lo && -b.t.bounds.hi <= a.t.bounds.hi
-    };
+    let same =
+        |a: &Separation, b: &Separation| a.bounds.lo <= -b.bounds.lo && -b.bounds.hi <= a.bounds.hi;
+    let meets = |a: &Hit, b: &Hit| a.face == b.face && same(&a.t, end(b)) && same(end(a), &b.t);
     for (these, those) in [(&found.hits, &other.hits), (&other.hits, &found.hits)] {
         for a in these {
             if !those.iter().any(|b| meets(a, b)) {
