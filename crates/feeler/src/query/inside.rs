@@ -127,16 +127,26 @@ pub(super) fn near_edges(brep: &PreparedBrep, stab: &Stabber, budget: &mut usize
 }
 
 /// The same for one edge.
+#[inline(always)]
 pub(super) fn is_near_edge(
     brep: &PreparedBrep,
     stab: &Stabber,
     shared: &SharedEdge,
     budget: &mut usize,
 ) -> bool {
-    // The ray comes no nearer than the crack's width to what it misses widened by it.
-    if brep.is_clear_of_edge(shared, |b| stab.passes(b) || !stab.meets(&b.bounds)) {
-        return false;
-    }
+    // The ray comes no nearer than the crack's width to what it misses widened by it: so most edges are told, and no more is
+    // done for them than this.
+    !brep.is_clear_of_edge(shared, |b| stab.passes(b) || !stab.meets(&b.bounds))
+        && is_near_images(brep, stab, shared, budget)
+}
+
+#[inline(never)]
+fn is_near_images(
+    brep: &PreparedBrep,
+    stab: &Stabber,
+    shared: &SharedEdge,
+    budget: &mut usize,
+) -> bool {
     let d = stab.direction / stab.direction.norm();
     let (o, d) = (stab.origin.coords.into(), d.into());
     let edge = shared.edge;
