@@ -72,6 +72,8 @@ pub struct Meetings {
 pub const MOST_MEETINGS: usize = 256;
 /// Work on one face, in halves of a pair of cubics looked at: about a second. What is left is undecided.
 const BUDGET: usize = 1 << 18;
+/// Pairs of parts of one face, most of which take some 30 ns: about a second. What is left is undecided as a whole.
+const PAIRS: usize = 1 << 25;
 
 /// Some parts of one piece in a row, no points.
 struct Link<'a> {
@@ -212,6 +214,7 @@ struct Search<'a> {
     /// Of each link.
     ring: Vec<usize>,
     budget: usize,
+    pairs: usize,
     found: Vec<Meeting>,
     more: usize,
 }
@@ -222,8 +225,8 @@ impl TrimRegion {
     /// Exact for segments with f64 ends. For curves a crossing is proven or ruled out where they come within about 2^-48
     /// of a part's length of each other at an angle; tangency and cusps stay [`Undecided`](MeetingKind::Undecided).
     ///
-    /// Cost: a microsecond a part where loops keep clear of each other. Halving stops after about a second a face; but all pairs in
-    /// one cell are looked at, so that a loop of 65,536 thin interleaved cubics takes minutes.
+    /// Cost: a microsecond a part where loops keep clear of each other. Halving stops after about a second a face, and so does looking
+    /// at pairs of parts; what is left then is undecided.
     pub fn meetings(&self) -> Meetings {
         if matches!(
             self.shape(),
@@ -301,6 +304,7 @@ impl<'a> Search<'a> {
             rings,
             ring,
             budget: BUDGET,
+            pairs: PAIRS,
             found: Vec::new(),
             more: 0,
         }
@@ -328,6 +332,10 @@ impl<'a> Search<'a> {
             for part in own.iter().flat_map(|c| cells[*c as usize]) {
                 let k = self.link_of[*part as usize];
                 if k > i && k < seen.len() && std::mem::replace(&mut seen[k], i) != i {
+                    let Some(left) = self.pairs.checked_sub(1) else {
+                        return self.push(i, k, MeetingKind::Undecided, hull);
+                    };
+                    self.pairs = left;
                     self.pair(i, k);
                 }
             }
@@ -505,5 +513,36 @@ impl<'a> Search<'a> {
             place,
             at_gap: self.is_at_gap(i, k, &place),
         });
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::brep::BrepBuilder;
+
+    /// What is not looked at is not said to be clear.
+    #[test]
+    fn pairs_that_are_left_are_undecided() {
+        let mut b = BrepBuilder::new();
+        let corners = [
+            [0.0, 0.0],
+            [2.0, 0.0],
+            [2.0, 1.0],
+            [1.0, 1.0],
+            [1.0, 2.0],
+            [0.0, 2.0],
+        ];
+        let at = corners.map(|[x, y]| b.vertex([x, y, 0.0]));
+        b.planar_face(&at).unwrap();
+        let region = TrimRegion::new(&b.build().unwrap(), 0);
+        let kinds = |pairs| {
+            let mut search = Search::new(&region);
+            search.pairs = pairs;
+            search.all();
+            search.found.iter().map(|m| m.kind).collect::<Vec<_>>()
+        };
+        assert_eq!(kinds(PAIRS), []);
+        assert_eq!(kinds(0), [MeetingKind::Undecided]);
     }
 }
