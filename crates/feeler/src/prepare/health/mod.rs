@@ -291,7 +291,7 @@ impl fmt::Display for Undefined {
     }
 }
 
-/// The health of a BREP. See the [module](self).
+/// The health of a BREP.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Health {
     /// Every edge is used twice (see [`Brep::is_closed`](crate::brep::Brep::is_closed)).
