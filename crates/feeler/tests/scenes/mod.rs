@@ -158,7 +158,7 @@ pub(crate) fn nurbs_sphere() -> Brep {
     Brep::from_surface(Surface::Nurbs(sphere().to_nurbs().unwrap().nurbs)).unwrap()
 }
 
-/// A closed prism of height 2 over a wavy loop of `sides` rational cubics around the z axis, its radius from 4 to 6: sides of
+/// A closed prism of height 2 over a wavy loop of `sides` rational cubics around the z axis, control points at radii from 4 to 6: sides of
 /// bidegree (3, 1), and two flat faces trimmed by the cubics.
 pub(crate) fn wavy_prism(sides: usize) -> Brep {
     let heights = [-1.0, 1.0];
