@@ -1,34 +1,19 @@
 //! The builder, and defects planted one at a time.
 
+#[path = "scenes/mod.rs"]
+mod scenes;
+
 use feeler::brep::{
     Brep, BrepBuilder, BrepParts, BuildError, Defect, LoopKind, Part, Severity, TrimSpec,
 };
 use feeler::numeric::Interval;
 use feeler::nurbs::{Arc, Curve, Curve2, Curve3, Line, NurbsCurve, Plane, Revolution, Surface};
 use nalgebra::{Point2, Point3, Vector3};
+use scenes::cube;
 use std::f64::consts::{PI, TAU};
 
 fn interval(start: f64, end: f64) -> Interval {
     Interval::new(start, end).unwrap()
-}
-
-fn cube() -> Brep {
-    let mut cube = BrepBuilder::new();
-    for i in 0..8 {
-        let [x, y, z] = [i & 1, i >> 1 & 1, i >> 2].map(f64::from);
-        cube.vertex([x, y, z]);
-    }
-    for corners in [
-        [0, 2, 3, 1],
-        [4, 5, 7, 6],
-        [0, 1, 5, 4],
-        [1, 3, 7, 5],
-        [3, 2, 6, 7],
-        [2, 0, 4, 6],
-    ] {
-        cube.planar_face(&corners).unwrap();
-    }
-    cube.build().unwrap()
 }
 
 /// The cube's defects after a change.
@@ -535,6 +520,6 @@ fn defects_read_as_sentences() {
     });
     assert_eq!(
         found.last().unwrap().to_string(),
-        "vertex 7: 1.250e-1 model units off the end of edge 10 (the file allows 0.01)"
+        "vertex 7: 1.250e-1 model units off the end of edge 11 (the file allows 0.01)"
     );
 }

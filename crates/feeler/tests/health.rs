@@ -1,11 +1,15 @@
 //! Health reports of parts with one thing wrong, whose size is known.
 
+#[path = "scenes/mod.rs"]
+mod scenes;
+
 use feeler::brep::{Brep, BrepBuilder, BrepParts, Defect, TrimSpec};
 use feeler::numeric::Interval;
 use feeler::nurbs::{Arc, Curve, Curve2, Curve3, Line, NurbsCurve, Plane, Revolution, Surface};
 use feeler::prepare::{Direction, Health, PreparedBrep, Turn, Undefined};
 use feeler::trim::MeetingKind;
 use nalgebra::{Point2, Point3, Vector3, Vector4};
+use scenes::cube;
 use std::f64::consts::TAU;
 
 /// What the bound of a Frechet distance may be above the true one: `prepare::matching` stops there.
@@ -17,25 +21,6 @@ fn interval(start: f64, end: f64) -> Interval {
 
 fn health(brep: Brep) -> Health {
     PreparedBrep::new(brep).health()
-}
-
-fn cube() -> Brep {
-    let mut cube = BrepBuilder::new();
-    for i in 0..8 {
-        let [x, y, z] = [i & 1, i >> 1 & 1, i >> 2].map(f64::from);
-        cube.vertex([x, y, z]);
-    }
-    for corners in [
-        [0, 2, 3, 1],
-        [4, 5, 7, 6],
-        [0, 1, 5, 4],
-        [1, 3, 7, 5],
-        [3, 2, 6, 7],
-        [2, 0, 4, 6],
-    ] {
-        cube.planar_face(&corners).unwrap();
-    }
-    cube.build().unwrap()
 }
 
 /// The cube's health after a change.

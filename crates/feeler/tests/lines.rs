@@ -5,7 +5,7 @@ mod scenes;
 
 use feeler::brep::{Brep, BrepBuilder, TrimSpec};
 use feeler::numeric::Interval;
-use feeler::nurbs::{Curve, Line, NurbsSurface, Plane, Surface};
+use feeler::nurbs::{Curve, NurbsSurface, Plane, Polyline, Surface};
 use feeler::prepare::PreparedBrep;
 use feeler::query::{Accuracy, LineAnswer, LineKind, LineProbe, Options, Workspace, any_hit, line};
 use nalgebra::{Point2, Point3, Vector3, Vector4};
@@ -149,23 +149,17 @@ fn a_line_about_the_corner_of_four_patches_crosses_once() {
     }
 }
 
-/// Two faces in `z = 0` whose edges along `x = 0` should be one: of the first at `x = 0`, of the second at `x = gap`. The edge's
-/// crack is `gap` wide; with `gap < 0` the faces overlap.
-fn cracked(gap: f64) -> PreparedBrep {
+/// Two faces in `z = 0` that share an edge, of which each has its own image, from `y = -1` to `y = 1`: a polyline, with the first face to its
+/// left and the second to its right. The crack is as wide as these are apart.
+fn split(images: [&[[f64; 2]]; 2]) -> PreparedBrep {
     let mut b = BrepBuilder::new();
-    let v = [
-        [0.0, -1.0],
-        [0.0, 1.0],
-        [-1.0, -1.0],
-        [-1.0, 1.0],
-        [1.0, -1.0],
-        [1.0, 1.0],
-    ]
-    .map(|[x, y]| b.vertex([x, y, 0.0]));
+    let [from, to] = [images[0][0], images[0][images[0].len() - 1]];
+    let v = [from, to, [-1.0, -1.0], [-1.0, 1.0], [3.0, -1.0], [3.0, 1.0]]
+        .map(|[x, y]| b.vertex([x, y, 0.0]));
     let edge = b.straight_edge([v[0], v[1]]).unwrap();
     let wide = Interval {
-        start: -2.0,
-        end: 2.0,
+        start: -4.0,
+        end: 4.0,
     };
     let plane = Plane::new(Plane {
         origin: Point3::origin(),
@@ -174,32 +168,69 @@ fn cracked(gap: f64) -> PreparedBrep {
         domain: [wide; 2],
         extents: [wide; 2],
     });
-    let unit = Interval {
-        start: 0.0,
-        end: 1.0,
-    };
-    let trim = |from: usize, to: usize, a: [f64; 2], b: [f64; 2], edge| TrimSpec {
-        vertices: [from, to],
-        curve: Curve::Line(Line::new(Point2::from(a), Point2::from(b), unit).unwrap()),
-        edge,
+    let trim = |vertices: [usize; 2], points: &[[f64; 2]], edge| {
+        let points: Vec<_> = points.iter().map(|p| Point2::from(*p)).collect();
+        let params = (0..points.len()).map(|i| i as f64).collect();
+        let curve = Polyline::new(points, params).unwrap();
+        TrimSpec {
+            vertices,
+            curve: Curve::Polyline(curve),
+            edge,
+        }
     };
     let plane = Surface::Plane(plane.unwrap());
+    let [a, z] = images.map(|i| (i[0], i[i.len() - 1]));
     let first = [
-        trim(v[0], v[1], [0.0, -1.0], [0.0, 1.0], Some(edge)),
-        trim(v[1], v[3], [0.0, 1.0], [-1.0, 1.0], None),
-        trim(v[3], v[2], [-1.0, 1.0], [-1.0, -1.0], None),
-        trim(v[2], v[0], [-1.0, -1.0], [0.0, -1.0], None),
+        trim([v[0], v[1]], images[0], Some(edge)),
+        trim([v[1], v[3]], &[a.1, [-1.0, 1.0]], None),
+        trim([v[3], v[2]], &[[-1.0, 1.0], [-1.0, -1.0]], None),
+        trim([v[2], v[0]], &[[-1.0, -1.0], a.0], None),
     ];
+    let back: Vec<_> = images[1].iter().rev().copied().collect();
     let second = [
-        trim(v[1], v[0], [gap, 1.0], [gap, -1.0], Some(edge)),
-        trim(v[0], v[4], [gap, -1.0], [1.0, -1.0], None),
-        trim(v[4], v[5], [1.0, -1.0], [1.0, 1.0], None),
-        trim(v[5], v[1], [1.0, 1.0], [gap, 1.0], None),
+        trim([v[1], v[0]], &back, Some(edge)),
+        trim([v[0], v[4]], &[z.0, [3.0, -1.0]], None),
+        trim([v[4], v[5]], &[[3.0, -1.0], [3.0, 1.0]], None),
+        trim([v[5], v[1]], &[[3.0, 1.0], z.1], None),
     ];
     b.face_with_trims(plane.clone(), vec![first.to_vec()])
         .unwrap();
     b.face_with_trims(plane, vec![second.to_vec()]).unwrap();
     PreparedBrep::new(b.build().unwrap())
+}
+
+/// Two faces in `z = 0` whose edges along `x = 0` should be one: of the first at `x = 0`, of the second at `x = gap`. The edge's
+/// crack is `gap` wide; with `gap < 0` the faces overlap.
+fn cracked(gap: f64) -> PreparedBrep {
+    let at = |x: f64| [[x, -1.0], [x, 1.0]];
+    split([&at(0.0), &at(gap)])
+}
+
+/// A bent edge whose images are one in a part and apart in another: that a line meets both at a hit in the one says nothing of the other, past which it
+/// slips through the crack.
+#[test]
+fn a_line_through_the_crack_of_a_bent_edge() {
+    let gap = 0.5f64.powi(20);
+    let bent = |gap: f64| {
+        [
+            [0.0, -1.0],
+            [0.0, 0.5],
+            [1.0, 0.5],
+            [1.0 + gap, -0.5],
+            [2.0, -0.5],
+            [2.0, 1.0],
+        ]
+    };
+    let brep = split([&bent(0.0), &bent(gap)]);
+    let width = [brep.least_crack_width(0), brep.fine_crack_width(0)];
+    assert!(0.0 < width[0] && width[1] < 2.0 * gap, "{width:?}");
+    for part in [0.25, 0.5, 0.7, 0.8, 0.9, 0.95, 0.99, 1.0 - 1e-6] {
+        let answer = ask(&brep, [0.0, 0.0, 0.0], [1.0, 0.0, part * width[0]]);
+        let found: Vec<_> = answer.hits.iter().map(|h| h.t.value).collect();
+        assert_eq!(found, [0.0, 0.0], "{part}");
+        let open = answer.undecided.is_some();
+        assert!(answer.in_crack || open, "{part} {answer:?}");
+    }
 }
 
 /// Hits, crossings, whether in a crack.
@@ -291,7 +322,6 @@ fn hits(answer: &LineAnswer) -> Vec<(usize, f64, Option<f64>, bool)> {
     answer.hits.iter().map(one).collect()
 }
 
-/// Faces of the cube: bottom, top, y = 0, x = 1, y = 1, x = 0.
 fn unit_cube() -> PreparedBrep {
     PreparedBrep::new(scenes::cube())
 }

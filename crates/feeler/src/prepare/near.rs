@@ -18,7 +18,8 @@ const UP: f64 = 1.0 + 64.0 * f64::EPSILON;
 const GOOD: f64 = 1.0 - 1.0 / 1024.0;
 /// Parts are not halved more often than this, as double-double would not tell more.
 const DEPTH: u32 = 100;
-/// Lengths below this have squares that underflow.
+/// In the unit of the model; added to the errors of lengths. A shorter vector may have squares that underflow, and no computed length at
+/// all: then this is more than its length. Of a longer one the squares' sum is above 1e-280, and what underflows in it far below a rounding.
 const LEAST_LENGTH: f64 = 1e-140;
 /// Nor are there more of them than this; what is left open keeps its lower bound.
 const PARTS: usize = 1024;

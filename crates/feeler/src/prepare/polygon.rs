@@ -328,6 +328,11 @@ impl Polygon {
         self.unit
     }
 
+    /// Whether a trim is one straight piece.
+    pub(crate) fn is_straight(&self, trim: usize) -> bool {
+        self.pieces.iter().filter(|p| p.trim == Some(trim)).count() == 1
+    }
+
     /// All places where a line meets the closed polygon, in order; `None` where the line is not of finite numbers, or
     /// touches the region in a point where two pieces run back.
     pub(crate) fn meetings(&self, o: &Point3<f64>, d: &Vector3<f64>) -> Option<Vec<Meeting>> {
@@ -469,28 +474,16 @@ impl Polygon {
             }
             let after = odd[0] || odd[1];
             match (before, after) {
-                (false, true) => {
-                    let uv = self.uv_at(&p, &q, &place.t);
-                    out.push(Meeting {
-                        t: place.t,
-                        end: None,
-                        touches: true,
-                        on: place.trims,
-                        end_on: Vec::new(),
-                        uv,
-                    });
-                }
                 (true, true) => {}
                 (true, false) => {
                     let last = out.last_mut()?;
                     last.end = Some(place.t);
                     last.end_on = place.trims;
                 }
-                // A corner that only touches the line; where pieces run back there is no area beside it.
-                (false, false) => {
-                    if place.runs_back() {
-                        return None;
-                    }
+                // Where pieces run back there is no area beside the line.
+                (false, false) if place.runs_back() => return None,
+                // An interval begins, or a corner only touches the line.
+                (false, _) => {
                     let uv = self.uv_at(&p, &q, &place.t);
                     out.push(Meeting {
                         t: place.t,

@@ -48,7 +48,9 @@ struct Part {
     image: usize,
     /// Holds its projection, as a parameter of the line.
     t: [Dd; 2],
-    /// Whether some of it is surely in the crack.
+    /// Whether it is not short against the width.
+    long: bool,
+    /// Whether some of it is surely in the crack; no long one is.
     sure: bool,
 }
 
@@ -210,9 +212,10 @@ impl<'a> Edge<'a> {
     fn new(brep: &'a PreparedBrep, stab: &Stabber, shared: &SharedEdge) -> Option<Self> {
         let trims = &brep.brep().parts().edges[shared.edge].trims;
         let images: Option<Vec<_>> = trims.iter().map(|t| brep.fine_trim_image(*t)).collect();
-        let straight = trims
-            .iter()
-            .map(|t| brep.polygon(brep.face_of(*t)).is_some());
+        let straight = trims.iter().map(|t| {
+            let polygon = brep.polygon(brep.face_of(*t));
+            polygon.is_some_and(|p| p.is_straight(*t))
+        });
         let most = brep.fine_crack_width(shared.edge);
         most.is_finite().then_some(Self {
             images: images?,
@@ -226,7 +229,7 @@ impl<'a> Edge<'a> {
 
     /// Whether each image that is near the line in a group is straight and the line meets it exactly at the place of a hit: then all
     /// passages of the group have a hit, for the distance from a segment is convex along the line, so that what is in the crack by that
-    /// image is one stretch, and it holds that place.
+    /// image is one stretch, and it holds that place: in this group, or this group has none of it.
     fn covers(&self, group: &Group, hits: &[RawHit]) -> bool {
         let exact = || hits.iter().filter_map(|h| h.exact.as_deref());
         group.images.iter().all(|image| {
@@ -304,8 +307,8 @@ impl<'a> Edge<'a> {
 
     /// Whether a group, in order of `t`, is proven to be one passage or none.
     fn is_one(&self, group: &[Part]) -> bool {
-        // Parts are short against `most` only.
-        if UNKNOWN * self.most > self.least {
+        // Parts are short against `most` only, or not even that.
+        if UNKNOWN * self.most > self.least || group.iter().any(|p| p.long) {
             return false;
         }
         // Points of two parts are no farther apart than these are, and their lengths: in all three quarters of `least`. The rest
@@ -358,6 +361,7 @@ impl<'a> Edge<'a> {
                 out.push(Part {
                     image: index,
                     t: [below(place.t[0], by), above(place.t[1], by)],
+                    long,
                     sure: !long && (place.away[1] + slack) * UP <= self.least,
                 });
             }
@@ -504,4 +508,32 @@ fn above(t: Dd, by: f64) -> Dd {
 fn widened([low, high]: [f64; 2]) -> [f64; 2] {
     let off = |x: f64| 16.0 * f64::EPSILON * x.abs() + f64::MIN_POSITIVE;
     [low - off(low), high + off(high)]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A long part in a group reaches to where nothing is surely in the crack: passages may be two.
+    #[test]
+    fn a_group_with_a_long_part_is_not_known_to_be_one_passage() {
+        let edge = Edge {
+            images: Vec::new(),
+            trims: &[],
+            straight: Vec::new(),
+            least: 1.0,
+            most: 1.0,
+            scale: 1.0,
+        };
+        let part = |t: [f64; 2], long: bool| Part {
+            image: 0,
+            t: t.map(Dd::from),
+            long,
+            sure: !long,
+        };
+        let short = [part([0.0, 0.1], false), part([0.2, 0.3], false)];
+        assert!(edge.is_one(&short));
+        let long = [part([0.0, 0.1], false), part([0.05, 8.0], true)];
+        assert!(!edge.is_one(&long));
+    }
 }

@@ -518,24 +518,14 @@ impl<'a> Search<'a> {
 
 #[cfg(test)]
 mod tests {
+    use super::super::tests::shapes::{L_SHAPE, face, polygon};
     use super::*;
-    use crate::brep::BrepBuilder;
 
     /// What is not looked at is not said to be clear.
     #[test]
     fn pairs_that_are_left_are_undecided() {
-        let mut b = BrepBuilder::new();
-        let corners = [
-            [0.0, 0.0],
-            [2.0, 0.0],
-            [2.0, 1.0],
-            [1.0, 1.0],
-            [1.0, 2.0],
-            [0.0, 2.0],
-        ];
-        let at = corners.map(|[x, y]| b.vertex([x, y, 0.0]));
-        b.planar_face(&at).unwrap();
-        let region = TrimRegion::new(&b.build().unwrap(), 0);
+        let wide = [-10.0, 10.0, -10.0, 10.0];
+        let region = TrimRegion::new(&face(wide, Some(vec![polygon(&L_SHAPE)])), 0);
         let kinds = |pairs| {
             let mut search = Search::new(&region);
             search.pairs = pairs;

@@ -24,14 +24,6 @@ fn holds(m: &Meeting, p: [f64; 2]) -> bool {
 
 #[test]
 fn loops_that_keep_clear() {
-    let corner = [
-        [0.0, 0.0],
-        [2.0, 0.0],
-        [2.0, 1.0],
-        [1.0, 1.0],
-        [1.0, 2.0],
-        [0.0, 2.0],
-    ];
     // A needle: its sides are at 2^-40 of each other's direction.
     let needle = [
         [0.0, 0.0],
@@ -41,7 +33,7 @@ fn loops_that_keep_clear() {
     ];
     let apart = 1.0 - 1.0 / f64::from(1 << 20);
     for loops in [
-        vec![polygon(&corner)],
+        vec![polygon(&L_SHAPE)],
         vec![polygon(&needle)],
         vec![circle([0.0, 0.0], 1.0)],
         // Beside each other, in each other, and a millionth apart all round.

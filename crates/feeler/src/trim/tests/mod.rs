@@ -5,6 +5,6 @@ mod meetings;
 mod properties;
 mod reference;
 mod shape;
-mod shapes;
+pub(super) mod shapes;
 mod sides;
 mod turns;

@@ -49,14 +49,6 @@ fn what_is_neither() {
     let square = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]];
     let twice: Vec<_> = square.iter().chain(&square).copied().collect();
     let eight = [[0.0, 0.0], [1.0, 1.0], [1.0, 0.0], [0.0, 1.0]];
-    let corner = [
-        [0.0, 0.0],
-        [2.0, 0.0],
-        [2.0, 1.0],
-        [1.0, 1.0],
-        [1.0, 2.0],
-        [0.0, 2.0],
-    ];
     let spur = [[0.0, 0.0], [2.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]];
     let flat = [[0.0, 0.0], [1.0, 0.0]];
     // Turns left five times, but twice around.
@@ -67,7 +59,7 @@ fn what_is_neither() {
         [-3.0, 1.0],
         [2.0, -3.0],
     ];
-    for corners in [&twice[..], &eight, &corner, &spur, &flat, &pentagram] {
+    for corners in [&twice[..], &eight, &L_SHAPE, &spur, &flat, &pentagram] {
         let n = corners.len();
         assert_eq!(
             shape(vec![polygon(corners)]),

@@ -6,10 +6,10 @@ use crate::nurbs::*;
 use nalgebra::{Point2, Point3, Vector3};
 
 /// A use of a curve: reversed or not, over a part of it or the whole.
-pub(super) struct Use {
-    pub(super) curve: Curve2,
-    pub(super) span: Option<[f64; 2]>,
-    pub(super) reversed: bool,
+pub(in crate::trim) struct Use {
+    pub(in crate::trim) curve: Curve2,
+    pub(in crate::trim) span: Option<[f64; 2]>,
+    pub(in crate::trim) reversed: bool,
 }
 
 impl From<Curve2> for Use {
@@ -22,8 +22,18 @@ impl From<Curve2> for Use {
     }
 }
 
+/// A polygon with one corner that turns inward.
+pub(in crate::trim) const L_SHAPE: [[f64; 2]; 6] = [
+    [0.0, 0.0],
+    [2.0, 0.0],
+    [2.0, 1.0],
+    [1.0, 1.0],
+    [1.0, 2.0],
+    [0.0, 2.0],
+];
+
 /// A planar face with this domain and these loops.
-pub(super) fn face(domain: [f64; 4], loops: Option<Vec<Vec<Use>>>) -> Brep {
+pub(in crate::trim) fn face(domain: [f64; 4], loops: Option<Vec<Vec<Use>>>) -> Brep {
     let interval = |a, b| Interval::new(a, b).unwrap();
     let d = [
         interval(domain[0], domain[1]),
@@ -74,7 +84,7 @@ pub(super) fn face(domain: [f64; 4], loops: Option<Vec<Vec<Use>>>) -> Brep {
     Brep::new(parts).unwrap()
 }
 
-pub(super) fn line(a: [f64; 2], b: [f64; 2]) -> Curve2 {
+pub(in crate::trim) fn line(a: [f64; 2], b: [f64; 2]) -> Curve2 {
     Curve::Line(
         Line::new(
             Point2::from(a),
@@ -86,13 +96,13 @@ pub(super) fn line(a: [f64; 2], b: [f64; 2]) -> Curve2 {
 }
 
 /// A closed polygon as lines.
-pub(super) fn polygon(points: &[[f64; 2]]) -> Vec<Use> {
+pub(in crate::trim) fn polygon(points: &[[f64; 2]]) -> Vec<Use> {
     (0..points.len())
         .map(|i| line(points[i], points[(i + 1) % points.len()]).into())
         .collect()
 }
 
-pub(super) fn nurbs(degree: usize, points: &[[f64; 3]], knots: &[f64]) -> Curve2 {
+pub(in crate::trim) fn nurbs(degree: usize, points: &[[f64; 3]], knots: &[f64]) -> Curve2 {
     Curve::Nurbs(
         NurbsCurve::new(
             degree,
@@ -104,7 +114,7 @@ pub(super) fn nurbs(degree: usize, points: &[[f64; 3]], knots: &[f64]) -> Curve2
 }
 
 /// One Bezier curve.
-pub(super) fn bezier(points: &[[f64; 3]]) -> Curve2 {
+pub(in crate::trim) fn bezier(points: &[[f64; 3]]) -> Curve2 {
     let p = points.len() - 1;
     let knots: Vec<f64> = [vec![0.0; p + 1], vec![1.0; p + 1]].concat();
     nurbs(p, points, &knots)
@@ -112,7 +122,7 @@ pub(super) fn bezier(points: &[[f64; 3]]) -> Curve2 {
 
 /// The exact unit circle, scaled and moved: quarters x = (1 - t²) / (1 + t²), y = 2t / (1 + t²), whose
 /// control points are integers.
-pub(super) fn circle(center: [f64; 2], radius: f64) -> Vec<Use> {
+pub(in crate::trim) fn circle(center: [f64; 2], radius: f64) -> Vec<Use> {
     let turn = |k: usize, p: [f64; 2]| match k {
         0 => p,
         1 => [-p[1], p[0]],
