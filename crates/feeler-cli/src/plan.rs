@@ -86,10 +86,10 @@ fn form(form: &Form) -> String {
 fn reason(why: &Searched) -> String {
     match why {
         Searched::SwitchedOff => "formulas are switched off".into(),
-        Searched::Sphere([inner, outer]) => {
-            format!("between spheres of radii {inner} and {outer}, which bound it first")
+        Searched::Shell { kind, thickness } => {
+            format!("a {kind} within {thickness:.1e}, which bounds it first")
         }
-        Searched::General => "no sphere recognised".into(),
+        Searched::General => "no round surface recognised".into(),
         Searched::Surface => "no formula for this plane or revolution".into(),
         Searched::Loops => "its loops leave the domain".into(),
     }
@@ -124,7 +124,9 @@ fn face_json(f: &FacePlan) -> Value {
             "searched_curves": searched_curves,
         }),
         Form::Searched(why) => match why {
-            Searched::Sphere(radii) => json!({ "searched": "sphere", "radii": radii }),
+            Searched::Shell { kind, thickness } => {
+                json!({ "searched": "shell", "kind": kind, "thickness": thickness })
+            }
             Searched::General => json!({ "searched": "general" }),
             Searched::SwitchedOff => json!({ "searched": "switched_off" }),
             Searched::Surface => json!({ "searched": "surface" }),

@@ -13,13 +13,15 @@ use feeler::query::{
     contact_from, line, overlap,
 };
 use nalgebra::{Point3, Vector3};
-use scenes::{Random, bicubic, cube, native_sphere, nurbs_sphere, trimmed_bicubic, wavy_prism};
+use scenes::{
+    Random, bicubic, cube, native_sphere, nurbs_cylinder, nurbs_sphere, trimmed_bicubic, wavy_prism,
+};
 use std::hint::black_box;
 
 /// One query, as a closure that keeps what it needs.
 type Query = Box<dyn FnMut()>;
 
-const NAMES: [&str; 17] = [
+const NAMES: [&str; 18] = [
     "ball_joint_native_1e-12",
     "ball_joint_native_full",
     "ball_joint_nurbs_1e-12",
@@ -34,6 +36,7 @@ const NAMES: [&str; 17] = [
     "bicubic_line",
     "bicubic_prepare",
     "cube_contact",
+    "cylinder_nurbs_1e-12",
     "prism_line",
     "prism_line_1e-12",
     "sphere_line",
@@ -93,6 +96,7 @@ fn query(name: &str) -> Option<Query> {
         "bicubic_trimmed" => balls(trimmed_bicubic(), 0.01, Accuracy::Full, over),
         "bicubic_full" => balls(bicubic(), 0.01, Accuracy::Full, over),
         "cube_contact" => balls(cube(), 0.01, Accuracy::Full, over),
+        "cylinder_nurbs_1e-12" => balls(nurbs_cylinder(), 2.49, coarse, off_centre),
         "bicubic_overlap" => {
             let brep = PreparedBrep::new(bicubic());
             let mut workspace = Workspace::default();

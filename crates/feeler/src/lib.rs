@@ -82,6 +82,8 @@
 //! longest side of its box). Any other accuracy is a length, and the enclosure is no wider than that. Where this cannot be
 //! reached the answer says so ([`query::Undecided`]) and has the bound that was.
 #![forbid(unsafe_code)]
+// Nothing of the platform's mathematics library reaches an answer: `clippy.toml` lists what would.
+#![cfg_attr(not(test), deny(clippy::disallowed_methods))]
 
 pub mod brep;
 pub mod numeric;

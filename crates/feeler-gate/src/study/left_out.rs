@@ -192,7 +192,7 @@ const WITHOUTS: [Without; 12] = [
         },
     ),
     without(
-        "planes and spheres recognised in NURBS, against their coefficients alone",
+        "planes and round surfaces recognised in NURBS, against their coefficients alone",
         "contact-sphere",
         false,
         Shortcuts {

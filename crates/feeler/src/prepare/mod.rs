@@ -21,6 +21,7 @@ mod plan;
 mod polygon;
 mod quotient;
 mod recognise;
+mod shell;
 mod shortcuts;
 mod side_cells;
 mod spline;
@@ -44,7 +45,7 @@ pub(crate) use near::distance;
 pub(crate) use net::{Products, curve_jet};
 pub(crate) use polygon::{Meeting, Polygon, Ratio};
 pub(crate) use quotient::Quotient;
-pub(crate) use recognise::Shell;
+pub(crate) use shell::Shell;
 pub(crate) use side_cells::SideCells;
 pub(crate) use spline::Homogeneous;
 
@@ -539,7 +540,7 @@ impl PreparedBrep {
         slot.get_or_init(|| Polygon::new(self, face)).as_ref()
     }
 
-    /// The shell around a face's surface, if it is seen to be a sphere.
+    /// The shell around a face's surface, if that is seen to be round.
     pub(crate) fn shell(&self, face: usize) -> Option<&Shell> {
         if !self.shortcuts.recognition {
             return None;

@@ -34,13 +34,24 @@ pub(crate) struct Coefficients<T> {
 }
 
 impl<T: Real> Coefficients<T> {
-    fn new(values: Vec<T>, error: f64) -> Self {
+    pub(super) fn new(values: Vec<T>, error: f64) -> Self {
         let largest = largest(&values);
         Self {
             values,
             error,
             largest,
         }
+    }
+
+    /// The product with others; see [`product_units`] for the bound.
+    pub(super) fn times(&self, degree: Bidegree, other: &Self, other_degree: Bidegree) -> Self {
+        let units = product_units(degree, other_degree) * T::UNIT;
+        let inherited =
+            self.largest * other.error + other.largest * self.error + self.error * other.error;
+        let error = inherited + units * self.largest * other.largest;
+        let values = product(&self.values, degree, &other.values, other_degree);
+        // A few roundings of the bound itself.
+        Self::new(values, error * (1.0 + 16.0 * f64::EPSILON))
     }
 
     /// The lower or the upper half along u (or v).
@@ -117,18 +128,11 @@ impl<T: Real> Net<T> {
         Coefficients::new(self.points.iter().map(|p| p[c].mid).collect(), error)
     }
 
-    /// The products; see [`product_units`] for the bound.
+    /// The products.
     pub(crate) fn products(&self) -> Products<T> {
         let x: [_; 3] = std::array::from_fn(|c| self.coordinate(c));
         let w = self.coordinate(3);
-        let units = product_units(self.degree, self.degree) * T::UNIT;
-        let times = |f: &Coefficients<T>, g: &Coefficients<T>| {
-            let inherited = f.largest * g.error + g.largest * f.error + f.error * g.error;
-            let error = inherited + units * f.largest * g.largest;
-            let values = product(&f.values, self.degree, &g.values, self.degree);
-            // A few roundings of the bound itself.
-            Coefficients::new(values, error * (1.0 + 16.0 * f64::EPSILON))
-        };
+        let times = |f: &Coefficients<T>, g: &Coefficients<T>| f.times(self.degree, g, self.degree);
         let squares: [_; 3] = std::array::from_fn(|c| times(&x[c], &x[c]));
         let mut sum = squares[0].values.clone();
         for s in &squares[1..] {

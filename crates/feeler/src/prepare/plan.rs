@@ -27,9 +27,14 @@ pub enum Form {
 pub enum Searched {
     /// Closed forms are switched off ([`Shortcuts`](super::Shortcuts)).
     SwitchedOff,
-    /// It lies between two spheres about one centre, of these radii, and is searched where that bound does not suffice.
-    Sphere([f64; 2]),
-    /// It is a general surface, and no sphere was recognised in it.
+    /// It lies in a shell around a sphere, cylinder, cone or torus, and is searched where that bound does not suffice.
+    Shell {
+        /// Which of them.
+        kind: &'static str,
+        /// How thick it is, in the unit of the model.
+        thickness: f64,
+    },
+    /// It is a general surface, and no round one was recognised in it.
     General,
     /// A plane whose axes as stored span none to double-double, or a revolution of what is no segment or arc in a plane with
     /// its axis.
@@ -94,7 +99,10 @@ impl PreparedBrep {
     fn why_searched(&self, face: usize) -> Searched {
         let surface = self.brep.surface(face);
         if let Some(shell) = self.shell(face) {
-            return Searched::Sphere(shell.radii());
+            return Searched::Shell {
+                kind: shell.name(),
+                thickness: shell.thickness(),
+            };
         }
         match surface {
             Surface::Nurbs(_) | Surface::Sum(_) => Searched::General,

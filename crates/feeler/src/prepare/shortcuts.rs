@@ -9,8 +9,8 @@ pub struct Shortcuts {
     /// Formulas for planes, cylinders, cones, spheres and tori and for the segments and arcs that bound them; without, they are
     /// searched like any other surface, as rational patches.
     pub closed_forms: bool,
-    /// Planes and spheres are recognised in NURBS surfaces: planes have formulas (with [`closed_forms`](Self::closed_forms)),
-    /// spheres are bounded as such; without, only by their coefficients.
+    /// Planes, spheres, cylinders, cones and tori are recognised in NURBS surfaces: planes have formulas (with
+    /// [`closed_forms`](Self::closed_forms)), the others are bounded as such; without, only by their coefficients.
     pub recognition: bool,
     /// The search for a minimum puts faces and patches aside by boxes around them; without, it opens each.
     pub boxes: bool,

@@ -484,7 +484,7 @@ impl Place {
         }
         let [low, high] = t?;
         let t = [low + Dd::from(along[0]), high + Dd::from(along[1])];
-        let length = across.hypot((t[1] - t[0]).hi * norm);
+        let length = across + (t[1] - t[0]).hi * norm;
         let good = away[1].is_finite() && t[0].hi.is_finite() && t[1].hi.is_finite();
         good.then_some(Self {
             away: [away[0] / UP, away[1] * UP],

@@ -168,7 +168,8 @@ fn passes(a: &[Point], b: &[Point]) -> bool {
 /// How long a chord is.
 fn chord(points: &[Point]) -> f64 {
     let [a, b] = ends(points);
-    (b[0] - a[0]).hypot(b[1] - a[1])
+    let d = [b[0] - a[0], b[1] - a[1]];
+    (d[0] * d[0] + d[1] * d[1]).sqrt()
 }
 
 /// What looking at a pair costs, in pairs of cubics: blossoms go with the cube of the number of control points.

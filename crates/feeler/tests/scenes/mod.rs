@@ -158,6 +158,22 @@ pub(crate) fn nurbs_sphere() -> Brep {
     Brep::from_surface(Surface::Nurbs(sphere().to_nurbs().unwrap().nurbs)).unwrap()
 }
 
+/// A cylinder around z as NURBS, of the sphere's radius and 8 high.
+pub(crate) fn nurbs_cylinder() -> Brep {
+    let at = |z: f64| Point3::new(2.5, 0.0, z);
+    let interval = |a, b| Interval::new(a, b).unwrap();
+    let turned = Revolution {
+        origin: Point3::origin(),
+        axis: Vector3::z(),
+        angle: interval(0.0, std::f64::consts::TAU),
+        angle_domain: interval(0.0, 1.0),
+        profile: Curve::Line(Line::new(at(-4.0), at(4.0), interval(0.0, 1.0)).unwrap()),
+        transposed: false,
+    };
+    let surface = Surface::Revolution(Revolution::new(turned).unwrap());
+    Brep::from_surface(Surface::Nurbs(surface.to_nurbs().unwrap().nurbs)).unwrap()
+}
+
 /// A closed prism of height 2 over a wavy loop of `sides` rational cubics around the z axis, control points at radii from 4 to 6: sides of
 /// bidegree (3, 1), and two flat faces trimmed by the cubics.
 pub(crate) fn wavy_prism(sides: usize) -> Brep {
