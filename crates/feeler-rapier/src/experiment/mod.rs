@@ -1,0 +1,87 @@
+//! Experiments in Rapier: the ball joint of the 2014 thesis, and rolling without bumps.
+//!
+//! Each gives a [`Finding`]: a page of Markdown, plots, and nothing that is not measured or a closed form.
+
+mod ball_joint;
+mod plot;
+mod rolling;
+mod world;
+
+use std::path::Path;
+
+/// What an experiment found.
+#[derive(Clone, Debug, Default)]
+pub struct Finding {
+    /// A page in Markdown that refers to the plots.
+    pub page: String,
+    /// Plots: file name and SVG.
+    pub plots: Vec<(String, String)>,
+}
+
+/// How much of it is done.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Extent {
+    /// Seconds: coarse meshes, short runs. For tests.
+    Quick,
+    /// Minutes.
+    Whole,
+}
+
+/// The names of the experiments.
+pub const NAMES: [&str; 2] = ["ball-joint", "rolling"];
+
+/// Runs an experiment; `models` is the folder `corpora/models`, `progress` hears of each run.
+///
+/// # Errors
+/// In one line: there is no such experiment, or a part cannot be read or cut into triangles.
+pub fn run(
+    name: &str,
+    models: &Path,
+    extent: Extent,
+    progress: &mut dyn FnMut(&str),
+) -> Result<Finding, String> {
+    match name {
+        "ball-joint" => ball_joint::run(models, extent, progress),
+        "rolling" => rolling::run(extent, progress),
+        _ => Err(format!(
+            "there is no experiment {name}: give one of {}",
+            NAMES.join(", ")
+        )),
+    }
+}
+
+/// The median; NaN of nothing.
+fn median(values: &[f64]) -> f64 {
+    let mut sorted = values.to_vec();
+    sorted.sort_by(f64::total_cmp);
+    sorted.get(sorted.len() / 2).copied().unwrap_or(f64::NAN)
+}
+
+/// Mean and standard deviation.
+fn spread(values: &[f64]) -> [f64; 2] {
+    let n = values.len() as f64;
+    let mean = values.iter().sum::<f64>() / n;
+    let square = values.iter().map(|v| (v - mean) * (v - mean)).sum::<f64>() / n;
+    [mean, square.sqrt()]
+}
+
+/// A number for a table.
+fn short(x: f64) -> String {
+    if x == 0.0 {
+        "0".to_owned()
+    } else if (1e-3..1e5).contains(&x.abs()) {
+        let digits = (3 - x.abs().log10().floor() as i32).clamp(0, 6) as usize;
+        format!("{x:.digits$}")
+    } else {
+        format!("{x:.2e}")
+    }
+}
+
+/// A table in Markdown.
+fn table(head: &[&str], rows: &[Vec<String>]) -> String {
+    let line = |cells: &[String]| format!("| {} |\n", cells.join(" | "));
+    let head: Vec<String> = head.iter().map(|h| (*h).to_owned()).collect();
+    let rule: Vec<String> = head.iter().map(|_| "---".to_owned()).collect();
+    let rows: String = rows.iter().map(|r| line(r)).collect();
+    line(&head) + &line(&rule) + &rows
+}

@@ -1,0 +1,258 @@
+//! Rolling without bumps: a ball in the groove of a torus, on the BREP and on meshes.
+//!
+//! # Closed form
+//! A ball without friction in a tube of radius a about a level circle of radius R, its centre c = a - r off that circle at the angle
+//! theta from straight down: with speed v, v^2 = g rho tan theta, rho = R + c sin theta, it stays at this angle for ever. Its
+//! energy is constant, its velocity turns evenly, and its centre runs along a circle. What a run deviates from that is the
+//! engine's own time steps, and the shape.
+
+use super::plot::{Line, Plot};
+use super::world::{Body, DAMPING, HERTZ, brep_body, mesh_body, world};
+use super::{Extent, Finding, median, short, table};
+use ::nalgebra::{Point3, Vector3};
+use feeler::brep::Brep;
+use feeler::numeric::Interval;
+use feeler::nurbs::{Arc, Curve, Revolution, Surface};
+use rapier3d_f64::prelude::*;
+use std::f64::consts::{PI, TAU};
+use std::fmt::Write;
+use std::time::Instant;
+
+/// Radii of the circle, the tube and the ball, m.
+const CIRCLE: f64 = 0.5;
+const TUBE: f64 = 0.1;
+const BALL: f64 = 0.03;
+/// Angle of the ball in the tube, from straight down.
+const THETA: f64 = 0.5;
+/// m/s^2.
+const GRAVITY: f64 = 9.81;
+/// s.
+const STEP: f64 = 1e-3;
+/// Laps.
+const LAPS: f64 = 1.0;
+
+fn groove() -> Result<Brep, String> {
+    let interval = |a, b| Interval::new(a, b).ok_or("an interval");
+    let profile = Arc {
+        center: Point3::new(CIRCLE, 0.0, 0.0),
+        x: Vector3::x(),
+        y: Vector3::z(),
+        z: -Vector3::y(),
+        radius: TUBE,
+        angle: interval(-PI, PI)?,
+        domain: interval(0.0, 1.0)?,
+    };
+    let turned = Revolution {
+        origin: Point3::origin(),
+        axis: Vector3::z(),
+        angle: interval(0.0, TAU)?,
+        angle_domain: interval(0.0, 1.0)?,
+        profile: Curve::Arc(Arc::new(profile).map_err(|e| e.to_string())?),
+        transposed: false,
+    };
+    let turned = Revolution::new(turned).map_err(|e| e.to_string())?;
+    Brep::from_surface(Surface::Revolution(turned)).map_err(|e| e.to_string())
+}
+
+/// The even motion: radius of the circle of the centre, its height, the speed.
+fn even() -> [f64; 3] {
+    let off = TUBE - BALL;
+    let rho = CIRCLE + off * THETA.sin();
+    [
+        rho,
+        -off * THETA.cos(),
+        (GRAVITY * rho * THETA.tan()).sqrt(),
+    ]
+}
+
+#[derive(Default)]
+struct Track {
+    time: Vec<f64>,
+    /// Relative to the kinetic energy at the start.
+    energy: Vec<f64>,
+    /// Distance of the centre from the circle it should run along, m.
+    path: Vec<f64>,
+    /// How far the change of velocity in a step is from that of the even motion, in units of gravity.
+    bump: Vec<f64>,
+    step_us: Vec<f64>,
+}
+
+fn simulate(body: &Body) -> Track {
+    let mut w = world(GRAVITY, BALL, STEP, body);
+    let ground = w.insert_body(RigidBodyBuilder::fixed());
+    let collider = ColliderBuilder::new(body.shape.clone());
+    w.insert_collider(collider.friction(0.0), Some(ground));
+    let [rho, z, v] = even();
+    let ball = RigidBodyBuilder::dynamic()
+        .translation(Vector::new(rho, 0.0, z))
+        .linvel(Vector::new(0.0, v, 0.0))
+        .can_sleep(false);
+    let ball = w.insert_body(ball);
+    let collider = ColliderBuilder::ball(BALL).mass(1.0).friction(0.0);
+    w.insert_collider(collider, Some(ball));
+    let mut track = Track::default();
+    let steps = (LAPS * TAU * rho / v / STEP).ceil() as usize;
+    let energy = |at: Vector, v: Vector| 0.5 * v.length_squared() + GRAVITY * at.z;
+    let kinetic = 0.5 * v * v;
+    let start = energy(Vector::new(rho, 0.0, z), Vector::new(0.0, v, 0.0));
+    let mut before = w.bodies[ball].linvel();
+    for k in 0..steps {
+        let begun = Instant::now();
+        w.step();
+        track.step_us.push(begun.elapsed().as_secs_f64() * 1e6);
+        let (at, now) = (w.bodies[ball].translation(), w.bodies[ball].linvel());
+        let across = at.x.hypot(at.y);
+        track.time.push((k + 1) as f64 * STEP);
+        track.energy.push((energy(at, now) - start) / kinetic);
+        track.path.push((across - rho).hypot(at.z - z));
+        // Even motion: towards the axis, v^2 / rho.
+        let inward = Vector::new(at.x, at.y, 0.0) * (-v * v / rho / across);
+        track
+            .bump
+            .push(((now - before) / STEP - inward).length() / GRAVITY);
+        before = now;
+    }
+    track
+}
+
+fn most(values: &[f64]) -> f64 {
+    values.iter().map(|v| v.abs()).fold(0.0, f64::max)
+}
+
+pub(super) fn run(extent: Extent, progress: &mut dyn FnMut(&str)) -> Result<Finding, String> {
+    let brep = groove()?;
+    let degrees: &[f64] = match extent {
+        Extent::Quick => &[30.0],
+        Extent::Whole => &[60.0, 30.0, 10.0, 3.0, 1.0],
+    };
+    let mut bodies = vec![brep_body(brep.clone())?.0];
+    for d in degrees {
+        bodies.push(mesh_body(&brep, *d)?);
+    }
+    let mut rows = Vec::new();
+    let (mut path, mut bump) = (Vec::new(), Vec::new());
+    let mut marks: [Vec<(f64, f64)>; 3] = Default::default();
+    let mut own = [0.0; 3];
+    for body in &bodies {
+        progress(&format!("torus groove, {}", body.name));
+        let t = simulate(body);
+        let worst = [most(&t.path) / BALL, most(&t.energy), most(&t.bump)];
+        match body.triangles {
+            Some(n) => {
+                for (list, y) in marks.iter_mut().zip(worst) {
+                    list.push((n as f64, y));
+                }
+            }
+            None => own = worst,
+        }
+        rows.push(vec![
+            body.name.clone(),
+            body.triangles.map_or("-".to_owned(), |n| n.to_string()),
+            short(median(&t.step_us)),
+            short(worst[0] * BALL * 1e3),
+            short(t.energy.last().copied().unwrap_or(f64::NAN)),
+            short(worst[1]),
+            short(worst[2]),
+            short(median(&t.bump)),
+        ]);
+        let line = |values: &[f64]| Line {
+            name: body.name.clone(),
+            points: t
+                .time
+                .iter()
+                .copied()
+                .zip(values.iter().map(|v| v.max(1e-12)))
+                .collect(),
+            marked: false,
+        };
+        path.push(line(&t.path));
+        bump.push(line(&t.bump));
+    }
+    let mut against = Vec::new();
+    let names = [
+        "path, in radii of the ball",
+        "energy",
+        "jump of velocity in a step, in g",
+    ];
+    let ends = |list: &[(f64, f64)]| {
+        let x = |f: fn(f64, f64) -> f64, from| list.iter().map(|p| p.0).fold(from, f);
+        [x(f64::min, f64::INFINITY), x(f64::max, 0.0)]
+    };
+    for ((name, list), own) in names.iter().zip(&marks).zip(own) {
+        let [from, to] = ends(list);
+        against.push(Line {
+            name: format!("mesh: {name}"),
+            points: list.clone(),
+            marked: true,
+        });
+        against.push(Line {
+            name: format!("BREP: {name}"),
+            points: vec![(from, own), (to.max(from * 1.001), own)],
+            marked: false,
+        });
+    }
+    let plots = [
+        (
+            "rolling-torus.svg",
+            Plot {
+                title: "One lap in the groove of a torus: largest deviation from the closed form"
+                    .to_owned(),
+                x: "triangles".to_owned(),
+                y: "largest deviation".to_owned(),
+                lines: against,
+                log: [true, true],
+            },
+        ),
+        (
+            "rolling-torus-bumps.svg",
+            Plot {
+                title: "Jump of the velocity in a step, beside that of even motion".to_owned(),
+                x: "time, s".to_owned(),
+                y: "in units of gravity".to_owned(),
+                lines: bump,
+                log: [false, true],
+            },
+        ),
+        (
+            "rolling-torus-path.svg",
+            Plot {
+                title: "Distance of the ball's centre from the circle it should run along"
+                    .to_owned(),
+                x: "time, s".to_owned(),
+                y: "m".to_owned(),
+                lines: path,
+                log: [false, true],
+            },
+        ),
+    ];
+    let plots: Vec<_> = plots
+        .into_iter()
+        .map(|(n, p)| (n.to_owned(), p.svg()))
+        .collect();
+    let head = [
+        "shape",
+        "triangles",
+        "step us",
+        "off the path, mm",
+        "energy at the end",
+        "energy, most",
+        "jump of velocity, most, g",
+        "median, g",
+    ];
+    let [rho, _, v] = even();
+    let mut page = format!(
+        "# Rolling without bumps\n\n\
+        A ball of radius {BALL} m without friction in the groove of a torus (a tube of radius {TUBE} m about a level circle of radius \
+        {CIRCLE} m), set off so that it should run for ever along a circle of radius {rho:.4} m at {v:.4} m/s. {LAPS} lap, \
+        steps of {STEP} s in Rapier 0.36 (f64); contact recycling off, softness {HERTZ} Hz with a damping ratio of {DAMPING}, slop {:.0e} m; clustering on for meshes. \
+        Energies are relative to the kinetic one. *Jump*: how far the change of velocity in one step is from that of even \
+        motion, per step length, in units of gravity; a smooth wall gives small ones.\n\n",
+        1e-6 * BALL
+    );
+    page += &table(&head, &rows);
+    page.push('\n');
+    for (name, _) in &plots {
+        let _ = writeln!(page, "![{name}]({name})\n");
+    }
+    Ok(Finding { page, plots })
+}

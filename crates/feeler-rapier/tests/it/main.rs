@@ -1,0 +1,9 @@
+//! A BREP in Parry and Rapier, against closed forms.
+
+mod contacts;
+#[cfg(feature = "experiments")]
+mod experiments;
+mod in_rapier;
+mod pairs;
+mod scenes;
+mod shape;
