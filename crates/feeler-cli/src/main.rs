@@ -10,6 +10,8 @@ mod health;
 mod inspect;
 mod plan;
 mod report;
+#[cfg(feature = "simulate")]
+mod simulate;
 mod study;
 
 use clap::error::ErrorKind;
@@ -39,6 +41,9 @@ enum Command {
     Report(report::Args),
     /// Which types of surfaces and curves occur in a folder of parts: tables and a plot.
     Study(study::Args),
+    /// Runs an experiment in Rapier: the thesis's ball joint, or rolling without bumps.
+    #[cfg(feature = "simulate")]
+    Simulate(simulate::Args),
 }
 
 /// How a command ended, when nothing stopped it.
@@ -67,6 +72,8 @@ fn main() -> ExitCode {
         Command::Gate(args) => gate::run(&args),
         Command::Report(args) => report::run(&args),
         Command::Study(args) => study::run(&args),
+        #[cfg(feature = "simulate")]
+        Command::Simulate(args) => simulate::run(&args),
     };
     match outcome {
         Ok(Outcome::Good) => ExitCode::SUCCESS,

@@ -5,8 +5,8 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::time::Instant;
 
-/// The features that build the oracle and run batches on several threads.
-const ORACLE: &str = "feeler-oracle/cgal,xtask/cgal,feeler/rayon";
+/// The features that build the oracle, run batches on several threads, and build the experiments in Rapier.
+const FEATURES: &str = "feeler-oracle/cgal,xtask/cgal,feeler/rayon,feeler-cli/simulate";
 
 /// Installs what is missing and runs all checks, in order of what fails fastest.
 pub(crate) fn run() -> Result<(), String> {
@@ -47,7 +47,7 @@ pub(crate) fn run() -> Result<(), String> {
     step(
         "clippy with the oracle",
         &mut cargo(&format!(
-            "clippy --profile ci --workspace --all-targets --quiet --features {ORACLE} -- -D warnings"
+            "clippy --profile ci --workspace --all-targets --quiet --features {FEATURES} -- -D warnings"
         )),
     )?;
     step(
@@ -55,7 +55,7 @@ pub(crate) fn run() -> Result<(), String> {
         cargo("doc --profile ci --workspace --no-deps --quiet").env("RUSTDOCFLAGS", "-D warnings"),
     )?;
     let mut tests = cargo(&format!(
-        "test --profile ci --workspace --features {ORACLE}"
+        "test --profile ci --workspace --features {FEATURES}"
     ));
     if let Some(python) = &python {
         tests.env("FEELER_PYTHON", python);
@@ -67,7 +67,7 @@ pub(crate) fn run() -> Result<(), String> {
     step(
         "this program with the oracle",
         &mut cargo(&format!(
-            "build --profile ci --workspace --bins --quiet --features {ORACLE}"
+            "build --profile ci --workspace --bins --quiet --features {FEATURES}"
         )),
     )?;
     let own = |arguments: &str| {
