@@ -14,7 +14,12 @@ const COLOURS: [RGBColor; 7] = [
     RGBColor(86, 180, 233),
     RGBColor(90, 90, 90),
 ];
-const SIZE: (u32, u32) = (860, 460);
+const SIZE: (u32, u32) = (1040, 460);
+/// Room on the right for names.
+const NAMES: u32 = 270;
+/// Pixels from one name to the next, and of the stroke before it.
+const ROW: i32 = 22;
+const STROKE: i32 = 18;
 
 /// A named line.
 pub(super) struct Line {
@@ -48,6 +53,17 @@ fn range(values: impl Iterator<Item = f64>, log: bool) -> std::ops::Range<f64> {
     }
     let room = (0.06 * (hi - lo)).max(1e-9 * hi.abs()).max(1e-300);
     lo - room..hi + room
+}
+
+/// A number at an axis.
+fn tick(v: f64) -> String {
+    if v == 0.0 || (1e-3..1e4).contains(&v.abs()) {
+        // What is left of roundings in steps of the axis.
+        let text = format!("{v:.6}");
+        text.trim_end_matches('0').trim_end_matches('.').to_owned()
+    } else {
+        format!("{:e}", format!("{v:.2e}").parse().unwrap_or(v))
+    }
 }
 
 impl Plot {
@@ -85,6 +101,7 @@ impl Plot {
         let mut chart = ChartBuilder::on(root)
             .caption(&self.title, ("sans-serif", 17))
             .margin(12)
+            .margin_right(NAMES)
             .x_label_area_size(44)
             .y_label_area_size(78)
             .build_cartesian_2d(x, y)?;
@@ -94,8 +111,8 @@ impl Plot {
             .bold_line_style(RGBColor(225, 225, 225))
             .x_desc(&self.x)
             .y_desc(&self.y)
-            .x_label_formatter(&|v| super::short(*v))
-            .y_label_formatter(&|v| super::short(*v))
+            .x_label_formatter(&|v| tick(*v))
+            .y_label_formatter(&|v| tick(*v))
             .label_style(("sans-serif", 14))
             .axis_desc_style(("sans-serif", 15))
             .draw()?;
@@ -105,12 +122,16 @@ impl Plot {
             let points: Vec<_> = points
                 .filter(|p| p.0.is_finite() && p.1.is_finite())
                 .collect();
-            chart
-                .draw_series(LineSeries::new(points.clone(), colour.stroke_width(2)))?
-                .label(&line.name)
-                .legend(move |(x, y)| {
-                    PathElement::new([(x, y), (x + 18, y)], colour.stroke_width(3))
-                });
+            chart.draw_series(LineSeries::new(points.clone(), colour.stroke_width(2)))?;
+            let (x, y) = ((SIZE.0 - NAMES) as i32 + 12, 50 + ROW * k as i32);
+            let stroke = [(x, y), (x + STROKE, y)];
+            root.draw(&PathElement::new(stroke, colour.stroke_width(3)))?;
+            let name = Text::new(
+                line.name.clone(),
+                (x + STROKE + 7, y - 7),
+                ("sans-serif", 14),
+            );
+            root.draw(&name)?;
             if line.marked {
                 let marks = points
                     .into_iter()
@@ -118,13 +139,6 @@ impl Plot {
                 chart.draw_series(marks)?;
             }
         }
-        chart
-            .configure_series_labels()
-            .position(SeriesLabelPosition::UpperRight)
-            .background_style(WHITE.mix(0.85))
-            .border_style(RGBColor(200, 200, 200))
-            .label_font(("sans-serif", 14))
-            .draw()?;
         root.present()?;
         Ok(())
     }

@@ -5,6 +5,7 @@ use feeler::brep::Brep;
 use feeler::prepare::PreparedBrep;
 use feeler_gate::tessellate::{Rule, tessellate};
 use parry3d_f64::query::{DefaultQueryDispatcher, QueryDispatcher};
+use parry3d_f64::shape::TriMeshFlags;
 use rapier3d_f64::prelude::*;
 use std::sync::Arc;
 
@@ -32,22 +33,41 @@ pub(super) fn brep_body(brep: Brep) -> Result<(Body, BrepShape), String> {
     Ok((body, shape))
 }
 
-pub(super) fn mesh_body(brep: &Brep, degrees: f64) -> Result<Body, String> {
+/// What is done about the inner edges of a mesh, and on which side of it the ball is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Edges {
+    /// Nothing.
+    Plain,
+    /// Parry's `FIX_INTERNAL_EDGES`: normals of contacts are kept within the fan of those of the triangles around. It needs
+    /// to know the outer side: that of the face's normal, or the other one.
+    Fixed { turned: bool },
+}
+
+pub(super) fn mesh_body(brep: &Brep, degrees: f64, edges: Edges) -> Result<Body, String> {
     let rule = Rule {
         degrees,
         chord: f64::INFINITY,
     };
     let mesh = tessellate(brep, &rule)?;
-    let points = mesh
-        .vertices
-        .iter()
-        .map(|v| Vector::from_array(*v))
-        .collect();
+    let points = mesh.vertices.iter().map(|v| Vector::from_array(*v));
     let count = mesh.triangles.len();
-    let shape = SharedShape::trimesh(points, mesh.triangles).map_err(|e| e.to_string())?;
+    let mut triangles = mesh.triangles;
+    let mut name = format!("{degrees} degree mesh");
+    let flags = match edges {
+        Edges::Plain => TriMeshFlags::empty(),
+        Edges::Fixed { turned } => {
+            if turned {
+                triangles.iter_mut().for_each(|t| t.swap(1, 2));
+            }
+            name += ", inner edges fixed";
+            // Faces have corners of their own where they close upon themselves.
+            TriMeshFlags::FIX_INTERNAL_EDGES | TriMeshFlags::MERGE_DUPLICATE_VERTICES
+        }
+    };
+    let shape = SharedShape::trimesh_with_flags(points.collect(), triangles, flags);
     Ok(Body {
-        name: format!("{degrees} degree mesh"),
-        shape,
+        name,
+        shape: shape.map_err(|e| e.to_string())?,
         triangles: Some(count),
     })
 }
