@@ -6,4 +6,6 @@ mod classes;
 mod fixture;
 mod hostile;
 mod models;
+mod mutated;
 mod reference;
+mod written;

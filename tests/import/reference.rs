@@ -66,9 +66,8 @@ pub(crate) struct Curve {
     pub(crate) points: Vec<[f64; 3]>,
 }
 
-/// What rhino3dm reads from `files`, in their order; `None`, said aloud, where there is no Python with
-/// rhino3dm. `FEELER_PYTHON` names the interpreter (default `python3`).
-pub(crate) fn read(files: &[PathBuf]) -> Option<Vec<File>> {
+/// Python with rhino3dm; `None`, said aloud, where there is none. `FEELER_PYTHON` names the interpreter (default `python3`).
+pub(crate) fn python() -> Option<Command> {
     let python = std::env::var_os("FEELER_PYTHON");
     let required = python.is_some();
     let python = python.unwrap_or_else(|| "python3".into());
@@ -76,14 +75,19 @@ pub(crate) fn read(files: &[PathBuf]) -> Option<Vec<File>> {
         .args(["-c", "import rhino3dm"])
         .output()
         .is_ok_and(|o| o.status.success());
-    if !available {
-        // Named explicitly, it must be there.
-        assert!(!required, "FEELER_PYTHON has no rhino3dm: {python:?}");
-        eprintln!("SKIPPED: no python3 with rhino3dm (pip install rhino3dm, or set FEELER_PYTHON)");
-        return None;
+    if available {
+        return Some(Command::new(&python));
     }
+    // Named explicitly, it must be there.
+    assert!(!required, "FEELER_PYTHON has no rhino3dm: {python:?}");
+    eprintln!("SKIPPED: no python3 with rhino3dm (pip install rhino3dm, or set FEELER_PYTHON)");
+    None
+}
+
+/// What rhino3dm reads from `files`, in their order; `None` where there is none.
+pub(crate) fn read(files: &[PathBuf]) -> Option<Vec<File>> {
     let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("import/reference.py");
-    let output = Command::new(&python)
+    let output = python()?
         .arg(script)
         .args(files)
         .output()

@@ -8,6 +8,7 @@ use feeler_corpus::{
     QueryLine, SphereLine,
 };
 use feeler_gate::{Engine, FeelerEngine};
+use feeler_io::Choice;
 use serde_json::{Value, json};
 use std::io::{BufRead, BufWriter, Write};
 use std::path::{Path, PathBuf};
@@ -22,6 +23,12 @@ pub(crate) struct Args {
     /// Ask about object N alone, as `feeler inspect` numbers them.
     #[arg(long, value_name = "N")]
     object: Option<usize>,
+    /// Leave out hidden objects, and those on hidden layers.
+    #[arg(long, conflicts_with = "object")]
+    skip_hidden: bool,
+    /// Leave out locked objects, and those on locked layers.
+    #[arg(long, conflicts_with = "object")]
+    skip_locked: bool,
     /// A sphere: centre and radius.
     #[arg(long, value_name = "X,Y,Z,R", allow_hyphen_values = true, value_parser = numbers::<4>)]
     sphere: Option<[f64; 4]>,
@@ -182,7 +189,17 @@ impl Answering {
 pub(crate) fn run(args: &Args) -> Result<Outcome, Bad> {
     let options = args.options()?;
     let asked = args.queries();
-    let model = Model::load(&args.file, args.object).map_err(|e| Bad(e.to_string()))?;
+    let model = match args.object {
+        Some(_) => Model::load(&args.file, args.object),
+        None => Model::load_chosen(
+            &args.file,
+            Choice {
+                hidden: !args.skip_hidden,
+                locked: !args.skip_locked,
+            },
+        ),
+    };
+    let model = model.map_err(|e| Bad(e.to_string()))?;
     let mut answering = Answering {
         engine: FeelerEngine::new(options),
         refused: None,

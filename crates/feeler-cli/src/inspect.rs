@@ -142,6 +142,7 @@ fn as_json(document: &Document, more: More) -> Value {
         "units": document.units.symbol(),
         "warnings": document.warnings,
         "objects": objects,
+        "unsupported": unread(document),
     })
 }
 
@@ -150,8 +151,20 @@ fn object_json(object: &Object, more: More) -> Value {
     o.insert("kind".into(), json!(object.kind.name()));
     o.insert("name".into(), json!(object.name));
     o.insert("layer".into(), json!(object.layer));
+    for (key, is_so) in marks(object) {
+        if is_so {
+            o.insert(key.into(), json!(true));
+        }
+    }
     match &object.kind {
-        ObjectKind::Brep(brep) | ObjectKind::Surface(brep) => brep_json(brep, more, &mut o),
+        ObjectKind::Brep(brep) | ObjectKind::Surface(brep) | ObjectKind::Extrusion(brep) => {
+            brep_json(brep, more, &mut o);
+        }
+        ObjectKind::Block { name, parts } => {
+            o.insert("block".into(), json!(name));
+            let parts = parts.iter().map(|p| object_json(p, more));
+            o.insert("parts".into(), json!(parts.collect::<Vec<_>>()));
+        }
         ObjectKind::Curve(curve) => {
             o.insert("curve".into(), json!(curve.type_name()));
             o.insert("supported".into(), json!(false));
@@ -212,29 +225,69 @@ fn as_text(document: &Document, more: More) -> String {
     )];
     lines.extend(document.warnings.iter().map(|w| format!("  warning: {w}")));
     for (i, object) in document.objects.iter().enumerate() {
-        let mut head = format!("object {i}: {}", object.kind.name());
-        if !object.name.is_empty() {
-            head += &format!(" `{}`", object.name);
-        }
-        if let Some(layer) = &object.layer {
-            head += &format!(" on layer `{layer}`");
-        }
-        match &object.kind {
-            ObjectKind::Brep(brep) | ObjectKind::Surface(brep) => {
-                lines.push(head);
-                brep_text(brep, more, &mut lines);
-            }
-            ObjectKind::Refused { class, reason } => {
-                lines.push(format!("{head} ({class}): {reason}"));
-            }
-            ObjectKind::Curve(curve) => {
-                lines.push(format!("{head} ({}), not asked", curve.type_name()))
-            }
-            _ => lines.push(format!("{head}, not supported")),
-        }
-        lines.extend(object.warnings.iter().map(|w| format!("  warning: {w}")));
+        object_text(&format!("object {i}"), object, more, &mut lines);
+    }
+    let unread = unread(document);
+    if !unread.is_empty() {
+        let all: Vec<String> = unread.iter().map(|(k, n)| format!("{n} {k}")).collect();
+        lines.push(format!("not supported: {}", all.join(", ")));
     }
     lines.join("\n") + "\n"
+}
+
+/// What an object is to its model.
+fn marks(object: &Object) -> [(&'static str, bool); 3] {
+    [
+        ("hidden", object.hidden),
+        ("locked", object.locked),
+        ("block_member", object.block_member),
+    ]
+}
+
+/// The objects that are not read, by kind: meshes, subdivision surfaces, ...
+fn unread(document: &Document) -> BTreeMap<&str, usize> {
+    let mut counts = BTreeMap::new();
+    for object in &document.objects {
+        if matches!(object.kind, ObjectKind::Mesh | ObjectKind::Other(_)) {
+            *counts.entry(object.kind.name()).or_default() += 1;
+        }
+    }
+    counts
+}
+
+fn object_text(title: &str, object: &Object, more: More, lines: &mut Vec<String>) {
+    let mut head = format!("{title}: {}", object.kind.name());
+    if !object.name.is_empty() {
+        head += &format!(" `{}`", object.name);
+    }
+    if let Some(layer) = &object.layer {
+        head += &format!(" on layer `{layer}`");
+    }
+    for (mark, is_so) in marks(object) {
+        if is_so {
+            head += &format!(", {}", mark.replace('_', " "));
+        }
+    }
+    match &object.kind {
+        ObjectKind::Brep(brep) | ObjectKind::Surface(brep) | ObjectKind::Extrusion(brep) => {
+            lines.push(head);
+            brep_text(brep, more, lines);
+        }
+        ObjectKind::Block { name, parts } => {
+            lines.push(format!("{head} of `{name}`, which places {}", parts.len()));
+            for (i, part) in parts.iter().enumerate() {
+                object_text(&format!("{title}, part {i}"), part, more, lines);
+            }
+        }
+        ObjectKind::Refused { class, reason } => {
+            lines.push(format!("{head} ({class}): {reason}"));
+        }
+        ObjectKind::Curve(curve) => {
+            lines.push(format!("{head} ({}), not asked", curve.type_name()))
+        }
+        _ => lines.push(format!("{head}, not supported")),
+    }
+    lines.extend(object.warnings.iter().map(|w| format!("  warning: {w}")));
 }
 
 fn brep_text(brep: &Brep, more: More, lines: &mut Vec<String>) {

@@ -5,6 +5,7 @@
 #![forbid(unsafe_code)]
 
 mod contact;
+mod convert;
 mod gate;
 mod health;
 mod inspect;
@@ -33,6 +34,8 @@ enum Command {
     /// Answers contact queries: one from the command line, or a line of JSON each from standard
     /// input.
     Contact(contact::Args),
+    /// Writes a model as .3dm: BREPs, surfaces and curves in their native form, number by number; in other units if asked.
+    Convert(convert::Args),
     /// The kernel as an engine outside: the query protocol on standard input and output.
     Engine,
     /// Holds the kernel's answers against the stored truth of a corpus.
@@ -68,6 +71,7 @@ fn main() -> ExitCode {
     let outcome = match cli.command {
         Command::Inspect(args) => inspect::run(&args),
         Command::Contact(args) => contact::run(&args),
+        Command::Convert(args) => convert::run(&args),
         Command::Engine => contact::serve(),
         Command::Gate(args) => gate::run(&args),
         Command::Report(args) => report::run(&args),

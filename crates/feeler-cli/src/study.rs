@@ -53,7 +53,9 @@ fn add(census: &mut Census, path: &Path) {
     census.file();
     for object in &document.objects {
         match &object.kind {
-            ObjectKind::Brep(brep) | ObjectKind::Surface(brep) => census.brep(brep),
+            ObjectKind::Brep(brep) | ObjectKind::Surface(brep) | ObjectKind::Extrusion(brep) => {
+                census.brep(brep);
+            }
             ObjectKind::Refused { class, .. } => census.other(format!("refused: {class}")),
             other => census.other(other.name()),
         }

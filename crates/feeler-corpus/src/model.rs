@@ -4,7 +4,7 @@ use crate::files::{read_text, write_text};
 use crate::hash::breps_hash;
 use crate::model_file;
 use feeler::brep::Brep;
-use feeler_io::{Document, FileError, ObjectKind};
+use feeler_io::{Choice, Document, FileError, ObjectKind};
 use std::path::{Path, PathBuf};
 
 /// Why a file is no model to ask.
@@ -85,14 +85,22 @@ pub struct Model {
 }
 
 impl Model {
-    /// Reads a file and keeps all its BREPs, or object `object` alone (as numbered by
-    /// `feeler inspect`; it may be a surface). A name that ends with `.json` or `.json.gz` is a model
+    /// Reads a file and keeps all BREPs that the model consists of ([`Document::bodies`]: extrusions and what block references place
+    /// too, members of blocks not), or object `object` alone (as numbered by `feeler inspect`; it may be a surface or a member of a block). A name that ends with `.json` or `.json.gz` is a model
     /// file of our own, whose BREPs count as objects; any other is read by [`feeler_io::read_file`].
     pub fn load(path: &Path, object: Option<usize>) -> Result<Self, ModelError> {
         if Self::is_own(path) {
             return Self::load_own(path, object);
         }
-        Self::from_document(path, feeler_io::read_file(path)?, object)
+        Self::from_document(path, feeler_io::read_file(path)?, object, Choice::default())
+    }
+
+    /// The same, without the hidden or the locked objects of a .3dm file. A model file of our own has none.
+    pub fn load_chosen(path: &Path, choice: Choice) -> Result<Self, ModelError> {
+        if Self::is_own(path) {
+            return Self::load_own(path, None);
+        }
+        Self::from_document(path, feeler_io::read_file(path)?, None, choice)
     }
 
     /// Whether a name says that it is a model file of our own.
@@ -149,16 +157,37 @@ impl Model {
         path: &Path,
         document: Document,
         object: Option<usize>,
+        choice: Choice,
     ) -> Result<Self, ModelError> {
         let path = path.to_path_buf();
         let count = document.objects.len();
         let mut breps = Vec::new();
         for (index, o) in document.objects.into_iter().enumerate() {
-            if object.is_some_and(|wanted| wanted != index) {
+            let wanted = object.map_or(!o.block_member && choice.takes(&o), |w| w == index);
+            if !wanted {
                 continue;
             }
             match o.kind {
-                ObjectKind::Brep(brep) => breps.push(brep),
+                ObjectKind::Brep(brep) | ObjectKind::Extrusion(brep) => breps.push(brep),
+                ObjectKind::Block { parts, .. } => {
+                    for part in parts {
+                        match part.kind {
+                            _ if !choice.takes(&part) => {}
+                            ObjectKind::Brep(brep) | ObjectKind::Extrusion(brep) => {
+                                breps.push(brep)
+                            }
+                            ObjectKind::Refused { class, reason } if is_brep(&class) => {
+                                return Err(ModelError::Refused {
+                                    path,
+                                    object: index,
+                                    class,
+                                    reason: reason.to_string(),
+                                });
+                            }
+                            _ => {}
+                        }
+                    }
+                }
                 ObjectKind::Surface(brep) if object.is_some() => breps.push(brep),
                 ObjectKind::Refused { class, reason } if object.is_some() || is_brep(&class) => {
                     return Err(ModelError::Refused {
@@ -214,5 +243,8 @@ impl Model {
 }
 
 fn is_brep(class: &str) -> bool {
-    class.to_ascii_lowercase().contains("brep")
+    let class = class.to_ascii_lowercase();
+    ["brep", "extrusion", "instanceref"]
+        .iter()
+        .any(|of| class.contains(of))
 }

@@ -45,13 +45,85 @@ pub struct Document {
 }
 
 impl Document {
-    /// The BREPs with the index of their object, in file order.
+    /// A document of BREPs alone, as if of a .3dm file of version 5: no names, no units.
+    pub fn of_breps(breps: Vec<Brep>) -> Self {
+        let objects = breps.into_iter().map(|brep| Object {
+            name: String::new(),
+            layer: None,
+            block_member: false,
+            hidden: false,
+            locked: false,
+            offset: 0,
+            kind: ObjectKind::Brep(brep),
+            warnings: Vec::new(),
+        });
+        Self {
+            format: Format::Rhino,
+            version: 50,
+            opennurbs_version: 0,
+            units: Units::None,
+            tolerance: None,
+            objects: objects.collect(),
+            warnings: Vec::new(),
+        }
+    }
+
+    /// The BREPs that the model consists of, in file order, with the index of their object: those of BREPs and extrusions, and of what block
+    /// references place; not the members of blocks themselves, and no loose surfaces.
+    pub fn bodies(&self) -> impl Iterator<Item = (usize, &Brep)> {
+        self.chosen(Choice::default())
+    }
+
+    /// The same of the objects that are chosen.
+    pub fn chosen(&self, choice: Choice) -> impl Iterator<Item = (usize, &Brep)> {
+        let objects = self.objects.iter().enumerate();
+        let wanted = objects.filter(move |(_, o)| !o.block_member && choice.takes(o));
+        wanted.flat_map(move |(i, o)| {
+            let parts = match &o.kind {
+                ObjectKind::Block { parts, .. } => parts.as_slice(),
+                _ => std::slice::from_ref(o),
+            };
+            let parts = parts.iter().filter(move |p| choice.takes(p));
+            parts.filter_map(move |p| match &p.kind {
+                ObjectKind::Brep(brep) | ObjectKind::Extrusion(brep) => Some((i, brep)),
+                _ => None,
+            })
+        })
+    }
+
+    /// The objects of kind [`ObjectKind::Brep`] with their index, members of blocks among them, in file order.
     pub fn breps(&self) -> impl Iterator<Item = (usize, &Brep)> {
         let objects = self.objects.iter().enumerate();
         objects.filter_map(|(i, o)| match &o.kind {
             ObjectKind::Brep(brep) => Some((i, brep)),
             _ => None,
         })
+    }
+}
+
+/// Which objects of a file are taken.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Choice {
+    /// Whether hidden ones are.
+    pub hidden: bool,
+    /// Whether locked ones are.
+    pub locked: bool,
+}
+
+impl Default for Choice {
+    /// All.
+    fn default() -> Self {
+        Self {
+            hidden: true,
+            locked: true,
+        }
+    }
+}
+
+impl Choice {
+    /// Whether an object is taken, by itself: of what a block reference places, ask for each.
+    pub fn takes(self, object: &Object) -> bool {
+        (self.hidden || !object.hidden) && (self.locked || !object.locked)
     }
 }
 
@@ -62,8 +134,12 @@ pub struct Object {
     pub name: String,
     /// The name of its layer, if it is on one.
     pub layer: Option<String>,
-    /// Whether it is part of a block's definition rather than of the model itself.
+    /// Whether it is part of a block's definition rather than of the model itself: references place it.
     pub block_member: bool,
+    /// Whether it, or its layer, is hidden. (The layers that its layer is in are not looked at.)
+    pub hidden: bool,
+    /// Whether it, or its layer, is locked.
+    pub locked: bool,
     /// Byte offset of its record from the start of the file.
     pub offset: usize,
     /// What it is.
@@ -82,8 +158,15 @@ pub enum ObjectKind {
     Surface(Brep),
     /// A curve that is no part of a BREP.
     Curve(Curve3),
-    /// An extrusion. Not read yet.
-    Extrusion,
+    /// An extrusion, as a BREP.
+    Extrusion(Brep),
+    /// A reference to a block.
+    Block {
+        /// The block's name.
+        name: String,
+        /// What it places, blocks within it too: copies of the block's members, moved there.
+        parts: Vec<Object>,
+    },
     /// A mesh. Not read.
     Mesh,
     /// Something else (a point, a text, a block reference, ...), by name.
@@ -98,14 +181,15 @@ pub enum ObjectKind {
 }
 
 impl ObjectKind {
-    /// What it is in reports: `brep`, `surface`, `curve`, `extrusion`, `mesh`, `refused` or the name of
+    /// What it is in reports: `brep`, `surface`, `curve`, `extrusion`, `block reference`, `mesh`, `refused` or the name of
     /// something else.
     pub fn name(&self) -> &str {
         match self {
             Self::Brep(_) => "brep",
             Self::Surface(_) => "surface",
             Self::Curve(_) => "curve",
-            Self::Extrusion => "extrusion",
+            Self::Extrusion(_) => "extrusion",
+            Self::Block { .. } => "block reference",
             Self::Mesh => "mesh",
             Self::Other(name) => name,
             Self::Refused { .. } => "refused",

@@ -33,12 +33,15 @@ impl ChunkId {
                 0x1000_0013 => "object table",
                 0x1000_0014 => "properties table",
                 0x1000_0015 => "settings table",
+                0x1000_0021 => "block table",
                 _ => "table",
             },
             0x2000_8031 => "units",
             0x2000_8050 => "layer record",
             0x2000_8070 => "object record",
+            0x2000_8076 => "block record",
             0x4000_8000 => "part",
+            0x4000_8002 => "attributes",
             _ => "chunk",
         }
     }
@@ -85,6 +88,14 @@ pub enum ReadError {
         /// The innermost chunk that holds it.
         chunk: ChunkId,
         /// Byte offset of the place from the start of the file.
+        at: usize,
+        /// What is wrong.
+        problem: Box<Problem>,
+    },
+    /// Something wrong with an object as a whole.
+    #[error("object at byte {at}: {problem}")]
+    Object {
+        /// Byte offset of its record from the start of the file.
         at: usize,
         /// What is wrong.
         problem: Box<Problem>,
@@ -218,6 +229,12 @@ pub enum Problem {
         /// How many there are.
         count: usize,
     },
+    /// A block reference that places nothing, or what cannot be placed.
+    #[error("a block reference: {why}")]
+    Block {
+        /// Why.
+        why: String,
+    },
     /// Geometry that the kernel refuses.
     #[error("{class}: {source}; repair the object and save again")]
     Geometry {
@@ -254,4 +271,19 @@ pub enum FileProblem {
     /// Its content is wrong.
     #[error("{0}")]
     Read(#[from] ReadError),
+}
+
+/// What cannot be written.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum WriteError {
+    /// A whole surface among other faces.
+    #[error(
+        "object {object}: face {face} has no loops, which the format cannot say of one face among others; give it its border as a loop"
+    )]
+    NoLoops {
+        /// The object.
+        object: usize,
+        /// The face.
+        face: usize,
+    },
 }

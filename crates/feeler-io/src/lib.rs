@@ -18,28 +18,35 @@
 //! # Ok::<(), feeler_io::FileError>(())
 //! ```
 //!
-//! **Numbers.** Nothing is scaled, and lengths stay in the file's [`Units`]. Every f64 of a .3dm file that reaches a
-//! BREP has the bits it has in the file; what is rounded of a .brep file, [`read_brep`] says.
+//! [`write_3dm`] writes a document as .3dm, and [`Document::convert_units`] gives it other units.
+//!
+//! **Numbers.** Nothing is scaled unless [asked for](Document::convert_units), and lengths stay in the file's [`Units`]. Every f64 of a .3dm file that reaches a
+//! BREP has the bits it has in the file, but for extrusions, whose faces are made here, and what block references move: the object's warnings
+//! say so. What is rounded of a .brep file, [`read_brep`] says.
 //!
 //! **Hostile files.** No input panics. Every count is checked against the bytes that are left
 //! before anything is allocated for it, so memory stays within a small multiple of
-//! the file's size; chunks nest at most [`MAX_DEPTH`] deep; checksums are verified on every chunk
+//! the file's size, and of what block references place, which is limited (some 64 MB and 64 bytes for each byte); chunks nest at most [`MAX_DEPTH`] deep; checksums are verified on every chunk
 //! whose content is used. Shapes of a .brep file refer to earlier ones alone, and how often they are used again is
 //! limited. A broken structure is a [`ReadError`]; a broken object is [`ObjectKind::Refused`] and does not touch the
 //! others.
 #![forbid(unsafe_code)]
 
+mod affine;
 mod document;
 mod error;
 mod file;
 mod occt;
+mod rescale;
 mod sheets;
 mod threedm;
 mod units;
 
-pub use document::{Document, Format, Object, ObjectKind};
-pub use error::{ChunkId, FileError, FileProblem, Problem, ReadError};
+pub use affine::{Affine, MapError, Moved};
+pub use document::{Choice, Document, Format, Object, ObjectKind};
+pub use error::{ChunkId, FileError, FileProblem, Problem, ReadError, WriteError};
 pub use file::{MAX_FILE_SIZE, read_file};
 pub use occt::{TextProblem, read_brep};
-pub use threedm::{MAX_DEPTH, read_3dm};
+pub use rescale::UnitsError;
+pub use threedm::{MAX_DEPTH, Written, read_3dm, write_3dm};
 pub use units::Units;

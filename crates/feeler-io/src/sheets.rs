@@ -11,7 +11,7 @@
 //!   parameters, are the same numbers: then every point stays exactly what it was.
 //! - A loop without its seam cannot be mended without inventing trims. [`jumps`] reports it.
 
-use feeler::brep::{Brep, BrepParts, TrimCurve};
+use feeler::brep::{Brep, BrepParts, TrimCurve, TrimKind};
 use feeler::numeric::Interval;
 use feeler::nurbs::{Curve2, Surface};
 use nalgebra::Point2;
@@ -134,6 +134,37 @@ pub(crate) fn reach<'c>(
         range,
         margin: [0, 1].map(|i| if range[i] == polygons[i] { 0.0 } else { margin }),
     })
+}
+
+/// The ranges of u and v that hold all of some curves, for a plane on which they bound a face. `None` if there are no curves.
+pub(crate) fn plane_domain<'c>(
+    curves: impl Iterator<Item = &'c Curve2> + Clone,
+) -> Option<[Interval; 2]> {
+    let range = |c: usize| {
+        let spans = curves.clone().map(|curve| (curve, curve.domain()));
+        let Reach { range, margin } = reach(spans, c)?;
+        Interval::new(range[0] - margin[0], range[1] + margin[1])
+    };
+    Some([range(0)?, range(1)?])
+}
+
+/// Each trim with an edge becomes a border, a seam or mated, by how its edge is used.
+pub(crate) fn kinds(parts: &mut BrepParts) {
+    let mut kinds = Vec::with_capacity(parts.trims.len());
+    for trim in &parts.trims {
+        let uses = trim.edge.and_then(|e| parts.edges.get(e)).map(|e| &e.trims);
+        let same = |t: &&usize| parts.trims.get(**t).map(|t| t.trim_loop) == Some(trim.trim_loop);
+        kinds.push(match uses {
+            None => TrimKind::Singular,
+            Some(uses) if uses.len() == 1 => TrimKind::Boundary,
+            // An edge used so often is no manifold's: one look at each of a few is enough.
+            Some(uses) if uses.iter().take(8).filter(same).count() > 1 => TrimKind::Seam,
+            Some(_) => TrimKind::Mated,
+        });
+    }
+    for (trim, kind) in parts.trims.iter_mut().zip(kinds) {
+        trim.kind = kind;
+    }
 }
 
 /// The trims of some loops with their curves.

@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-/// The unit of a file's lengths. Nothing is converted: it says what the numbers mean.
+/// The unit of a file's lengths. Reading converts nothing: it says what the numbers mean.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub enum Units {
     /// Not said.
@@ -60,6 +60,71 @@ impl Units {
             },
             other => Self::Other(other),
         }
+    }
+
+    /// The format's number.
+    pub(crate) fn code(&self) -> i32 {
+        match self {
+            Self::None => 0,
+            Self::Micrometres => 1,
+            Self::Millimetres => 2,
+            Self::Centimetres => 3,
+            Self::Metres => 4,
+            Self::Kilometres => 5,
+            Self::Microinches => 6,
+            Self::Mils => 7,
+            Self::Inches => 8,
+            Self::Feet => 9,
+            Self::Miles => 10,
+            Self::Custom { .. } => 11,
+            Self::Other(code) => *code,
+        }
+    }
+
+    /// Its length in metres; `None` where none is said.
+    pub fn metres(&self) -> Option<f64> {
+        Some(match self {
+            Self::Micrometres => 1e-6,
+            Self::Millimetres => 1e-3,
+            Self::Centimetres => 1e-2,
+            Self::Metres => 1.0,
+            Self::Kilometres => 1e3,
+            Self::Microinches => 2.54e-8,
+            Self::Mils => 2.54e-5,
+            Self::Inches => 0.0254,
+            Self::Feet => 0.3048,
+            Self::Miles => 1609.344,
+            Self::Custom { metres, .. } => return metres.filter(|m| *m > 0.0),
+            Self::None | Self::Other(_) => return None,
+        })
+    }
+
+    /// What its lengths are multiplied by to be in another unit, rounded once where both are named ones; `None` where one has no length.
+    pub fn ratio(&self, to: &Self) -> Option<f64> {
+        // In tenths of a nanometre all named units are integers below 2^53.
+        let exact = |u: &Self| {
+            Some(match u {
+                Self::Micrometres => 1e4,
+                Self::Millimetres => 1e7,
+                Self::Centimetres => 1e8,
+                Self::Metres => 1e10,
+                Self::Kilometres => 1e13,
+                Self::Microinches => 254.0,
+                Self::Mils => 254e3,
+                Self::Inches => 254e6,
+                Self::Feet => 3_048e6,
+                Self::Miles => 16_093_440e6,
+                other => other.metres()? * 1e10,
+            })
+        };
+        Some(exact(self)? / exact(to)?)
+    }
+
+    /// The unit of a symbol: `um`, `mm`, `cm`, `m`, `km`, `uin`, `mil`, `in`, `ft` or `mi`.
+    pub fn from_symbol(symbol: &str) -> Option<Self> {
+        // Those with a number in the format and a symbol of their own.
+        let all = (1..=10).map(Self::from_code);
+        { all }.find(|u| u.symbol() == symbol)
     }
 
     /// The usual symbol: `mm`, `in`, ...; `none` where there is no unit.

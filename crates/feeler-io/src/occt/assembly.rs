@@ -5,7 +5,7 @@
 //! face as if that were not reversed, which is how the file's curves in uv run; the face's own orientation, composed with
 //! those of all that it is part of, says on which side material is.
 
-use super::builder::{Builder, EdgeUse, kinds};
+use super::builder::{Builder, EdgeUse};
 use super::curves::{Budget, clamped, moved};
 use super::error::TextProblem;
 use super::motion::Place;
@@ -14,7 +14,7 @@ use super::shapes::{Edge as FileEdge, Kind, Orientation, Sub, Tables};
 use super::tokens::fail;
 use super::wires::{Use, chains};
 use crate::error::ReadError;
-use crate::sheets::{ROUNDING, Reach, jumps, reach};
+use crate::sheets::{ROUNDING, Reach, jumps, kinds, reach};
 use feeler::brep::{Brep, Edge, Vertex};
 use feeler::numeric::Interval;
 

@@ -167,25 +167,6 @@ impl Builder {
     }
 }
 
-/// Each trim with an edge becomes a border, a seam or mated, by how its edge is used.
-pub(super) fn kinds(parts: &mut BrepParts) {
-    let mut kinds = Vec::with_capacity(parts.trims.len());
-    for trim in &parts.trims {
-        let uses = trim.edge.and_then(|e| parts.edges.get(e)).map(|e| &e.trims);
-        let same = |t: &&usize| parts.trims.get(**t).map(|t| t.trim_loop) == Some(trim.trim_loop);
-        kinds.push(match uses {
-            None => TrimKind::Singular,
-            Some(uses) if uses.len() == 1 => TrimKind::Boundary,
-            // An edge used so often is no manifold's: one look at each of a few is enough.
-            Some(uses) if uses.iter().take(8).filter(same).count() > 1 => TrimKind::Seam,
-            Some(_) => TrimKind::Mated,
-        });
-    }
-    for (trim, kind) in parts.trims.iter_mut().zip(kinds) {
-        trim.kind = kind;
-    }
-}
-
 /// A curve moved in coordinate `c`. Rounded.
 fn shifted(curve: Curve2, c: usize, by: f64) -> Option<Curve2> {
     let mut step = SVector::<f64, 2>::zeros();

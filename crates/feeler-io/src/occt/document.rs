@@ -106,6 +106,8 @@ pub fn read_brep(bytes: &[u8]) -> Result<Document, ReadError> {
             name: String::new(),
             layer: None,
             block_member: false,
+            hidden: false,
+            locked: false,
             offset: assembly.offset(body.shape),
             kind,
             warnings,

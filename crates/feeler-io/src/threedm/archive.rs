@@ -145,6 +145,12 @@ impl<'a> Chunk<'a> {
         self.take("a class id")
     }
 
+    /// The typecode that would come next, if there is one.
+    pub(super) fn next_typecode(&self) -> Option<u32> {
+        let bytes = self.archive.bytes.get(self.pos..self.end)?;
+        bytes.first_chunk().map(|b| u32::from_le_bytes(*b))
+    }
+
     /// Steps over `count` bytes.
     pub(super) fn skip(&mut self, count: usize, what: &'static str) -> Result<(), ReadError> {
         if count > self.left() {

@@ -11,7 +11,30 @@ pub(super) struct Attributes {
     pub(super) name: String,
     pub(super) layer: Option<i32>,
     pub(super) block_member: bool,
+    pub(super) hidden: bool,
+    pub(super) locked: bool,
+    pub(super) id: [u8; 16],
 }
+
+impl Attributes {
+    /// The low 4 bits say what the object is to its model.
+    fn mode(&mut self, mode: u8) {
+        self.hidden |= mode & 15 == MODE_HIDDEN;
+        self.locked = mode & 15 == MODE_LOCKED;
+        self.block_member = mode & 15 == MODE_BLOCK_MEMBER;
+    }
+}
+
+/// A layer's name and what it does to its objects. That of its parents, to which newer files nest layers, is not looked at.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(super) struct Layer {
+    pub(super) name: String,
+    pub(super) hidden: bool,
+    pub(super) locked: bool,
+}
+
+const MODE_HIDDEN: u8 = 1;
+const MODE_LOCKED: u8 = 2;
 
 /// The mode (low 4 bits) of an object that is part of a block's definition.
 const MODE_BLOCK_MEMBER: u8 = 3;
@@ -36,26 +59,29 @@ pub(super) fn attributes(mut data: Chunk<'_>) -> Result<Attributes, ReadError> {
 /// Layout 1.x: fields in a fixed order.
 fn fixed(data: &mut Chunk<'_>) -> Result<Attributes, ReadError> {
     class::layout(data, "object attributes", &[1], super::curves::REMEDY)?;
-    data.uuid()?;
+    let id = data.uuid()?;
     let layer = data.i32("a layer")?;
     // Material and colour, then line style: two i16, two f64; then wire density.
     data.skip(4 + 4 + 2 * 2 + 2 * 8 + 4, "attributes")?;
     let mode = data.u8("an object's mode")?;
     data.skip(3, "attributes")?;
     let name = data.string("an object's name")?;
-    Ok(Attributes {
+    let mut result = Attributes {
         name,
         layer: Some(layer),
-        block_member: mode & 15 == MODE_BLOCK_MEMBER,
-    })
+        id,
+        ..Attributes::default()
+    };
+    result.mode(mode);
+    Ok(result)
 }
 
 /// Layout 2.x: items in the order of their numbers, each only if it differs from the default. The mode
 /// is the last one of interest.
 fn numbered(data: &mut Chunk<'_>) -> Result<Attributes, ReadError> {
     class::layout(data, "object attributes", &[2], super::curves::REMEDY)?;
-    data.uuid()?;
     let mut result = Attributes {
+        id: data.uuid()?,
         layer: Some(data.i32("a layer")?),
         ..Attributes::default()
     };
@@ -70,9 +96,11 @@ fn numbered(data: &mut Chunk<'_>) -> Result<Attributes, ReadError> {
                 data.expect(ANONYMOUS, "rendering attributes")?;
             }
             8 => data.skip(8, "an attribute")?,
-            9 | 11 => data.skip(1, "an attribute")?,
+            9 => data.skip(1, "an attribute")?,
+            11 => result.hidden = data.u8("whether an object is visible")? == 0,
             12 => {
-                result.block_member = data.u8("an object's mode")? & 15 == MODE_BLOCK_MEMBER;
+                let mode = data.u8("an object's mode")?;
+                result.mode(mode);
                 return Ok(result);
             }
             _ => return Ok(result),
@@ -80,17 +108,29 @@ fn numbered(data: &mut Chunk<'_>) -> Result<Attributes, ReadError> {
     }
 }
 
-/// The name and the index of the layer in a layer record.
-pub(super) fn layer(record: &mut Chunk<'_>) -> Result<(i32, String), ReadError> {
+/// The index of the layer in a layer record, and what is used of it.
+pub(super) fn layer(record: &mut Chunk<'_>) -> Result<(i32, Layer), ReadError> {
     let (_, mut data) = class::object(record)?;
-    class::layout(&mut data, "layer", &[1], super::curves::REMEDY)?;
-    data.i32("a layer's mode")?;
+    let (_, minor) = class::layout(&mut data, "layer", &[1], super::curves::REMEDY)?;
+    let mode = data.i32("a layer's mode")?;
     let index = data.i32("a layer's index")?;
     // Two levels and a material, a number no longer used, a colour, a line style: two i16 and two f64.
     data.skip(3 * 4 + 4 + 2 * 2 + 2 * 8, "a layer's fields")?;
-    let name = data.string("a layer's name")?;
+    let mut layer = Layer {
+        name: data.string("a layer's name")?,
+        hidden: mode == i32::from(MODE_HIDDEN),
+        locked: mode == i32::from(MODE_LOCKED),
+    };
+    if minor >= 1 {
+        layer.hidden = data.u8("whether a layer is visible")? == 0;
+    }
+    if minor >= 4 {
+        // A line pattern, a colour and a width.
+        data.skip(4 + 4 + 8, "a layer's fields")?;
+        layer.locked = data.u8("whether a layer is locked")? != 0;
+    }
     data.finish()?;
-    Ok((index, name))
+    Ok((index, layer))
 }
 
 /// Units and the tolerance the model was made with, in these units.

@@ -148,20 +148,51 @@ fn polyline<const D: usize>(data: &mut Chunk<'_>) -> Result<Polyline<D>, ReadErr
     geometry(data, "PolylineCurve", Polyline::new(points, params))
 }
 
-fn poly<const D: usize, const H: usize>(
+/// The segments of a poly-curve, each with its own domain.
+pub(super) struct Segments<const D: usize, const H: usize> {
+    pub(super) curves: Vec<Curve<D, H>>,
+    params: Vec<f64>,
+}
+
+impl<const D: usize, const H: usize> Segments<D, H> {
+    /// The poly-curve itself.
+    pub(super) fn join(self) -> Result<Curve<D, H>, GeometryError> {
+        PolyCurve::new(self.curves, self.params).map(Curve::Poly)
+    }
+}
+
+/// The segments of the poly-curve whose data is at hand.
+pub(super) fn poly_segments<const D: usize, const H: usize>(
+    mut data: Chunk<'_>,
+    role: &'static str,
+) -> Result<Segments<D, H>, ReadError> {
+    let segments = segments(&mut data, role)?;
+    data.finish()?;
+    Ok(segments)
+}
+
+fn segments<const D: usize, const H: usize>(
     data: &mut Chunk<'_>,
     role: &'static str,
-) -> Result<PolyCurve<D, H>, ReadError> {
+) -> Result<Segments<D, H>, ReadError> {
     class::layout(data, "PolyCurve", &[1], REMEDY)?;
     let n = data.count("poly-curve segments", MIN_OBJECT)?;
     data.skip(2 * size_of::<i32>(), "reserved fields")?;
     data.f64s::<6>("a poly-curve's box")?;
     let params = data.f64_array("poly-curve parameters")?;
-    let mut segments = Vec::new();
+    let mut curves = Vec::new();
     for _ in 0..n {
-        segments.push(curve(data, role)?);
+        curves.push(curve(data, role)?);
     }
-    geometry(data, "PolyCurve", PolyCurve::new(segments, params))
+    Ok(Segments { curves, params })
+}
+
+fn poly<const D: usize, const H: usize>(
+    data: &mut Chunk<'_>,
+    role: &'static str,
+) -> Result<PolyCurve<D, H>, ReadError> {
+    let Segments { curves, params } = segments(data, role)?;
+    geometry(data, "PolyCurve", PolyCurve::new(curves, params))
 }
 
 /// Sizes of one direction of a spline, as stored.

@@ -1,10 +1,12 @@
 //! The whole file.
 
 use super::archive::{Archive, Chunk};
-use super::attributes::{Attributes, attributes, layer, units};
+use super::attributes::{Attributes, Layer, attributes, layer, units};
+use super::blocks::{self, Blocks, DEFINITION_RECORD};
 use super::brep::brep;
 use super::class::{self, Class};
 use super::curves::curve_of;
+use super::extrusion::extrusion;
 use super::surfaces::surface_of;
 use crate::document::{Document, Format, Object, ObjectKind};
 use crate::error::{ChunkId, Problem, ReadError};
@@ -22,7 +24,8 @@ const END_OF_FILE: u32 = 0x0000_7FFF;
 const END_OF_TABLE: u32 = 0xFFFF_FFFF;
 const LAYER_TABLE: u32 = 0x1000_0011;
 const OBJECT_TABLE: u32 = 0x1000_0013;
-/// Tables of things that are not used: bitmaps, materials, groups, fonts, blocks, ...
+const BLOCK_TABLE: u32 = 0x1000_0021;
+/// Tables of things that are not used: bitmaps, materials, groups, fonts, ...
 const OTHER_TABLES: RangeInclusive<u32> = 0x1000_0010..=0x1000_0028;
 const PROPERTIES_TABLE: u32 = 0x1000_0014;
 const SETTINGS_TABLE: u32 = 0x1000_0015;
@@ -38,15 +41,15 @@ const END_OF_OBJECT: u32 = 0x8200_007F;
 /// Reads a .3dm file of version 3 to 8 from memory.
 ///
 /// A bad object does not lose the others: it becomes [`ObjectKind::Refused`] with the reason.
-/// A file of version 2 is read too, with a warning; BREPs of an older layout (Brep 2.x) are refused one
-/// by one.
+/// Extrusions become BREPs, and a block reference holds what it places ([`ObjectKind::Block`]). A file of version 2 is read too, with a
+/// warning; BREPs of an older layout (Brep 2.x) are refused one by one.
 ///
 /// # Errors
 /// [`ReadError`], which names the chunk, its byte offset and the remedy: no .3dm file, a version that is
 /// not read, or a chunk structure that does not hold together outside the objects.
 ///
 /// # Cost
-/// O(size) time; memory within a small multiple of the size.
+/// O(size) time; memory within a small multiple of the size, and of what block references place, which is limited.
 pub fn read_3dm(bytes: &[u8]) -> Result<Document, ReadError> {
     if bytes.is_empty() {
         return Err(ReadError::Empty);
@@ -65,7 +68,13 @@ pub fn read_3dm(bytes: &[u8]) -> Result<Document, ReadError> {
     };
     let mut reader = DocumentReader::new(version, start);
     reader.file(Chunk::file(archive, digits + VERSION_DIGITS))?;
-    Ok(reader.document)
+    let DocumentReader {
+        mut document,
+        blocks,
+        ..
+    } = reader;
+    blocks.unfold(&mut document, bytes.len());
+    Ok(document)
 }
 
 fn version(digits: &[u8]) -> Result<u32, ReadError> {
@@ -84,7 +93,8 @@ struct DocumentReader {
     document: Document,
     /// Whether the object table was seen.
     has_objects: bool,
-    layers: HashMap<i32, String>,
+    layers: HashMap<i32, Layer>,
+    blocks: Blocks,
 }
 
 impl DocumentReader {
@@ -111,6 +121,7 @@ impl DocumentReader {
             },
             has_objects: false,
             layers: HashMap::new(),
+            blocks: Blocks::default(),
         }
     }
 
@@ -158,6 +169,15 @@ impl DocumentReader {
                         Ok(())
                     })?;
                 }
+                BLOCK_TABLE => each(&mut table, |record| {
+                    if record.id.typecode != DEFINITION_RECORD {
+                        self.skipped(record.id);
+                    } else if let Err(reason) = self.blocks.define(record) {
+                        let warning = format!("a block could not be read: {reason}");
+                        self.document.warnings.push(warning);
+                    }
+                    Ok(())
+                })?,
                 COMMENT => {}
                 code if OTHER_TABLES.contains(&code) => {}
                 _ => self.skipped(table.id),
@@ -191,8 +211,8 @@ impl DocumentReader {
     /// A layer that cannot be read costs its objects the layer's name, no more.
     fn layer(&mut self, mut record: Chunk<'_>) {
         match layer(&mut record) {
-            Ok((index, name)) => {
-                self.layers.insert(index, name);
+            Ok((index, layer)) => {
+                self.layers.insert(index, layer);
             }
             Err(reason) => self
                 .document
@@ -201,12 +221,14 @@ impl DocumentReader {
         }
     }
 
-    fn object(&self, mut record: Chunk<'_>) -> Object {
+    fn object(&mut self, mut record: Chunk<'_>) -> Object {
         let offset = record.id.offset;
         let mut object = Object {
             name: String::new(),
             layer: None,
             block_member: false,
+            hidden: false,
+            locked: false,
             offset,
             kind: ObjectKind::Other("object".into()),
             warnings: Vec::new(),
@@ -221,7 +243,8 @@ impl DocumentReader {
         object
     }
 
-    fn record(&self, record: &mut Chunk<'_>, object: &mut Object) -> Result<(), ReadError> {
+    fn record(&mut self, record: &mut Chunk<'_>, object: &mut Object) -> Result<(), ReadError> {
+        let index = self.document.objects.len();
         let mut type_bits = 0;
         let mut found = false;
         while record.left() > 0 {
@@ -231,7 +254,16 @@ impl DocumentReader {
                 OBJECT => {
                     found = true;
                     let (class, data) = class::object_in(child)?;
-                    object.kind = match kind(class, data, type_bits, &mut object.warnings) {
+                    let read = if class == Class::InstanceRef {
+                        blocks::reference(data).map(|reference| {
+                            self.blocks.refer(index, reference);
+                            // What it places is known when the file is read.
+                            ObjectKind::Other("block reference".into())
+                        })
+                    } else {
+                        kind(class, data, type_bits, &mut object.warnings)
+                    };
+                    object.kind = match read {
                         Ok(kind) => kind,
                         Err(reason) => ObjectKind::Refused {
                             class: class.name(),
@@ -244,10 +276,17 @@ impl DocumentReader {
                         name,
                         layer,
                         block_member,
+                        hidden,
+                        locked,
+                        id,
                     }) => {
+                        let layer = layer.and_then(|i| self.layers.get(&i));
                         object.name = name;
-                        object.layer = layer.and_then(|i| self.layers.get(&i).cloned());
+                        object.layer = layer.map(|l| l.name.clone());
                         object.block_member = block_member;
+                        object.hidden = hidden || layer.is_some_and(|l| l.hidden);
+                        object.locked = locked || layer.is_some_and(|l| l.locked);
+                        self.blocks.note(id, index);
                     }
                     Err(reason) => object
                         .warnings
@@ -321,7 +360,11 @@ fn kind(
         | Class::NurbsCurve
         | Class::PolyCurve
         | Class::CurveOnSurface => ObjectKind::Curve(curve_of(class, data, "a curve")?),
-        Class::Extrusion => ObjectKind::Extrusion,
+        Class::Extrusion => {
+            let (brep, found) = extrusion(data)?;
+            warnings.extend(found);
+            ObjectKind::Extrusion(brep)
+        }
         Class::Mesh => ObjectKind::Mesh,
         Class::InstanceRef | Class::Other(_) => ObjectKind::Other(other(class, type_bits)),
     })

@@ -1,0 +1,73 @@
+//! `feeler convert`.
+
+use crate::{Bad, Outcome, write_error};
+use feeler_corpus::Model;
+use feeler_io::{Document, Units, Written};
+use std::io::Write;
+use std::path::{Path, PathBuf};
+
+#[derive(Debug, clap::Args)]
+pub(crate) struct Args {
+    /// The .3dm or .brep (OCCT, text) file, or a model file of our own (.json, .json.gz).
+    file: PathBuf,
+    /// The file to write: .3dm (version 5) by its name.
+    out: PathBuf,
+    /// Give all lengths in this unit (um, mm, cm, m, km, mil, in, ft, ...): coordinates are multiplied, and how far that rounds is said.
+    #[arg(long, value_name = "UNIT", value_parser = unit)]
+    unit: Option<Units>,
+}
+
+fn unit(symbol: &str) -> Result<Units, String> {
+    Units::from_symbol(symbol)
+        .ok_or_else(|| "one of um, mm, cm, m, km, uin, mil, in, ft, mi is needed".to_owned())
+}
+
+/// What a file holds, whatever its format.
+fn read(path: &Path) -> Result<Document, Bad> {
+    if !Model::is_own(path) {
+        return feeler_io::read_file(path).map_err(|e| Bad(e.to_string()));
+    }
+    let model = Model::load(path, None).map_err(|e| Bad(e.to_string()))?;
+    Ok(Document::of_breps(model.breps))
+}
+
+pub(crate) fn run(args: &Args) -> Result<Outcome, Bad> {
+    let extension = args.out.extension().map(|e| e.to_ascii_lowercase());
+    if extension.is_none_or(|e| e != "3dm") {
+        return Err(Bad(format!(
+            "{}: the name says no format that is written; end it with .3dm",
+            args.out.display()
+        )));
+    }
+    let mut document = read(&args.file)?;
+    let mut lines = Vec::new();
+    if let Some(unit) = &args.unit {
+        let from = document.units.to_string();
+        let off = document.convert_units(unit.clone());
+        let off = off.map_err(|e| Bad(format!("{}: {e}", args.file.display())))?;
+        lines.push(if off > 0.0 {
+            format!("lengths from {from} to {unit}: rounded, points off by no more than {off:.1e} {unit}")
+        } else {
+            format!("lengths from {from} to {unit}: nothing is rounded")
+        });
+    }
+    let Written {
+        bytes,
+        notes,
+        objects,
+    } = feeler_io::write_3dm(&document)
+        .map_err(|e| Bad(format!("{}: {e}", args.file.display())))?;
+    std::fs::write(&args.out, &bytes)
+        .map_err(|e| Bad(format!("{}: cannot be written: {e}", args.out.display())))?;
+    lines.push(format!(
+        "{}: {objects} objects, units {}, {} bytes",
+        args.out.display(),
+        document.units,
+        bytes.len()
+    ));
+    lines.extend(notes.into_iter().map(|n| format!("  note: {n}")));
+    let mut out = std::io::stdout().lock();
+    let text = lines.join("\n") + "\n";
+    out.write_all(text.as_bytes()).map_err(write_error)?;
+    Ok(Outcome::Good)
+}

@@ -1,0 +1,246 @@
+//! Five thousand files of the corpus, each damaged in its own way: truncated, bits flipped, lengths and counts and numbers replaced, pieces moved,
+//! said twice or blanked. Each loads or gives one clear line, at once. (`memory.rs` watches allocation.)
+
+use feeler_io::{Document, ObjectKind, Problem, ReadError, read_3dm, read_brep};
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
+
+/// How many of each kind.
+const OF_3DM: u32 = 1_500;
+const OF_3DM_MENDED: u32 = 1_500;
+const OF_BREP: u32 = 2_000;
+
+/// Files of at most this many bytes are damaged: reading them takes some milliseconds.
+const SMALL: u64 = 50_000;
+const LONG: Duration = Duration::from_secs(5);
+/// How many checksums of a file are made to fit: more do not differ after a few changes.
+const MENDED: usize = 64;
+
+/// Knuth's multiplier (MMIX): the same numbers everywhere.
+struct Random(u64);
+
+impl Random {
+    fn next(&mut self) -> u64 {
+        self.0 = self
+            .0
+            .wrapping_mul(6_364_136_223_846_793_005)
+            .wrapping_add(1_442_695_040_888_963_407);
+        self.0 >> 33
+    }
+
+    /// Below `count`.
+    fn below(&mut self, count: usize) -> usize {
+        (self.next() as usize) % count.max(1)
+    }
+}
+
+fn files(extension: &str) -> Vec<(PathBuf, Vec<u8>)> {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../corpora/models");
+    let mut open = vec![root];
+    let mut found = Vec::new();
+    while let Some(dir) = open.pop() {
+        for entry in std::fs::read_dir(&dir)
+            .expect("a folder of the corpus")
+            .flatten()
+        {
+            let path = entry.path();
+            let size = entry.metadata().map_or(0, |m| m.len());
+            if path.is_dir() {
+                open.push(path);
+            } else if path.extension().is_some_and(|e| e == extension) && size <= SMALL {
+                found.push(path);
+            }
+        }
+    }
+    found.sort();
+    let read = |p: PathBuf| {
+        let bytes = std::fs::read(&p).expect("a file of the corpus");
+        (p, bytes)
+    };
+    found.into_iter().map(read).collect()
+}
+
+const WILD: [[u8; 8]; 12] = [
+    [0; 8],
+    [0xFF; 8],
+    [1, 0, 0, 0, 0, 0, 0, 0],
+    [0xFF, 0xFF, 0xFF, 0x7F, 0, 0, 0, 0],
+    [0, 0, 0, 0x80, 0, 0, 0, 0],
+    [0, 0, 1, 0, 0, 0, 0, 0],
+    [2, 0, 0, 0, 1, 0, 0, 0],
+    // NaN, an infinity, the largest, the smallest, -1.
+    [0, 0, 0, 0, 0, 0, 0xF8, 0x7F],
+    [0, 0, 0, 0, 0, 0, 0xF0, 0x7F],
+    [0xFF, 0xFF, 0xFF, 0xFF, 0xFF, 0xFF, 0xEF, 0x7F],
+    [1, 0, 0, 0, 0, 0, 0, 0x80],
+    [0, 0, 0, 0, 0, 0, 0xF0, 0xBF],
+];
+
+/// One to four changes. Words of text are as good as bytes for this.
+fn damage(bytes: &mut Vec<u8>, r: &mut Random) {
+    for _ in 0..=r.below(4) {
+        let at = r.below(bytes.len());
+        let rest = bytes.len() - at;
+        let size = (1 + r.below(64)).min(rest);
+        match r.below(9) {
+            0 => bytes.truncate(at.max(1)),
+            1 | 2 => bytes[at] ^= 1 << r.below(8),
+            3 | 4 => {
+                let wild = WILD[r.below(WILD.len())];
+                let size = [4, 8][r.below(2)].min(rest);
+                bytes[at..at + size].copy_from_slice(&wild[..size]);
+            }
+            5 => {
+                let piece = bytes[at..at + size].to_vec();
+                let to = r.below(bytes.len());
+                bytes.splice(to..to, piece);
+            }
+            6 => drop(bytes.drain(at..at + size)),
+            7 => bytes[at..at + size].fill(b'0'),
+            _ => {
+                // A piece written over another: lengths, counts and indices that are someone else's.
+                let to = r.below(bytes.len() - size + 1);
+                bytes.copy_within(at..at + size, to);
+            }
+        }
+        if bytes.is_empty() {
+            bytes.push(b' ');
+        }
+    }
+}
+
+#[derive(Default)]
+struct Tally {
+    errors: usize,
+    refusals: usize,
+    loaded: usize,
+}
+
+fn one_line(reason: &ReadError) {
+    let text = reason.to_string();
+    assert_eq!(text.lines().count(), 1, "{text}");
+    assert!(!text.is_empty() && text.len() < 600, "{text}");
+}
+
+/// Whether an object, or one that a block reference places, was refused; all that was said is one line.
+fn refused(kind: &ObjectKind) -> bool {
+    match kind {
+        ObjectKind::Refused { reason, .. } => {
+            one_line(reason);
+            true
+        }
+        // What is placed is never a reference itself.
+        ObjectKind::Block { parts, .. } => parts.iter().filter(|p| refused(&p.kind)).count() > 0,
+        ObjectKind::Brep(b) | ObjectKind::Surface(b) | ObjectKind::Extrusion(b) => {
+            b.defects()
+                .iter()
+                .for_each(|d| assert!(!d.to_string().is_empty()));
+            false
+        }
+        _ => false,
+    }
+}
+
+impl Tally {
+    fn take(&mut self, what: &str, read: impl FnOnce() -> Result<Document, ReadError>) {
+        let start = Instant::now();
+        let result = read();
+        match &result {
+            Err(reason) => {
+                one_line(reason);
+                self.errors += 1;
+            }
+            Ok(document) => {
+                let refusals = document.objects.iter().filter(|o| refused(&o.kind)).count();
+                if refusals > 0 {
+                    self.refusals += 1;
+                } else {
+                    self.loaded += 1;
+                }
+            }
+        }
+        let time = start.elapsed();
+        assert!(time < LONG, "{what}: {time:?}");
+    }
+
+    fn all(&self) -> usize {
+        self.errors + self.refusals + self.loaded
+    }
+}
+
+/// Makes the checksums of damaged chunks fit, one after the other, so that the damage gets past them.
+fn mend(bytes: &mut [u8]) {
+    let checksum = |reason: &ReadError| match reason {
+        ReadError::Chunk { at, problem, .. } => match **problem {
+            Problem::Checksum { computed, .. } => Some((*at, computed.to_le_bytes())),
+            _ => None,
+        },
+        _ => None,
+    };
+    for _ in 0..MENDED {
+        let found = match read_3dm(bytes) {
+            Err(reason) => checksum(&reason),
+            Ok(document) => document.objects.iter().find_map(|o| match &o.kind {
+                ObjectKind::Refused { reason, .. } => checksum(reason),
+                _ => None,
+            }),
+        };
+        match found {
+            Some((at, crc)) if bytes.get(at..at + 4).is_some_and(|old| old != crc) => {
+                bytes[at..at + 4].copy_from_slice(&crc);
+            }
+            _ => return,
+        }
+    }
+}
+
+#[test]
+fn five_thousand_damaged_files_load_or_say_one_line() {
+    let rhino = files("3dm");
+    let occt = files("brep");
+    assert!(
+        rhino.len() >= 15 && occt.len() >= 15,
+        "{} and {}",
+        rhino.len(),
+        occt.len()
+    );
+    let (mut raw, mut mended, mut text) = (Tally::default(), Tally::default(), Tally::default());
+    for i in 0..OF_3DM + OF_3DM_MENDED {
+        let mut r = Random(u64::from(i));
+        r.next();
+        let (path, whole) = &rhino[r.below(rhino.len())];
+        let mut bytes = whole.clone();
+        damage(&mut bytes, &mut r);
+        let what = format!("{} {i}", path.display());
+        if i < OF_3DM {
+            raw.take(&what, || read_3dm(&bytes));
+        } else {
+            mend(&mut bytes);
+            mended.take(&what, || read_3dm(&bytes));
+        }
+    }
+    for i in 0..OF_BREP {
+        let mut r = Random(u64::from(i) + (1 << 32));
+        r.next();
+        let (path, whole) = &occt[r.below(occt.len())];
+        let mut bytes = whole.clone();
+        damage(&mut bytes, &mut r);
+        text.take(&format!("{} {i}", path.display()), || read_brep(&bytes));
+    }
+    for (name, tally) in [
+        (".3dm", &raw),
+        (".3dm, checksums mended", &mended),
+        (".brep", &text),
+    ] {
+        let Tally {
+            errors,
+            refusals,
+            loaded,
+        } = tally;
+        println!("{name}: {errors} errors, {refusals} with refused objects, {loaded} loaded");
+        // Each way out is taken: the damage neither misses all the time nor kills all at once.
+        assert!(*errors > 20 && *loaded > 20, "{name}");
+    }
+    assert!(raw.refusals > 20 && mended.refusals > 20);
+    assert_eq!(raw.all() + mended.all() + text.all(), 5_000);
+}
