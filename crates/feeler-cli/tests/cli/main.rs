@@ -1,5 +1,6 @@
 //! The program `feeler`, run as a user runs it.
 
+mod convert;
 mod exit_codes;
 mod gate;
 mod health;
