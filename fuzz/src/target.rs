@@ -198,8 +198,7 @@ fn said(error: &ReadError) -> Result<(), String> {
 
 fn look_at(document: &Document) {
     let mut text = String::new();
-    // Members of blocks, and what references make of them.
-    for (_, brep) in document.breps().chain(document.bodies()) {
+    for (_, brep) in document.bodies() {
         // Each defect has its words, and none of them panics.
         for d in brep.defects() {
             let _ = write!(text, "{d}");
