@@ -5,7 +5,7 @@
 //! Source: R. Farouki, V. Rajan, *Algorithms for polynomials in Bernstein
 //! form*, CAGD 5 (1988).
 
-use super::{Ball, Real, TINY};
+use super::{Ball, Real};
 
 /// The bidegree of a tensor-product polynomial.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -150,10 +150,10 @@ pub fn split_off<T: Real>(c: &mut [T], degree: Bidegree, along_u: bool) -> Vec<T
     right
 }
 
-/// What one [`split_off`] adds to the error of coefficients no larger than `largest`.
-pub fn split_error<T: Real>(degree: Bidegree, along_u: bool, largest: f64) -> f64 {
+/// What one [`split_off`] adds to the error of coefficients no larger than `largest`, where an operation that underflows may lose `tiny`.
+pub fn split_error<T: Real>(degree: Bidegree, along_u: bool, largest: f64, tiny: f64) -> f64 {
     let count = if along_u { degree.u } else { degree.v } as f64;
-    count * (T::UNIT * largest * (1.0 + 64.0 * f64::EPSILON) + TINY)
+    count * (T::UNIT * largest * (1.0 + 64.0 * f64::EPSILON) + tiny)
 }
 
 fn split_rows<T: Real, const WIDTH: usize>(right: &mut [T], left: &mut [T]) {
@@ -209,6 +209,7 @@ pub fn evaluate<T: Real>(mut c: Vec<Ball<T>>, t: Ball<T>) -> Ball<T> {
 
 #[cfg(test)]
 mod tests {
+    use super::super::TINY;
     use super::*;
     use crate::numeric::Dd;
 
@@ -250,7 +251,7 @@ mod tests {
         for along_u in [true, false] {
             let mut l = x.clone();
             let r = split_off(&mut l, B, along_u);
-            let bound = split_error::<f64>(B, along_u, largest(&x));
+            let bound = split_error::<f64>(B, along_u, largest(&x), TINY);
             for (u, v) in [(0.25, 0.5), (0.875, 0.125), (0.5, 0.5)] {
                 let (half, local) = if along_u {
                     (if u < 0.5 { &l } else { &r }, ((2.0 * u) % 1.0, v))

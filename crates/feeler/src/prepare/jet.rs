@@ -8,7 +8,8 @@
 //! most `A`, known within `rho`:
 //!
 //! - *Value.* `sum b_i b_j P_ij` meets `3 p + 3 q` roundings from the polynomials, two from products and `p + q` from
-//!   additions: off by at most `(4 (p + q) + 2) u A + rho`.
+//!   additions: off by at most `(4 (p + q) + 2) u A + rho`. Nor is it off by more than that for `A` and `rho` in parts of the weights (no
+//!   `|P_ij| > A w_ij`) times the weight at the point, which is the same sum of the `w_ij`: far less where weights differ and that is small.
 //! - *Slope.* The derivative of `b_i` is `p (b_(i-1) - b_i)` of degree `p - 1`: two more roundings, relative to
 //!   `p (b_(i-1) + b_i)`, and the sum over i of these is `2 p`. So a slope along u is off by at most
 //!   `2 p ((4 (p + q) + 4) u A + rho)`; along v with `q` for `p` in front.
@@ -158,6 +159,18 @@ fn value_of<const N: usize>(net: &Net<f64>, p: usize, q: usize, s: f64, t: f64) 
     out
 }
 
+/// What the weight at a point is not above: it was computed up to so many roundings of itself, and the net's errors.
+fn weight_below<T>(net: &Net<T>, computed: f64, units: f64) -> f64 {
+    let off = units + net.blur[3];
+    if net.unit_weights {
+        1.0
+    } else if off <= 0.25 {
+        computed * (1.0 + 2.0 * off + 4.0 * f64::EPSILON)
+    } else {
+        f64::INFINITY
+    }
+}
+
 /// Value, `_s` and `_t` of the homogeneous point, without a bound.
 pub(crate) fn jet1(net: &Net<f64>, s: f64, t: f64) -> [[f64; 4]; 3] {
     by_degree!(jet1_of, net, s, t)
@@ -186,12 +199,17 @@ pub(crate) fn jet(net: &Net<f64>, s: f64, t: f64) -> [[Ball<f64>; 4]; 3] {
     let (p, q) = (net.degree.u, net.degree.v);
     let units = (4 * (p + q) + 4 + UNITS) as f64 * f64::UNIT;
     let factors = [1.0, 2.0 * p as f64, 2.0 * q as f64];
+    let weight = weight_below(net, sums[0][3], units);
     std::array::from_fn(|k| {
         std::array::from_fn(|c| {
             if c == 3 && net.unit_weights {
                 return if k == 0 { Ball::ONE } else { Ball::ZERO };
             }
-            let rad = factors[k] * (units * net.largest[c] + net.spread[c]);
+            let rad = if k == 0 {
+                (units * net.reach[c] + net.blur[c]) * weight
+            } else {
+                factors[k] * (units * net.largest[c] + net.spread[c])
+            };
             Ball {
                 mid: sums[k][c],
                 rad: rad * (1.0 + 8.0 * f64::EPSILON) + TINY,
@@ -265,12 +283,14 @@ pub(crate) fn fine_value(net: &Net<Dd>, local: [Ball<Dd>; 2]) -> Option<[Ball<Dd
     // Second order: n u is far below one.
     let compensated = 1.01 * ((n + 4.0) * (n + 3.0) + 1.0) * (f64::UNIT * f64::UNIT);
     let moved = 2.0 * (p as f64 * s.rad + q as f64 * t.rad);
-    let units = compensated + (4 * (p + q) + 1 + UNITS) as f64 * Dd::UNIT + moved;
+    let still = compensated + (4 * (p + q) + 1 + UNITS) as f64 * Dd::UNIT;
+    let weight = weight_below(net, sums[3], still + f64::UNIT);
     Some(std::array::from_fn(|c| {
         if c == 3 && net.unit_weights {
             return Ball::ONE;
         }
-        let rad = units * (net.largest[c] + net.spread[c]) + net.spread[c];
+        let near = still * (net.reach[c] + net.blur[c]) + net.blur[c];
+        let rad = near * weight + moved * (net.largest[c] + net.spread[c]);
         Ball {
             mid: Dd::new(sums[c], rests[c]),
             rad: rad * (1.0 + 16.0 * f64::EPSILON) + TINY * n,

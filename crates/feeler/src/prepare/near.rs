@@ -9,7 +9,7 @@
 use super::closed::V3;
 use super::image::{Image, Stretch};
 use crate::numeric::bernstein::{Bidegree, greater, largest, lesser, split_error, split_off};
-use crate::numeric::{Ball, Dd};
+use crate::numeric::{Ball, Dd, TINY};
 use nalgebra::Vector3;
 
 /// A bound that is off by a few roundings.
@@ -102,7 +102,7 @@ impl Part {
         };
         self.depth += 1;
         for k in 0..4 {
-            let e = self.error[k] + split_error::<Dd>(degree, true, largest(&self.c[k]));
+            let e = self.error[k] + split_error::<Dd>(degree, true, largest(&self.c[k]), TINY);
             high.c[k] = split_off(&mut self.c[k], degree, true);
             (self.error[k], high.error[k]) = (e * UP, e * UP);
         }

@@ -2,9 +2,9 @@
 
 use super::Homogeneous;
 use crate::numeric::bernstein::{
-    Bidegree, largest, product, product_units, split_error, split_off,
+    Bidegree, greater, product, product_units, split_error, split_off,
 };
-use crate::numeric::{Ball, Real};
+use crate::numeric::{Ball, Real, TINY};
 
 /// `origin + X / w`, a patch (or, with `degree.v = 0`, a curve) in space.
 #[derive(Clone, Debug)]
@@ -21,49 +21,62 @@ pub struct Net<T> {
     pub(crate) largest: [f64; 4],
     /// The largest bound on the error of each coordinate.
     pub(crate) spread: [f64; 4],
+    /// The largest `|x| / w` of each coordinate, infinite where a weight may not be positive.
+    pub(crate) reach: [f64; 4],
+    /// The largest error of a coordinate over `w`, likewise.
+    pub(crate) blur: [f64; 4],
+    /// [`TINY`] over the least weight.
+    pub(crate) tiny: f64,
     /// Whether all weights are 1, exactly.
     pub(crate) unit_weights: bool,
 }
 
-/// Plain coefficients with one bound for all of them, and their largest magnitude.
+/// Plain coefficients `x_k` of a polynomial, with bounds in parts of positive numbers `m_k`: of the coefficients of the power of the weight that
+/// it is over (the weights for a coordinate, those of `w^2` for a product of two), 1 where all weights are 1.
+///
+/// `|x_k - true| <= error m_k` and `|x_k| <= largest m_k`, with the true `m_k`. Sums of products with positive factors keep such bounds: what is
+/// done to the coefficients is done to the `m_k` as well. So where weights differ by many powers of ten the errors are small beside
+/// small weights, too.
 #[derive(Clone, Debug)]
 pub(crate) struct Coefficients<T> {
     pub(crate) values: Vec<T>,
     pub(crate) error: f64,
     pub(crate) largest: f64,
+    /// [`TINY`] in parts of the least `m_k`: what an operation that underflows may lose.
+    pub(crate) tiny: f64,
 }
 
 impl<T: Real> Coefficients<T> {
-    pub(super) fn new(values: Vec<T>, error: f64) -> Self {
-        let largest = largest(&values);
-        Self {
-            values,
-            error,
-            largest,
-        }
-    }
-
     /// The product with others; see [`product_units`] for the bound.
     pub(super) fn times(&self, degree: Bidegree, other: &Self, other_degree: Bidegree) -> Self {
         let units = product_units(degree, other_degree) * T::UNIT;
         let inherited =
             self.largest * other.error + other.largest * self.error + self.error * other.error;
-        let error = inherited + units * self.largest * other.largest;
-        let values = product(&self.values, degree, &other.values, other_degree);
-        // A few roundings of the bound itself.
-        Self::new(values, error * (1.0 + 16.0 * f64::EPSILON))
+        let tiny = self.tiny * (other.tiny / TINY);
+        let error = inherited + units * (self.largest * other.largest + tiny);
+        // A few roundings of the bounds themselves.
+        const UP: f64 = 1.0 + 16.0 * f64::EPSILON;
+        Self {
+            values: product(&self.values, degree, &other.values, other_degree),
+            error: error * UP,
+            largest: (self.largest * other.largest + error) * UP,
+            tiny: tiny * UP,
+        }
     }
 
     /// The lower or the upper half along u (or v).
     fn halve(&mut self, degree: Bidegree, along_u: bool, high: bool) {
-        let own = split_error::<T>(degree, along_u, self.largest);
+        let own = split_error::<T>(degree, along_u, self.largest, self.tiny);
         let right = split_off(&mut self.values, degree, along_u);
         let values = if high {
             right
         } else {
             std::mem::take(&mut self.values)
         };
-        *self = Self::new(values, (self.error + own) * (1.0 + 16.0 * f64::EPSILON));
+        const UP: f64 = 1.0 + 16.0 * f64::EPSILON;
+        self.values = values;
+        self.error = (self.error + own) * UP;
+        self.largest = (self.largest + own) * UP;
     }
 }
 
@@ -108,14 +121,43 @@ impl<T: Real> Net<T> {
         let most = |of: fn(&Ball<T>) -> f64, c: usize| {
             points.iter().fold(0.0, |m: f64, p| m.max(of(&p[c])))
         };
+        let unit_weights = points.iter().all(|p| p[3].mid == T::ONE && p[3].rad == 0.0);
+        let (largest, spread) = (
+            std::array::from_fn(|c| most(|x| x.mid.magnitude(), c)),
+            std::array::from_fn(|c| most(|x| x.rad, c)),
+        );
+        let (mut reach, mut blur, mut tiny) = (largest, spread, TINY);
+        if !unit_weights {
+            (reach, blur, tiny) = ([0.0; 4], [0.0; 4], 0.0);
+            for p in &points {
+                let low = p[3].lower();
+                // One rounding.
+                let part = if low > 0.0 {
+                    (1.0 + 4.0 * f64::EPSILON) / low
+                } else {
+                    f64::INFINITY
+                };
+                for (c, x) in p.iter().enumerate() {
+                    reach[c] = greater(reach[c], x.mid.magnitude() * part);
+                    blur[c] = greater(blur[c], x.rad * part);
+                }
+                tiny = greater(tiny, TINY * part);
+            }
+            if !tiny.is_finite() {
+                (reach, blur) = ([f64::INFINITY; 4], [f64::INFINITY; 4]);
+            }
+        }
         Self {
             plain: points
                 .iter()
                 .map(|p| p.map(|x| x.mid.approximate()))
                 .collect(),
-            largest: std::array::from_fn(|c| most(|x| x.mid.magnitude(), c)),
-            spread: std::array::from_fn(|c| most(|x| x.rad, c)),
-            unit_weights: points.iter().all(|p| p[3].mid == T::ONE && p[3].rad == 0.0),
+            largest,
+            spread,
+            reach,
+            blur,
+            tiny,
+            unit_weights,
             degree,
             points,
             origin,
@@ -124,8 +166,12 @@ impl<T: Real> Net<T> {
 
     /// One coordinate of all points.
     pub(crate) fn coordinate(&self, c: usize) -> Coefficients<T> {
-        let error = self.points.iter().fold(0.0, |m: f64, p| m.max(p[c].rad));
-        Coefficients::new(self.points.iter().map(|p| p[c].mid).collect(), error)
+        Coefficients {
+            values: self.points.iter().map(|p| p[c].mid).collect(),
+            error: self.blur[c],
+            largest: self.reach[c],
+            tiny: self.tiny,
+        }
     }
 
     /// The products.
@@ -142,15 +188,25 @@ impl<T: Real> Net<T> {
         }
         let size: f64 = squares.iter().map(|s| s.largest).sum();
         let error: f64 = squares.iter().map(|s| s.error).sum();
+        let c = times(&w, &w);
+        // Two additions of parts no larger than `size`.
+        let error = (error + 2.0 * T::UNIT * size) * (1.0 + 16.0 * f64::EPSILON);
+        // The computed ones are off by a few roundings, as are their quotients.
+        let parts = sum
+            .iter()
+            .zip(&c.values)
+            .map(|(a, c)| a.magnitude() / c.magnitude());
+        let largest = parts.fold(0.0, f64::max) * (1.0 + 2.0 * c.error + 16.0 * f64::EPSILON);
         Products {
             degree: self.degree + self.degree,
-            // Two additions of parts no larger than `size`.
-            a: Coefficients::new(
-                sum,
-                (error + 2.0 * T::UNIT * size) * (1.0 + 16.0 * f64::EPSILON),
-            ),
+            a: Coefficients {
+                values: sum,
+                error,
+                largest: if largest < size { largest } else { size },
+                tiny: c.tiny,
+            },
             b: std::array::from_fn(|c| times(&x[c], &w)),
-            c: times(&w, &w),
+            c,
         }
     }
 

@@ -8,7 +8,8 @@ use nalgebra::Point3;
 /// The bound on a sum of a few parts is itself rounded a few times.
 const BOUND_UP: f64 = 1.0 + 32.0 * f64::EPSILON;
 
-/// `f = N / C` on a patch or piece: coefficients, and a bound on the error of those of each.
+/// `f = N / C` on a patch or piece: coefficients, and bounds on the errors of those of each, in parts of the true ones of `C`
+/// (see [`Coefficients`](super::net::Coefficients)).
 #[derive(Clone, Debug)]
 pub(crate) struct Quotient<T> {
     pub(crate) degree: Bidegree,
@@ -17,24 +18,44 @@ pub(crate) struct Quotient<T> {
     pub(crate) c: Vec<T>,
     pub(crate) n_error: f64,
     pub(crate) c_error: f64,
+    /// What an operation that underflows may lose, likewise.
+    pub(crate) tiny: f64,
 }
+
+impl<T: Real> Quotient<T> {
+    /// Whether all coefficients of `C` are proven to be positive.
+    pub(crate) fn is_proper(&self) -> bool {
+        // An error is no number, or infinite, where a weight may not be positive.
+        self.c_error <= MOST_OFF && self.n_error.is_finite()
+    }
+}
+
+/// `C` known worse than this is not known at all.
+const MOST_OFF: f64 = 1.0 / (1u64 << 10) as f64;
 
 impl Quotient<Dd> {
     /// Bounds on `f` by the convex hull of its coefficients' quotients; `None` where a denominator may not be positive.
     pub(crate) fn range(&self) -> Option<[f64; 2]> {
+        if !self.is_proper() {
+            return None;
+        }
         let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
         for (i, n) in self.n.iter().enumerate() {
-            let n = Ball::<Dd>::from_dd(*n, self.n_error);
+            let n = Ball { mid: *n, rad: 0.0 };
             let q = match self.c.get(i) {
-                Some(c) => n / Ball::from_dd(*c, self.c_error),
+                Some(c) => n / Ball { mid: *c, rad: 0.0 },
                 None => n,
+            };
+            // The true `C` makes of `q` at most this much more or less; the true `N` adds its error.
+            let off = self.n_error + 2.0 * self.c_error * q.magnitude();
+            let q = q + Ball {
+                mid: Dd::ZERO,
+                rad: off,
             };
             low = low.min(q.lower());
             high = high.max(q.upper());
         }
-        // A ball around zero divides to an infinite one; one below zero is no weight.
-        let positive = self.c.iter().all(|c| c.hi > self.c_error);
-        (positive && low.is_finite() && high.is_finite()).then_some([low, high])
+        (low.is_finite() && high.is_finite()).then_some([low, high])
     }
 }
 
@@ -75,6 +96,7 @@ impl<T: Real> Quotient<T> {
             } else {
                 products.c.error
             },
+            tiny: products.c.tiny,
         }
     }
 }

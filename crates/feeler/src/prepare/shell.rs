@@ -169,8 +169,10 @@ impl Round {
             Self::Cylinder { .. } => Some(rho),
             Self::Cone { cos, sin, .. } => {
                 let [k, s] = [*cos, *sin].map(Ball::<Dd>::exact);
-                let scaled = Poly::of(across.degree, across.balls().map(|a| k.square() * a));
-                let f = scaled.plus(&z.times(&z), -s.square());
+                let zero = across.plus(&across, Ball::exact(-1.0));
+                let f = zero
+                    .plus(&across, k.square())
+                    .plus(&z.times(&z), -s.square());
                 let along = z.over(&w)?[0];
                 let other = cos * rho[0] + sin * along;
                 let other = other - 4.0 * f64::EPSILON * (cos * rho[0] + sin * along.abs());
@@ -218,31 +220,23 @@ impl Poly {
 
     /// `w row.(S - origin)`.
     fn linear(net: &Net<Dd>, row: &Vector3<f64>, origin: &Point3<f64>) -> Self {
-        let shift: [_; 3] = std::array::from_fn(|k| Ball::difference(net.origin[k], origin[k]));
-        let values = net.points.iter().map(|p| {
-            (0..3).fold(Ball::ZERO, |sum, k| {
-                sum + Ball::exact(row[k]) * (p[k] + shift[k] * p[3])
-            })
-        });
-        Self::of(net.degree, values)
-    }
-
-    fn of(degree: Bidegree, values: impl Iterator<Item = Ball<Dd>>) -> Self {
-        let mut error = 0.0f64;
-        let mids = values.map(|v| {
-            error = error.max(v.rad);
-            v.mid
-        });
-        let mids = mids.collect();
-        Self {
-            degree,
-            c: Coefficients::new(mids, error),
-        }
-    }
-
-    fn balls(&self) -> impl Iterator<Item = Ball<Dd>> {
-        let rad = self.c.error;
-        self.c.values.iter().map(move |mid| Ball { mid: *mid, rad })
+        let w = Self::weight(net);
+        let zero = Self {
+            degree: net.degree,
+            c: Coefficients {
+                values: vec![Dd::ZERO; w.c.values.len()],
+                error: 0.0,
+                largest: 0.0,
+                tiny: w.c.tiny,
+            },
+        };
+        (0..3).fold(zero, |sum, k| {
+            let c = net.coordinate(k);
+            let degree = net.degree;
+            let shift = Ball::difference(net.origin[k], origin[k]);
+            let own = Self { degree, c }.plus(&w, shift);
+            sum.plus(&own, Ball::exact(row[k]))
+        })
     }
 
     fn times(&self, other: &Self) -> Self {
@@ -252,10 +246,24 @@ impl Poly {
         }
     }
 
-    /// `self + factor other`, of one degree.
+    /// `self + factor other`, of one degree and over one power of the weight: two roundings of parts no larger than the sum of both.
     fn plus(&self, other: &Self, factor: Ball<Dd>) -> Self {
-        let pairs = self.balls().zip(other.balls());
-        Self::of(self.degree, pairs.map(|(a, b)| a + factor * b))
+        let pairs = self.c.values.iter().zip(&other.c.values);
+        let values = pairs.map(|(a, b)| *a + factor.mid * *b).collect();
+        let size = self.c.largest + factor.magnitude() * other.c.largest;
+        let inherited = self.c.error
+            + factor.magnitude() * other.c.error
+            + factor.rad * (other.c.largest + other.c.error);
+        let error = (inherited + 4.0 * Dd::UNIT * size + 4.0 * self.c.tiny) * UP;
+        Self {
+            degree: self.degree,
+            c: Coefficients {
+                values,
+                error,
+                largest: (size + error) * UP,
+                tiny: self.c.tiny,
+            },
+        }
     }
 
     /// Bounds of the quotient.
@@ -266,6 +274,7 @@ impl Poly {
             n_error: self.c.error,
             c: bottom.c.values.clone(),
             c_error: bottom.c.error,
+            tiny: bottom.c.tiny,
         };
         quotient.range()
     }

@@ -2,7 +2,7 @@
 
 use super::answer::{LineKind, LineProbe};
 use crate::numeric::bernstein::{Bidegree, greater, largest, lesser, split_error, split_off};
-use crate::numeric::{Ball, Dd, Real};
+use crate::numeric::{Ball, Dd, Real, TINY};
 use crate::prepare::{Net, WideBox};
 use nalgebra::{Point3, Vector3};
 
@@ -304,7 +304,8 @@ impl<T: Real> Forms<T> {
             if self.c[k].is_empty() {
                 continue;
             }
-            let e = self.error[k] + split_error::<T>(self.degree, along_u, largest(&self.c[k]));
+            let e =
+                self.error[k] + split_error::<T>(self.degree, along_u, largest(&self.c[k]), TINY);
             high.c[k] = split_off(&mut self.c[k], self.degree, along_u);
             (self.error[k], high.error[k]) = (e * UP, e * UP);
         }

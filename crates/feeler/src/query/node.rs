@@ -3,7 +3,7 @@
 use crate::numeric::bernstein::{
     Bidegree, by_width, greater, largest, lesser, split_error, split_off,
 };
-use crate::numeric::{Dd, Real};
+use crate::numeric::{Dd, Real, TINY};
 use crate::prepare::Quotient;
 
 /// `f = N / C` on a box `[u] x [v]` of a patch's local square (a curve has `degree.v = 0`; a dimension
@@ -15,6 +15,8 @@ pub(crate) struct Node<T> {
     pub(crate) v: [f64; 2],
     /// Proven: `f >= lo` on the box.
     pub(crate) lo: Dd,
+    /// No computed coefficient of `N` is larger than this part of the true one of `C`. Not kept where `C` is 1.
+    most: f64,
 }
 
 /// What is proven about `G = N - tau C` on a node, in coordinates that run over the node from 0 to 1.
@@ -78,58 +80,64 @@ impl<T: Real> Node<T> {
 
     /// A box.
     pub(crate) fn over(f: Quotient<T>, u: [f64; 2], v: [f64; 2], squared: bool) -> Self {
-        let lo = Dd::ZERO;
-        let mut node = Self { f, u, v, lo };
-        node.lo = node.lower_bound(squared);
+        let (lo, most) = (Dd::from(f64::NEG_INFINITY), 0.0);
+        let mut node = Self { f, u, v, lo, most };
+        node.take_bounds(squared);
         node
     }
 
-    /// `f = sum n_ij B_ij / sum c_ij B_ij` with `c_ij > 0` is a convex combination of the
-    /// `n_ij / c_ij`, thus at least their minimum. Each quotient is off by what its parts
-    /// are, and three roundings.
-    fn lower_bound(&self, squared: bool) -> Dd {
-        let (en, ec) = (T::from_f64(self.f.n_error), T::from_f64(self.f.c_error));
-        if self.f.c.is_empty() {
-            let low = self
-                .f
-                .n
-                .iter()
-                .copied()
-                .reduce(|a, b| if b < a { b } else { a });
-            let Some(low) = low else { return Dd::ZERO };
-            // One rounding of the difference, and what is a coefficient's own.
-            let lo =
-                (low - en).to_dd() - Dd::from(4.0 * T::UNIT * (low.magnitude() + self.f.n_error));
-            return if squared && !(lo > Dd::ZERO) {
-                Dd::ZERO
-            } else {
-                lo
-            };
+    /// Finds `most`, and `lo` if it is above what is known.
+    ///
+    /// `f = sum n_ij B_ij / sum c_ij B_ij` with `c_ij > 0` is a convex combination of the `n_ij / c_ij`, thus at least their minimum. With
+    /// the true `c` of a coefficient, the computed ones are `n` and `c (1 + d)`, `|d| <= c_error`, and the true `n` is no less than `n -
+    /// n_error c`. So the true quotient is no less than `(n / c)_computed (1 + d) - n_error`; the least is that of the least.
+    fn take_bounds(&mut self, squared: bool) {
+        let (lo, most) = self.bounds(squared);
+        self.most = most;
+        if lo > self.lo {
+            self.lo = lo;
         }
-        let mut low: Option<T> = None;
-        for (n, c) in self.f.n.iter().zip(&self.f.c) {
-            if !(*c - ec - ec > T::ZERO) {
-                return if squared {
-                    Dd::ZERO
-                } else {
-                    Dd::from(f64::NEG_INFINITY)
-                };
-            }
-            let n = *n - en;
-            // Towards a smaller quotient.
-            let c = if n > T::ZERO { *c + ec } else { *c - ec };
-            let q = n / c;
-            if low.is_none_or(|l| q < l) {
-                low = Some(q);
-            }
-        }
-        let Some(q) = low else { return Dd::ZERO };
-        let slack = 8.0 * T::DIV_UNIT * q.magnitude();
-        let lo = q.to_dd() - Dd::from(slack);
-        if squared && !(lo > Dd::ZERO) {
+    }
+
+    fn bounds(&self, squared: bool) -> (Dd, f64) {
+        let unknown = if squared {
             Dd::ZERO
         } else {
-            lo
+            Dd::from(f64::NEG_INFINITY)
+        };
+        let Some((first, rest)) = self.f.n.split_first() else {
+            return (unknown, 0.0);
+        };
+        let lesser = |a: T, b: T| if b < a { b } else { a };
+        let (mut q, mut most) = (*first, 0.0);
+        if self.f.c.is_empty() {
+            q = rest.iter().fold(q, |q, n| lesser(q, *n));
+        } else {
+            if !self.f.is_proper() {
+                return (unknown, f64::INFINITY);
+            }
+            q = q / self.f.c[0];
+            most = q.approximate().abs();
+            for (n, c) in rest.iter().zip(&self.f.c[1..]) {
+                let own = *n / *c;
+                q = lesser(q, own);
+                most = greater(most, own.approximate().abs());
+            }
+        }
+        // The rounding of `approximate` and of the quotient, and what `C` is off.
+        let most = most * (1.0 + 2.0 * self.f.c_error + 32.0 * T::DIV_UNIT) * UP;
+        let rounding = if self.f.c.is_empty() {
+            0.0
+        } else {
+            8.0 * T::DIV_UNIT + self.f.c_error
+        };
+        let slack = rounding * q.magnitude() + self.f.n_error;
+        let lo = q.to_dd() - Dd::from(slack * UP);
+        let lo = lo - Dd::from(4.0 * Dd::UNIT * q.magnitude());
+        if lo > unknown {
+            (lo, most)
+        } else {
+            (unknown, most)
         }
     }
 
@@ -263,19 +271,18 @@ impl<T: Real> Node<T> {
         let n_max = largest(&self.f.n);
         let c_max = if constant { 1.0 } else { largest(&self.f.c) };
         let tau_size = tau.magnitude();
-        let g_error = (self.f.n_error
-            + tau_size * self.f.c_error
-            + 4.0 * T::UNIT * (n_max + tau_size * c_max))
+        // No true coefficient of `C` is larger than this.
+        let c_most = c_max * (1.0 + 2.0 * self.f.c_error) * UP;
+        let g_error = ((self.f.n_error + tau_size * self.f.c_error) * c_most
+            + 4.0 * T::UNIT * (n_max + tau_size * c_max)
+            + TINY)
             * UP;
         let c_range = if constant {
             [1.0, 1.0]
         } else {
             let least = |m: f64, c: &T| lesser(m, c.approximate());
             let c_min = self.f.c.iter().fold(f64::INFINITY, least);
-            [
-                (c_min * DOWN - 2.0 * self.f.c_error) * DOWN,
-                (c_max + self.f.c_error) * UP,
-            ]
+            [c_min * (1.0 - 2.0 * self.f.c_error) * DOWN, c_most]
         };
         let g_max = (largest(&g) + g_error) * UP;
         let mut monotone = [0; 2];
@@ -291,7 +298,7 @@ impl<T: Real> Node<T> {
                 0.0
             } else {
                 let (c_low, c_high) = Self::differences(&self.f.c, d, k == 0);
-                (c_low.abs().max(c_high.abs()) + 2.0 * self.f.c_error) * UP
+                (c_low.abs().max(c_high.abs()) + 2.0 * self.f.c_error * c_most) * UP
             };
             c_slopes[k] = degree as f64 * c_diff * UP;
             let other = g_max * c_diff * UP;
@@ -341,11 +348,13 @@ impl<T: Real> Node<T> {
     pub(crate) fn halves(self, along_u: bool, squared: bool) -> [Self; 2] {
         let mut low = self;
         let f = &mut low.f;
-        let error = |e: f64, c: &[T]| {
-            let own = split_error::<T>(f.degree, along_u, largest(c));
-            if c.is_empty() { 0.0 } else { (e + own) * UP }
-        };
-        (f.n_error, f.c_error) = (error(f.n_error, &f.n), error(f.c_error, &f.c));
+        let own = |most: f64| split_error::<T>(f.degree, along_u, most, f.tiny);
+        if f.c.is_empty() {
+            f.n_error = (f.n_error + own(largest(&f.n))) * UP;
+        } else {
+            f.n_error = (f.n_error + own(low.most)) * UP;
+            f.c_error = (f.c_error + own(UP + f.c_error)) * UP;
+        }
         let n = split_off(&mut f.n, f.degree, along_u);
         let c = if f.c.is_empty() {
             Vec::new()
@@ -363,12 +372,8 @@ impl<T: Real> Node<T> {
         };
         let middle = 0.5 * (a[0] + a[1]);
         (a[1], b[0]) = (middle, middle);
-        for node in [&mut low, &mut high] {
-            let lo = node.lower_bound(squared);
-            if lo > node.lo {
-                node.lo = lo;
-            }
-        }
+        low.take_bounds(squared);
+        high.take_bounds(squared);
         [low, high]
     }
 
@@ -404,11 +409,146 @@ impl<T: Real> Node<T> {
             u: if along_u { end(self.u) } else { self.u },
             v: if along_u { self.v } else { end(self.v) },
             lo: self.lo,
+            most: self.most,
         };
-        let lo = node.lower_bound(squared);
-        if lo > node.lo {
-            node.lo = lo;
-        }
+        node.take_bounds(squared);
         node
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::numeric::Ball;
+    use crate::numeric::bernstein::binomials;
+    use crate::prepare::Net;
+    use dashu_ratio::RBig as Q;
+    use nalgebra::Point3;
+    use proptest::prelude::*;
+
+    const DEGREE: Bidegree = Bidegree { u: 2, v: 1 };
+
+    fn exact(x: f64) -> Q {
+        Q::try_from(x).unwrap()
+    }
+
+    /// The product of two polynomials, from the definition.
+    fn times(a: &[Q], b: &[Q]) -> Vec<Q> {
+        let twice = DEGREE + DEGREE;
+        let choose = |n: usize, k: usize| exact(binomials::<f64>(n)[k]);
+        let mut out = vec![Q::ZERO; twice.count()];
+        for (k, value) in out.iter_mut().enumerate() {
+            let (m, n) = (k / (twice.v + 1), k % (twice.v + 1));
+            for i in m.saturating_sub(DEGREE.u)..=m.min(DEGREE.u) {
+                for j in n.saturating_sub(DEGREE.v)..=n.min(DEGREE.v) {
+                    let own = choose(DEGREE.u, i) * choose(DEGREE.u, m - i) / choose(twice.u, m)
+                        * choose(DEGREE.v, j)
+                        * choose(DEGREE.v, n - j)
+                        / choose(twice.v, n);
+                    let at = |i: usize, j: usize| i * (DEGREE.v + 1) + j;
+                    *value += own * &a[at(i, j)] * &b[at(m - i, n - j)];
+                }
+            }
+        }
+        out
+    }
+
+    /// The half of a polynomial.
+    fn half(c: &[Q], d: Bidegree, along_u: bool, high: bool) -> Vec<Q> {
+        let mut out = c.to_vec();
+        let (lines, count, step, jump) = if along_u {
+            (d.v + 1, d.u + 1, d.v + 1, 1)
+        } else {
+            (d.u + 1, d.v + 1, 1, d.v + 1)
+        };
+        for l in 0..lines {
+            let mut row: Vec<Q> = (0..count).map(|i| c[l * jump + i * step].clone()).collect();
+            let mut ends = [row[0].clone(), row[count - 1].clone()].map(|e| vec![e]);
+            for k in (1..count).rev() {
+                row = (0..k)
+                    .map(|i| (&row[i] + &row[i + 1]) / exact(2.0))
+                    .collect();
+                ends[0].push(row[0].clone());
+                ends[1].push(row[k - 1].clone());
+            }
+            let [low, mut up] = ends;
+            up.reverse();
+            for (i, x) in (if high { up } else { low }).into_iter().enumerate() {
+                out[l * jump + i * step] = x;
+            }
+        }
+        out
+    }
+
+    fn check<T: Real>(points: &[[f64; 4]], q: [f64; 3], path: &[(bool, bool)]) {
+        let net = Net::<T>::new(
+            DEGREE,
+            points.iter().map(|p| p.map(Ball::exact)).collect(),
+            [0.0; 3],
+        );
+        let f = Quotient::squared_distance(&Point3::from(q), &net, &net.products());
+        let mut node = Node::root(f, true);
+        let coordinate = |c: usize| -> Vec<Q> { points.iter().map(|p| exact(p[c])).collect() };
+        let w = coordinate(3);
+        let mut c = times(&w, &w);
+        let mut n = vec![Q::ZERO; c.len()];
+        for k in 0..3 {
+            let x: Vec<Q> = coordinate(k)
+                .iter()
+                .zip(&w)
+                .map(|(x, w)| x - exact(q[k]) * w)
+                .collect();
+            for (sum, x) in n.iter_mut().zip(times(&x, &x)) {
+                *sum += x;
+            }
+        }
+        let dd = |x: T| exact(x.to_dd().hi) + exact(x.to_dd().lo);
+        for (along_u, high) in path {
+            let degree = node.f.degree;
+            let [a, b] = node.halves(*along_u, true);
+            node = if *high { b } else { a };
+            n = half(&n, degree, *along_u, *high);
+            c = half(&c, degree, *along_u, *high);
+        }
+        let abs = |x: Q| if x < Q::ZERO { -x } else { x };
+        for k in 0..n.len() {
+            assert!(abs(dd(node.f.n[k]) - &n[k]) <= exact(node.f.n_error) * &c[k]);
+            assert!(abs(dd(node.f.c[k]) - &c[k]) <= exact(node.f.c_error) * &c[k]);
+            assert!(node.f.c.is_empty() || abs(dd(node.f.n[k])) <= exact(node.most) * &c[k]);
+        }
+        // Its least value is no less than the least of the true quotients, and the bound says so to some digits of the largest.
+        let least = n
+            .iter()
+            .zip(&c)
+            .map(|(n, c)| n / c)
+            .min()
+            .unwrap()
+            .max(Q::ZERO);
+        let lo = exact(node.lo.hi) + exact(node.lo.lo);
+        assert!(lo <= least);
+        let far = 64.0 * (1.0 + q.iter().map(|x| x * x).sum::<f64>());
+        assert!(least - lo <= exact(far * 4096.0 * T::UNIT));
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig { cases: 64, failure_persistence: None, ..ProptestConfig::default() })]
+
+        /// Errors in parts of the weights hold coefficient by coefficient, and are small whatever the weights are.
+        #[test]
+        fn errors_are_small_beside_small_weights(
+            points in prop::collection::vec(([-4.0..4.0f64, -4.0..4.0f64, -4.0..4.0f64], -12i32..=12), 6),
+            q in [-4.0..4.0f64, -4.0..4.0f64, -4.0..4.0f64],
+            path in prop::collection::vec((any::<bool>(), any::<bool>()), 0..24),
+        ) {
+            let points: Vec<[f64; 4]> = points
+                .iter()
+                .map(|(p, e)| {
+                    let w = 10f64.powi(*e);
+                    [p[0] * w, p[1] * w, p[2] * w, w]
+                })
+                .collect();
+            check::<f64>(&points, q, &path);
+            check::<Dd>(&points, q, &path);
+        }
     }
 }

@@ -92,6 +92,7 @@ impl Objective {
                     n: values,
                     n_error: (error + 8.0 * T::UNIT * size) * BOUND_UP,
                     c_error: if net.unit_weights { 0.0 } else { w.error },
+                    tiny: w.tiny,
                     c: if net.unit_weights {
                         Vec::new()
                     } else {
