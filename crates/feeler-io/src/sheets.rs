@@ -70,10 +70,22 @@ const GOLDEN: f64 = 0.618_033_988_749_894_9;
 /// search for extremes left out. The loops, not the domain, bound the face.
 const MARGIN: f64 = 1.0 / (1 << 20) as f64;
 
-/// The largest value of `sign * x[c]` on the part of a curve that a trim uses: samples, then
+/// The largest value of `sign * x[c]` on the part of a curve that a trim uses: of an arc by formula, else samples, then
 /// golden-section search around the best. Deterministic, no proof.
 fn extreme(curve: &Curve2, span: Interval, c: usize, sign: f64) -> f64 {
     let value = |t: f64| sign * curve.point(t)[c];
+    if let Curve2::Arc(arc) = curve {
+        let per = (arc.angle.end - arc.angle.start) / (arc.domain.end - arc.domain.start);
+        let angle = |t: f64| arc.angle.start + (t - arc.domain.start) * per;
+        let peak = (sign * arc.y[c]).atan2(sign * arc.x[c]);
+        let turns = ((angle(span.start) - peak) / TAU).ceil();
+        // By a rounding beside its end an arc is as far out as there.
+        return if peak + turns * TAU <= angle(span.end) {
+            sign * arc.center[c] + arc.radius
+        } else {
+            value(span.start).max(value(span.end))
+        };
+    }
     let at = |k: u16| span.lerp(f64::from(k) / f64::from(SAMPLES));
     let (mut best, mut most) = (0, f64::NEG_INFINITY);
     for k in 0..=SAMPLES {
@@ -315,4 +327,49 @@ pub(crate) fn jumps(brep: &Brep) -> Vec<String> {
         }
     }
     found
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use feeler::nurbs::Arc;
+    use nalgebra::Vector2;
+
+    /// No point of a part of an arc is farther out than the formula says, and some point is as far.
+    #[test]
+    fn extremes_of_arcs() {
+        for (from, to, turned) in [
+            (0.0, 1.0, 1.0),
+            (0.3, 2.0, 1.0),
+            (-4.0, 1.5, -1.0),
+            (5.0, 5.5, -1.0),
+            (-0.25, TAU - 0.25, 1.0),
+        ] {
+            let (x, y) = (Vector2::new(0.6, 0.8), Vector2::new(-0.8, 0.6) * turned);
+            let arc = Arc {
+                center: Point2::new(0.5, -2.0),
+                x,
+                y,
+                z: Vector2::zeros(),
+                radius: 1.5,
+                angle: Interval::new(from, to).unwrap(),
+                domain: Interval::new(2.0, 3.0).unwrap(),
+            };
+            let curve = Curve2::Arc(arc);
+            for span in [[2.0, 3.0], [2.25, 2.5], [2.5, 3.0]] {
+                let span = Interval::new(span[0], span[1]).unwrap();
+                for (c, sign) in [(0, 1.0), (0, -1.0), (1, 1.0), (1, -1.0)] {
+                    let found = extreme(&curve, span, c, sign);
+                    let samples =
+                        (0..=4096).map(|k| sign * curve.point(span.lerp(f64::from(k) / 4096.0))[c]);
+                    let most = samples.fold(f64::NEG_INFINITY, f64::max);
+                    // Between samples it may rise by the square of half a step.
+                    assert!(
+                        most <= found + 1e-15 && found <= most + 1e-5,
+                        "{found} {most}"
+                    );
+                }
+            }
+        }
+    }
 }
