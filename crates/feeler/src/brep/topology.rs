@@ -302,7 +302,7 @@ fn span(owner: &'static str, index: usize, s: Interval, domain: Interval) -> Res
 }
 
 /// No coordinate of a BREP or a probe may be larger, and no weight larger or below its inverse: then
-/// no product of the search overflows (the largest are squares of weighted coordinates, 1e240),
+/// no product of the search overflows (the largest are squares of weighted coordinates, 1e240; fourth powers in recognition may, which sees it),
 /// and none of a size that matters underflows.
 pub const LARGEST_COORDINATE: f64 = 1e60;
 

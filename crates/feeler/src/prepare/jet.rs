@@ -284,7 +284,7 @@ pub(crate) fn fine_value(net: &Net<Dd>, local: [Ball<Dd>; 2]) -> Option<[Ball<Dd
     let compensated = 1.01 * ((n + 4.0) * (n + 3.0) + 1.0) * (f64::UNIT * f64::UNIT);
     let moved = 2.0 * (p as f64 * s.rad + q as f64 * t.rad);
     let still = compensated + (4 * (p + q) + 1 + UNITS) as f64 * Dd::UNIT;
-    let weight = weight_below(net, sums[3], still + f64::UNIT);
+    let weight = weight_below(net, sums[3] + rests[3], still + f64::UNIT);
     Some(std::array::from_fn(|c| {
         if c == 3 && net.unit_weights {
             return Ball::ONE;

@@ -49,11 +49,13 @@ pub(crate) struct Coefficients<T> {
 impl<T: Real> Coefficients<T> {
     /// The product with others; see [`product_units`] for the bound.
     pub(super) fn times(&self, degree: Bidegree, other: &Self, other_degree: Bidegree) -> Self {
-        let units = product_units(degree, other_degree) * T::UNIT;
+        let units = product_units(degree, other_degree);
         let inherited =
             self.largest * other.error + other.largest * self.error + self.error * other.error;
         let tiny = self.tiny * (other.tiny / TINY);
-        let error = inherited + units * (self.largest * other.largest + tiny);
+        // What underflows in one factor is multiplied by the other.
+        let lost = self.tiny * other.largest + other.tiny * self.largest + tiny;
+        let error = inherited + units * (T::UNIT * self.largest * other.largest + lost);
         // A few roundings of the bounds themselves.
         const UP: f64 = 1.0 + 16.0 * f64::EPSILON;
         Self {

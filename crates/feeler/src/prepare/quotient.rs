@@ -52,6 +52,10 @@ impl Quotient<Dd> {
                 mid: Dd::ZERO,
                 rad: off,
             };
+            // Fourth powers may leave the range of f64: what is no number bounds nothing.
+            if !(q.lower() <= q.upper()) {
+                return None;
+            }
             low = low.min(q.lower());
             high = high.max(q.upper());
         }
@@ -85,7 +89,7 @@ impl<T: Real> Quotient<T> {
         Self {
             degree: products.degree,
             n: values,
-            n_error: (error + 8.0 * T::UNIT * size) * BOUND_UP,
+            n_error: (error + 8.0 * (T::UNIT * size + products.c.tiny)) * BOUND_UP,
             c: if net.unit_weights {
                 Vec::new()
             } else {

@@ -92,6 +92,7 @@ pub(super) fn recognise(geometry: &FaceGeometry<f64>) -> Option<Round> {
     let mut samples = Vec::with_capacity(seeds.len());
     for s in &seeds {
         let net = &geometry.patches[s.patch].net;
+        // Seeds are on patches whose degree fits alone.
         let [h, along_s, along_t, ..] = jet::jet2(net, s.local[0], s.local[1]);
         let x = |d: &[f64; 4]| Vector3::from_fn(|c, _| d[c] - d[3] * h[c] / h[3]);
         let normal = x(&along_s).cross(&x(&along_t)).try_normalize(0.0);

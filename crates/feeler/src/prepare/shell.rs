@@ -61,13 +61,17 @@ impl Shell {
     pub(super) fn new(brep: &PreparedBrep, face: usize) -> Option<Self> {
         let round = recognise(brep.double(face))?;
         let rows = Matrix3::from_rows(&round.frame().rows.map(|r| r.transpose()));
-        let off = (rows * rows.transpose() - Matrix3::identity()).amax();
-        let unit = match round {
-            Round::Cone { cos, sin, .. } => (cos * cos + sin * sin - 1.0).abs(),
-            _ => 0.0,
+        let small = |x: f64| x.abs() <= 0.5 * SQUARE;
+        let off = rows * rows.transpose() - Matrix3::identity();
+        // The ranges of cones and tori are proven for numbers not below zero.
+        let proper = match round {
+            Round::Sphere { .. } | Round::Cylinder { .. } => true,
+            Round::Cone { cos, sin, .. } => {
+                cos >= 0.0 && sin >= 0.0 && small(cos * cos + sin * sin - 1.0)
+            }
+            Round::Torus { radius, tube, .. } => radius >= 0.0 && tube >= 0.0,
         };
-        // Negated: what is not a number is no frame.
-        if !(off <= 0.5 * SQUARE && unit <= 0.5 * SQUARE) {
+        if !(proper && off.iter().all(|x| small(*x))) {
             return None;
         }
         let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);

@@ -90,7 +90,8 @@ impl<T: Real> Node<T> {
     ///
     /// `f = sum n_ij B_ij / sum c_ij B_ij` with `c_ij > 0` is a convex combination of the `n_ij / c_ij`, thus at least their minimum. With
     /// the true `c` of a coefficient, the computed ones are `n` and `c (1 + d)`, `|d| <= c_error`, and the true `n` is no less than `n -
-    /// n_error c`. So the true quotient is no less than `(n / c)_computed (1 + d) - n_error`; the least is that of the least.
+    /// n_error c`. (None is infinite or no number: coordinates and weights are [far enough](crate::brep::LARGEST_COORDINATE) from what their
+    /// squares overflow at.) So the true quotient is no less than `(n / c)_computed (1 + d) - n_error`; the least is that of the least.
     fn take_bounds(&mut self, squared: bool) {
         let (lo, most) = self.bounds(squared);
         self.most = most;

@@ -90,7 +90,7 @@ impl Objective {
                 Quotient {
                     degree: net.degree,
                     n: values,
-                    n_error: (error + 8.0 * T::UNIT * size) * BOUND_UP,
+                    n_error: (error + 8.0 * (T::UNIT * size + w.tiny)) * BOUND_UP,
                     c_error: if net.unit_weights { 0.0 } else { w.error },
                     tiny: w.tiny,
                     c: if net.unit_weights {
