@@ -7,8 +7,10 @@ use feeler::brep::{
     Brep, BrepBuilder, BrepParts, BuildError, Defect, LoopKind, Part, Severity, TrimSpec,
 };
 use feeler::numeric::Interval;
-use feeler::nurbs::{Arc, Curve, Curve2, Curve3, Line, NurbsCurve, Plane, Revolution, Surface};
-use nalgebra::{Point2, Point3, Vector3};
+use feeler::nurbs::{
+    Arc, Curve, Curve2, Curve3, Line, NurbsCurve, Plane, Polyline, Revolution, Surface,
+};
+use nalgebra::{Point2, Point3, Vector3, Vector4};
 use scenes::cube;
 use std::f64::consts::{PI, TAU};
 
@@ -354,6 +356,47 @@ fn edges_off_their_surfaces() {
         distances.iter().all(|d| (d - 1e-6).abs() < 1e-12),
         "{distances:?}"
     );
+}
+
+/// The trim has breaks of its own, so that its samples are not the edge's: next to the kink they are on the one leg or the other.
+#[test]
+fn edges_with_kinks_are_followed_on_both_sides() {
+    let mut b = BrepBuilder::new();
+    let v = [[0., 0., 0.], [2., -1., 0.], [4., 0., 0.]].map(|p| b.vertex(p));
+    let at = |x: f64, y: f64| Vector4::new(x, y, 0., 1.);
+    let points = vec![at(4., 0.), at(2., 3.), at(0., 0.)];
+    let bent = NurbsCurve::new(1, points, vec![0., 0., 1., 2., 2.]).unwrap();
+    let edge = b.edge([v[2], v[0]], Curve::Nurbs(bent)).unwrap();
+    let wide = interval(-8., 8.);
+    let plane = Plane::new(Plane {
+        origin: Point3::origin(),
+        x: Vector3::x(),
+        y: Vector3::y(),
+        domain: [wide; 2],
+        extents: [wide; 2],
+    });
+    let path = [[4., 0.], [2.25, 2.625], [2., 3.], [1.875, 2.8125], [0., 0.]];
+    let path = path.map(Point2::from).to_vec();
+    let bent = Polyline::new(path, vec![0., 1., 2., 3., 4.]).unwrap();
+    let straight = |from: usize, to: usize, a, b| TrimSpec {
+        vertices: [v[from], v[to]],
+        curve: line2(a, b),
+        edge: None,
+    };
+    let trims = vec![
+        straight(0, 1, [0., 0.], [2., -1.]),
+        straight(1, 2, [2., -1.], [4., 0.]),
+        TrimSpec {
+            vertices: [v[2], v[0]],
+            curve: Curve::Polyline(bent),
+            edge: Some(edge),
+        },
+    ];
+    b.face_with_trims(Surface::Plane(plane.unwrap()), vec![trims])
+        .unwrap();
+    let found = b.build().unwrap().defects();
+    let off = |d: &Defect| matches!(d, Defect::EdgeOffSurface { .. });
+    assert!(!found.iter().any(off), "{found:?}");
 }
 
 /// Near where a closed edge closes, the nearest sample may be at its other end.

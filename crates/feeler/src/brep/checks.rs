@@ -108,22 +108,23 @@ fn distance_to_curve(
         })
         .collect();
     starts.sort_by(|a, b| squares[*a].total_cmp(&squares[*b]));
+    // The curve may have a kink at a sample: each side is looked at for itself.
+    let sides = |i: usize| [i.checked_sub(1).map(|j| [j, i]), Some([i, i + 1])];
     starts
         .into_iter()
         .take(STARTS)
-        .map(|i| descend(p, curve, params, i))
+        .flat_map(|i| sides(i).into_iter().flatten())
+        .filter(|[_, b]| *b < params.len())
+        .map(|[a, b]| descend(p, curve, params[a], params[b]))
+        .chain(squares.iter().copied())
         .fold(f64::INFINITY, f64::min)
         .sqrt()
 }
 
-/// Newton's method from sample `i`, between its neighbours; the least squared distance it meets.
-fn descend(p: Point3<f64>, curve: &Curve3, params: &[f64], i: usize) -> f64 {
-    let (low, high) = (
-        params[i.saturating_sub(1)],
-        params[(i + 1).min(params.len() - 1)],
-    );
+/// Newton's method from the middle of a part of a curve without kinks within; the least squared distance it meets.
+fn descend(p: Point3<f64>, curve: &Curve3, low: f64, high: f64) -> f64 {
     let mut best = f64::INFINITY;
-    let mut t = params[i];
+    let mut t = low + 0.5 * (high - low);
     for _ in 0..NEWTON_STEPS {
         let d = curve.derivatives(t, 2);
         let off = d[0] - p.coords;
