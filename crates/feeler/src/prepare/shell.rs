@@ -17,7 +17,7 @@
 //!
 //! The range is proven on each patch from quotients of coefficients, in double-double with their errors; weights are positive, so that a
 //! quotient of polynomials is a convex combination of its coefficients' quotients. The squares of `|y|` and of `rho` are such quotients. For
-//! the others, with `C = w^2`:
+//! the others, with `C = w^2` and `k`, `s`, `R` not below zero:
 //!
 //! - Cone: `(k rho)^2 - (s z)^2 = F / C`, and the function is that over `k rho + s z`, which is no less than it is for the least `rho`
 //!   and the least `z` of the patch.
