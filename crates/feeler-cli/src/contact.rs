@@ -29,18 +29,8 @@ pub(crate) struct Args {
     /// Leave out locked objects, and those on locked layers.
     #[arg(long, conflicts_with = "object")]
     skip_locked: bool,
-    /// A sphere: centre and radius.
-    #[arg(long, value_name = "X,Y,Z,R", allow_hyphen_values = true, value_parser = numbers::<4>)]
-    sphere: Option<[f64; 4]>,
-    /// A half-space n.x <= h: outward unit normal and offset.
-    #[arg(long, value_name = "NX,NY,NZ,H", allow_hyphen_values = true, value_parser = numbers::<4>)]
-    half_space: Option<[f64; 4]>,
-    /// A line: origin and direction.
-    #[arg(long, value_name = "X,Y,Z,DX,DY,DZ", allow_hyphen_values = true, value_parser = numbers::<6>)]
-    line: Option<[f64; 6]>,
-    /// Which part of the line counts.
-    #[arg(long, value_enum, default_value_t = Kind::Line, requires = "line")]
-    kind: Kind,
+    #[command(flatten)]
+    probe: ProbeArgs,
     /// Width of the separation's enclosure: a length, or `full`.
     #[arg(long, value_name = "LENGTH", default_value = "full", value_parser = accuracy)]
     accuracy: AccuracyLine,
@@ -55,6 +45,23 @@ pub(crate) struct Args {
     /// Which contacts to report.
     #[arg(long, value_enum, default_value_t = Which::Deepest)]
     contacts: Which,
+}
+
+/// Probes on the command line.
+#[derive(Debug, clap::Args)]
+pub(crate) struct ProbeArgs {
+    /// A sphere: centre and radius.
+    #[arg(long, value_name = "X,Y,Z,R", allow_hyphen_values = true, value_parser = numbers::<4>)]
+    sphere: Option<[f64; 4]>,
+    /// A half-space n.x <= h: outward unit normal and offset.
+    #[arg(long, value_name = "NX,NY,NZ,H", allow_hyphen_values = true, value_parser = numbers::<4>)]
+    half_space: Option<[f64; 4]>,
+    /// A line: origin and direction.
+    #[arg(long, value_name = "X,Y,Z,DX,DY,DZ", allow_hyphen_values = true, value_parser = numbers::<6>)]
+    line: Option<[f64; 6]>,
+    /// Which part of the line counts.
+    #[arg(long, value_enum, default_value_t = Kind::Line, requires = "line")]
+    kind: Kind,
 }
 
 #[derive(Clone, Copy, Debug, ValueEnum)]
@@ -91,9 +98,9 @@ fn accuracy(text: &str) -> Result<AccuracyLine, String> {
     Ok(line)
 }
 
-impl Args {
-    /// The queries that the command line itself asks.
-    fn queries(&self) -> Vec<(&'static str, QueryLine)> {
+impl ProbeArgs {
+    /// The queries that the command line itself asks, with their flags.
+    pub(crate) fn queries(&self) -> Vec<(&'static str, QueryLine)> {
         let mut all = Vec::new();
         if let Some([x, y, z, radius]) = self.sphere {
             let sphere = Some(SphereLine {
@@ -135,7 +142,9 @@ impl Args {
         }
         all
     }
+}
 
+impl Args {
     fn options(&self) -> Result<Options, Bad> {
         if !self.prediction.is_finite() {
             return Err(Bad("--prediction: not finite; give a length".into()));
@@ -188,7 +197,7 @@ impl Answering {
 
 pub(crate) fn run(args: &Args) -> Result<Outcome, Bad> {
     let options = args.options()?;
-    let asked = args.queries();
+    let asked = args.probe.queries();
     let model = match args.object {
         Some(_) => Model::load(&args.file, args.object),
         None => Model::load_chosen(

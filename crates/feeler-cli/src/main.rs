@@ -14,6 +14,7 @@ mod report;
 #[cfg(feature = "simulate")]
 mod simulate;
 mod study;
+mod view;
 
 use clap::error::ErrorKind;
 use clap::{Parser, Subcommand};
@@ -44,6 +45,8 @@ enum Command {
     Report(report::Args),
     /// Which types of surfaces and curves occur in a folder of parts: tables and a plot.
     Study(study::Args),
+    /// Shows a model and the answers to queries about it: one page to turn and zoom in a browser, or binary glTF.
+    View(view::Args),
     /// Runs an experiment in Rapier: the thesis's ball joint, or rolling without bumps.
     #[cfg(feature = "simulate")]
     Simulate(simulate::Args),
@@ -76,6 +79,7 @@ fn main() -> ExitCode {
         Command::Gate(args) => gate::run(&args),
         Command::Report(args) => report::run(&args),
         Command::Study(args) => study::run(&args),
+        Command::View(args) => view::run(&args),
         #[cfg(feature = "simulate")]
         Command::Simulate(args) => simulate::run(&args),
     };

@@ -6,3 +6,4 @@ mod gate;
 mod health;
 mod layout;
 mod program;
+mod view;

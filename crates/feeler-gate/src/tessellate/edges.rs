@@ -1,7 +1,7 @@
 //! Edges, cut once for all faces that meet there.
 
 use super::steps::{angle, curve_breaks, cut as cut_pieces, normal, step, surface_breaks};
-use super::{Mesh, Rule};
+use super::{EdgeLine, Mesh, Rule};
 use feeler::brep::{Brep, TrimKind};
 use feeler::numeric::Interval;
 use feeler::nurbs::{Curve, Curve2, Surface};
@@ -29,6 +29,7 @@ pub(super) struct TrimPoints {
 /// One use of an edge, run along the edge.
 struct Use<'a> {
     trim: usize,
+    face: usize,
     surface: &'a Surface,
     curve: &'a Curve2,
     span: Interval,
@@ -169,6 +170,7 @@ pub(super) fn cut(brep: &Brep, rule: &Rule, mesh: &mut Mesh) -> Vec<TrimPoints> 
                 let face = parts.loops[t.trim_loop].face;
                 Use {
                     trim,
+                    face,
                     surface: brep.surface(face),
                     curve: &parts.curves2[t.curve],
                     span: t.span,
@@ -264,6 +266,13 @@ fn cut_edge(
             None => mesh.vertex(p.coords.into()),
         };
         ids.push(id);
+    }
+    if trim.kind != TrimKind::Singular {
+        mesh.edges.push(EdgeLine {
+            edge: trim.edge,
+            faces: uses.iter().map(|one| one.face).collect(),
+            vertices: ids.clone(),
+        });
     }
     for (i, one) in uses.iter().enumerate() {
         let at = if i == lead {

@@ -395,9 +395,12 @@ impl Work<'_> {
             self.sampled.push(corners);
         }
         self.count += 1;
-        let [a, b, c] = corners.map(|c| c.vertex);
+        let [a, b, c] = corners;
         let turned = if self.flip { [a, c, b] } else { [a, b, c] };
-        self.mesh.triangle(turned, self.face);
+        let grid = self.grid;
+        self.mesh.triangle(turned.map(|c| c.vertex), self.face, || {
+            turned.map(|c| grid.to_uv(c.at))
+        });
     }
 
     /// Two triangles for each full cell, along its shorter diagonal.
