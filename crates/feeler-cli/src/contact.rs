@@ -18,7 +18,7 @@ const LONGEST_LINE: u64 = 1 << 20;
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct Args {
-    /// The .3dm or .brep (OCCT, text) file, or a model file of our own (.json, .json.gz).
+    /// The .3dm, .brep (OCCT, text) or .step file, or a model file of our own (.json, .json.gz).
     file: PathBuf,
     /// Ask about object N alone, as `feeler inspect` numbers them.
     #[arg(long, value_name = "N")]

@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct Args {
-    /// The .3dm or .brep (OCCT, text) file, or a model file of our own (.json, .json.gz).
+    /// The .3dm, .brep (OCCT, text) or .step file, or a model file of our own (.json, .json.gz).
     file: PathBuf,
     /// The file to write: .3dm (version 5) by its name.
     out: PathBuf,

@@ -15,7 +15,7 @@ const SHOWN: usize = 10;
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct Args {
-    /// The .3dm or .brep (OCCT, text) file, or a model file of our own (.json, .json.gz).
+    /// The .3dm, .brep (OCCT, text) or .step file, or a model file of our own (.json, .json.gz).
     file: PathBuf,
     /// One JSON object instead of text.
     #[arg(long)]

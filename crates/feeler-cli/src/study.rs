@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct Args {
-    /// A folder of .3dm and .brep (.brp) files, looked through with all folders in it.
+    /// A folder of .3dm, .brep (.brp) and .step (.stp) files, looked through with all folders in it.
     folder: PathBuf,
     /// Where `study.md` and `study.svg` go.
     #[arg(long, default_value = "target/study")]
@@ -17,7 +17,7 @@ pub(crate) struct Args {
 }
 
 /// Names of files that are read, in lower case.
-const ENDINGS: [&str; 3] = ["3dm", "brep", "brp"];
+const ENDINGS: [&str; 5] = ["3dm", "brep", "brp", "step", "stp"];
 
 /// The files of a folder and the folders in it, in order. Links to folders are not followed: they may lead back.
 fn parts(folder: &Path) -> Result<Vec<PathBuf>, Bad> {
@@ -66,7 +66,7 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Bad> {
     let parts = parts(&args.folder)?;
     if parts.is_empty() {
         return Err(Bad(format!(
-            "{}: no .3dm, .brep or .brp file in it; name a folder of parts",
+            "{}: no .3dm, .brep, .brp, .step or .stp file in it; name a folder of parts",
             args.folder.display()
         )));
     }

@@ -12,14 +12,17 @@ pub enum Format {
     Rhino,
     /// OCCT's text format, `.brep`.
     Occt,
+    /// ISO 10303-21, `.step`.
+    Step,
 }
 
 impl Format {
-    /// Its name in reports: `3dm`, `brep`.
+    /// Its name in reports: `3dm`, `brep`, `step`.
     pub fn name(self) -> &'static str {
         match self {
             Self::Rhino => "3dm",
             Self::Occt => "brep",
+            Self::Step => "step",
         }
     }
 }
@@ -30,7 +33,7 @@ pub struct Document {
     /// In which format it was.
     pub format: Format,
     /// The version of the format, as in the file. Of .3dm: 3, 4, 5, 50, 60, 70 or 80 (2 too, with a warning);
-    /// of .brep: 1, 2 or 3.
+    /// of .brep: 1, 2 or 3; of .step: the application protocol, 203, 214 or 242, 0 for another.
     pub version: u32,
     /// Version of the library that wrote a .3dm file, as stored; 0 if not said.
     pub opennurbs_version: u32,

@@ -2,6 +2,7 @@
 
 use crate::file::MAX_FILE_SIZE;
 use crate::occt::TextProblem;
+use crate::step_problem::StepProblem;
 use feeler::brep::BrepError;
 use feeler::nurbs::GeometryError;
 use std::fmt;
@@ -107,6 +108,17 @@ pub enum ReadError {
         line: usize,
         /// What is wrong.
         problem: Box<TextProblem>,
+    },
+    /// Something wrong with a STEP file as a whole.
+    #[error("{0}")]
+    Step(Box<StepProblem>),
+    /// Something wrong with an entity of a STEP file.
+    #[error("#{entity}: {problem}")]
+    Entity {
+        /// Its number in the file.
+        entity: u64,
+        /// What is wrong.
+        problem: Box<StepProblem>,
     },
 }
 

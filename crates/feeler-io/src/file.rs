@@ -3,6 +3,7 @@
 use crate::document::Document;
 use crate::error::{FileError, FileProblem, ReadError};
 use crate::occt::{self, read_brep};
+use crate::step::read_step;
 use crate::threedm::{self, read_3dm};
 use std::fs::File;
 use std::io::Read;
@@ -11,8 +12,12 @@ use std::path::Path;
 /// The largest file that [`read_file`] takes: 1 GiB.
 pub const MAX_FILE_SIZE: u64 = 1 << 30;
 
-/// Reads the file at `path`, by its content: see [`read_3dm`] and [`read_brep`]. Where the content is
-/// neither, the name says what it was meant to be.
+/// What a STEP file starts with, up to blanks and comments, and how far from its start it may be.
+const STEP: &[u8] = b"ISO-10303-21;";
+const STEP_WITHIN: usize = 512;
+
+/// Reads the file at `path`, by its content: see [`read_3dm`], [`read_brep`] and [`read_step`]. Where the content is
+/// none of these, the name says what it was meant to be.
 ///
 /// # Errors
 /// [`FileError`], which names the file: it cannot be opened or read, is larger than
@@ -49,6 +54,12 @@ fn read(bytes: &[u8], path: &Path) -> Result<Document, ReadError> {
     let rhino = bytes
         .windows(threedm::MAGIC.len())
         .any(|w| w == threedm::MAGIC);
+    let step = bytes
+        .get(..bytes.len().min(STEP_WITHIN))
+        .is_some_and(|start| start.windows(STEP.len()).any(|w| w == STEP));
+    if step || !rhino && named(&["step", "stp", "p21"]) {
+        return read_step(bytes);
+    }
     if !rhino && named(&["brep", "brp"]) {
         return read_brep(bytes);
     }

@@ -11,10 +11,11 @@ use super::error::TextProblem;
 use super::motion::Place;
 use super::projection::projected;
 use super::shapes::{Edge as FileEdge, Kind, Orientation, Sub, Tables};
+use super::surfaces::wide;
 use super::tokens::fail;
 use super::wires::{Use, chains};
 use crate::error::ReadError;
-use crate::sheets::{ROUNDING, Reach, jumps, kinds, reach};
+use crate::sheets::{jumps, kinds, reach};
 use feeler::brep::{Brep, Edge, Vertex};
 use feeler::numeric::Interval;
 
@@ -525,14 +526,4 @@ impl Assembly {
         }
         Ok(())
     }
-}
-
-/// A range of no length is a slit; the surface below it must have one.
-fn wide(mut reach: Reach) -> Reach {
-    let [lo, hi] = reach.range;
-    if !(lo < hi) {
-        let margin = ROUNDING * lo.abs().max(1.0);
-        reach.margin = [margin; 2];
-    }
-    reach
 }

@@ -14,28 +14,28 @@ const SAMPLES: u16 = 16;
 
 /// A BREP in the making.
 #[derive(Default)]
-pub(super) struct Builder {
-    pub(super) parts: BrepParts,
-    pub(super) vertices: HashMap<(usize, Place), usize>,
-    pub(super) edges: HashMap<(usize, Place), usize>,
+pub(crate) struct Builder {
+    pub(crate) parts: BrepParts,
+    pub(crate) vertices: HashMap<(usize, Place), usize>,
+    pub(crate) edges: HashMap<(usize, Place), usize>,
     /// Splines that are used as they stand, shared.
-    pub(super) curves2: HashMap<usize, usize>,
-    pub(super) curves3: HashMap<(usize, Place), usize>,
-    pub(super) surfaces: HashMap<(usize, Place), usize>,
+    pub(crate) curves2: HashMap<usize, usize>,
+    pub(crate) curves3: HashMap<(usize, Place), usize>,
+    pub(crate) surfaces: HashMap<(usize, Place), usize>,
     /// What was odd, and how often.
-    pub(super) odd: BTreeMap<&'static str, usize>,
-    pub(super) is_moved: bool,
+    pub(crate) odd: BTreeMap<&'static str, usize>,
+    pub(crate) is_moved: bool,
 }
 
 /// One use of an edge by a wire.
-pub(super) struct EdgeUse {
-    pub(super) shape: usize,
-    pub(super) place: Place,
-    pub(super) reversed: bool,
-    pub(super) curve: usize,
-    pub(super) span: Interval,
-    pub(super) vertices: [usize; 2],
-    pub(super) degenerated: bool,
+pub(crate) struct EdgeUse {
+    pub(crate) shape: usize,
+    pub(crate) place: Place,
+    pub(crate) reversed: bool,
+    pub(crate) curve: usize,
+    pub(crate) span: Interval,
+    pub(crate) vertices: [usize; 2],
+    pub(crate) degenerated: bool,
 }
 
 const SHIFTED: &str = "loops were moved by a period to where their face's outer loop lies";
@@ -57,7 +57,7 @@ impl Builder {
     }
 
     /// Moves loops by whole periods so that they start within one period from where the longest does.
-    pub(super) fn lift(&mut self, loops: &mut [Vec<EdgeUse>], periods: [Option<f64>; 2]) {
+    pub(crate) fn lift(&mut self, loops: &mut [Vec<EdgeUse>], periods: [Option<f64>; 2]) {
         for (c, period) in periods.into_iter().enumerate() {
             let Some(period) = period.filter(|_| loops.len() > 1) else {
                 continue;
@@ -93,7 +93,7 @@ impl Builder {
         }
     }
 
-    pub(super) fn face(
+    pub(crate) fn face(
         &mut self,
         surface: usize,
         has_wires: bool,
@@ -168,7 +168,7 @@ impl Builder {
 }
 
 /// A curve moved in coordinate `c`. Rounded.
-fn shifted(curve: Curve2, c: usize, by: f64) -> Option<Curve2> {
+pub(crate) fn shifted(curve: Curve2, c: usize, by: f64) -> Option<Curve2> {
     let mut step = SVector::<f64, 2>::zeros();
     step[c] = by;
     Some(match curve {

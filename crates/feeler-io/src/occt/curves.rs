@@ -23,21 +23,21 @@ use nalgebra::{Point, SVector};
 use std::f64::consts::TAU;
 
 /// How deep curves and surfaces may be defined by each other.
-pub(super) const MAX_NESTED: u32 = 16;
+pub(crate) const MAX_NESTED: u32 = 16;
 
 /// Where a conic stands.
 #[derive(Clone, Debug)]
-pub(super) struct Frame<const D: usize> {
-    pub(super) center: Point<f64, D>,
-    pub(super) x: SVector<f64, D>,
-    pub(super) y: SVector<f64, D>,
+pub(crate) struct Frame<const D: usize> {
+    pub(crate) center: Point<f64, D>,
+    pub(crate) x: SVector<f64, D>,
+    pub(crate) y: SVector<f64, D>,
     /// The axis; zero in uv.
-    pub(super) z: SVector<f64, D>,
+    pub(crate) z: SVector<f64, D>,
 }
 
 /// A curve as the file has it.
 #[derive(Clone, Debug)]
-pub(super) enum Form<const D: usize, const H: usize> {
+pub(crate) enum Form<const D: usize, const H: usize> {
     Line {
         from: Point<f64, D>,
         direction: SVector<f64, D>,
@@ -52,7 +52,7 @@ pub(super) enum Form<const D: usize, const H: usize> {
 }
 
 /// Why a form cannot be held.
-pub(super) type Refusal = TextProblem;
+pub(crate) type Refusal = TextProblem;
 
 pub(super) fn vector<const D: usize>(
     t: &mut Tokens<'_>,
@@ -128,7 +128,7 @@ impl<const D: usize, const H: usize> Form<D, H> {
     }
 
     /// Where the curve ends by itself; `None` where it goes on, or is refused.
-    pub(super) fn bounds(&self) -> Option<[f64; 2]> {
+    pub(crate) fn bounds(&self) -> Option<[f64; 2]> {
         match self {
             Self::Circle(..) | Self::Ellipse(..) => Some([0.0, TAU]),
             Self::Spline(knots, _) => {
@@ -143,7 +143,7 @@ impl<const D: usize, const H: usize> Form<D, H> {
     }
 
     /// The period of its parameter, if it has one.
-    pub(super) fn period(&self) -> Option<f64> {
+    pub(crate) fn period(&self) -> Option<f64> {
         match self {
             Self::Circle(..) | Self::Ellipse(..) => Some(TAU),
             Self::Spline(knots, _) if knots.periodic => knots.period(),
@@ -153,7 +153,7 @@ impl<const D: usize, const H: usize> Form<D, H> {
     }
 
     /// Whether the kernel's curve is the same whatever part of it is used.
-    pub(super) fn is_whole(&self) -> bool {
+    pub(crate) fn is_whole(&self) -> bool {
         match self {
             Self::Spline(knots, _) => !knots.periodic,
             Self::Trimmed(_, basis) => basis.is_whole(),
@@ -161,7 +161,7 @@ impl<const D: usize, const H: usize> Form<D, H> {
         }
     }
 
-    pub(super) fn is_offset(&self) -> bool {
+    pub(crate) fn is_offset(&self) -> bool {
         match self {
             Self::Offset => true,
             Self::Trimmed(_, basis) => basis.is_offset(),
@@ -171,7 +171,7 @@ impl<const D: usize, const H: usize> Form<D, H> {
 
     /// Whether the kernel's form has the file's parameter: a surface made of the curve is then
     /// the file's, parameter by parameter.
-    pub(super) fn keeps_parameter(&self) -> bool {
+    pub(crate) fn keeps_parameter(&self) -> bool {
         match self {
             Self::Ellipse(..) | Self::Hyperbola(..) | Self::Offset => false,
             Self::Trimmed(_, basis) => basis.keeps_parameter(),
@@ -181,7 +181,7 @@ impl<const D: usize, const H: usize> Form<D, H> {
 
     /// The part of the curve over `range`, and its span of the parameter of what is returned. `numbers` is
     /// how many more numbers may be made.
-    pub(super) fn part(
+    pub(crate) fn part(
         &self,
         range: [f64; 2],
         numbers: &mut Budget,
@@ -317,12 +317,12 @@ fn nurbs<const D: usize, const H: usize>(
     Ok(Curve::Nurbs(curve))
 }
 
-pub(super) fn refused(what: &'static str) -> impl Fn(GeometryError) -> Refusal {
+pub(crate) fn refused(what: &'static str) -> impl Fn(GeometryError) -> Refusal {
     move |source| TextProblem::Geometry { what, source }
 }
 
 /// A span that sticks out of its curve's domain by no more than rounding, cut.
-pub(super) fn clamped(mut span: Interval, domain: Interval) -> Interval {
+pub(crate) fn clamped(mut span: Interval, domain: Interval) -> Interval {
     let slack = ROUNDING * domain.start.abs().max(domain.end.abs());
     if span.start < domain.start && domain.start - span.start <= slack {
         span.start = domain.start;
@@ -335,17 +335,17 @@ pub(super) fn clamped(mut span: Interval, domain: Interval) -> Interval {
 
 /// How many numbers may still be made: a file that uses the same spline over and over must not
 /// take memory out of all proportion.
-pub(super) struct Budget {
+pub(crate) struct Budget {
     left: usize,
     limit: usize,
 }
 
 impl Budget {
-    pub(super) fn new(limit: usize) -> Self {
+    pub(crate) fn new(limit: usize) -> Self {
         Self { left: limit, limit }
     }
 
-    pub(super) fn take(&mut self, count: usize) -> Result<(), Refusal> {
+    pub(crate) fn take(&mut self, count: usize) -> Result<(), Refusal> {
         match self.left.checked_sub(count) {
             Some(left) => {
                 self.left = left;
@@ -360,7 +360,7 @@ impl Budget {
 }
 
 /// A curve in space, moved. Rounded.
-pub(super) fn moved(curve: Curve<3, 4>, motion: &Motion) -> Result<Curve<3, 4>, Refusal> {
+pub(crate) fn moved(curve: Curve<3, 4>, motion: &Motion) -> Result<Curve<3, 4>, Refusal> {
     if motion.is_identity() {
         return Ok(curve);
     }

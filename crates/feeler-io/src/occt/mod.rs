@@ -17,15 +17,15 @@
 //! of factors in a location, the second curve of a seam) files that OCCT writes decide, and tests hold us to them.
 
 mod assembly;
-mod builder;
-mod curves;
+pub(crate) mod builder;
+pub(crate) mod curves;
 mod document;
 mod error;
-mod motion;
-mod projection;
+pub(crate) mod motion;
+pub(crate) mod projection;
 mod shapes;
-mod splines;
-mod surfaces;
+pub(crate) mod splines;
+pub(crate) mod surfaces;
 mod tokens;
 mod wires;
 

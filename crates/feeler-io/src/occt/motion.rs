@@ -13,32 +13,32 @@ use std::collections::HashMap;
 
 /// `x -> rotation x + translation`.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct Motion {
+pub(crate) struct Motion {
     rotation: Matrix3<f64>,
     translation: Vector3<f64>,
 }
 
 impl Motion {
-    fn identity() -> Self {
+    pub(crate) fn identity() -> Self {
         Self {
             rotation: Matrix3::identity(),
             translation: Vector3::zeros(),
         }
     }
 
-    pub(super) fn is_identity(&self) -> bool {
+    pub(crate) fn is_identity(&self) -> bool {
         *self == Self::identity()
     }
 
-    pub(super) fn vector(&self, v: &Vector3<f64>) -> Vector3<f64> {
+    pub(crate) fn vector(&self, v: &Vector3<f64>) -> Vector3<f64> {
         self.rotation * v
     }
 
-    pub(super) fn point(&self, p: &Point3<f64>) -> Point3<f64> {
+    pub(crate) fn point(&self, p: &Point3<f64>) -> Point3<f64> {
         Point3::from(self.rotation * p.coords + self.translation)
     }
 
-    pub(super) fn homogeneous(&self, p: &Vector4<f64>) -> Vector4<f64> {
+    pub(crate) fn homogeneous(&self, p: &Vector4<f64>) -> Vector4<f64> {
         let moved = self.rotation * p.xyz() + self.translation * p.w;
         Vector4::new(moved.x, moved.y, moved.z, p.w)
     }
@@ -121,14 +121,14 @@ fn bounded(word: Word) -> Result<Word, TextProblem> {
 
 /// A location, by its number among those met so far; 0 is the identity.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub(super) struct Place(usize);
+pub(crate) struct Place(usize);
 
 impl Place {
-    pub(super) const HERE: Self = Self(0);
+    pub(crate) const HERE: Self = Self(0);
 }
 
 /// All locations: those of the file's table, and products met since.
-pub(super) struct Places {
+pub(crate) struct Places {
     /// The file's placements with their numbers in the table and whether they are used as rigid motions.
     placements: Vec<(usize, Motion)>,
     /// The file's table.
@@ -187,7 +187,7 @@ impl Places {
     }
 
     /// The number of locations in the file's table.
-    pub(super) fn count(&self) -> usize {
+    pub(crate) fn count(&self) -> usize {
         self.table.len()
     }
 
@@ -225,7 +225,7 @@ impl Places {
     }
 
     /// `a b`: first b, then a.
-    pub(super) fn product(&mut self, a: Place, b: Place) -> Result<Place, TextProblem> {
+    pub(crate) fn product(&mut self, a: Place, b: Place) -> Result<Place, TextProblem> {
         if a == Place::HERE || b == Place::HERE {
             return Ok(if a == Place::HERE { b } else { a });
         }
@@ -239,7 +239,7 @@ impl Places {
     }
 
     /// `a^-1 b`.
-    pub(super) fn relative(&mut self, a: Place, b: Place) -> Result<Place, TextProblem> {
+    pub(crate) fn relative(&mut self, a: Place, b: Place) -> Result<Place, TextProblem> {
         if a == b {
             return Ok(Place::HERE);
         }
@@ -251,7 +251,7 @@ impl Places {
     ///
     /// # Errors
     /// One of its placements is no rigid motion.
-    pub(super) fn motion(&self, place: Place) -> Result<&Motion, TextProblem> {
+    pub(crate) fn motion(&self, place: Place) -> Result<&Motion, TextProblem> {
         for (placement, _) in self.words.get(place.0).into_iter().flatten() {
             if let Some((location, motion)) = self.placements.get(*placement)
                 && let Some(why) = motion.defect()

@@ -46,7 +46,7 @@ impl Affine {
 }
 
 /// The projection of a curve that the kernel holds, over the same domain.
-pub(super) fn projected(curve: &Curve3, axes: &Axes) -> Result<Curve2, Refusal> {
+pub(crate) fn projected(curve: &Curve3, axes: &Axes) -> Result<Curve2, Refusal> {
     let to = Affine::new(axes)?;
     let nurbs = |n: &NurbsCurve<4>| -> Result<Curve2, Refusal> {
         let points = n.control_points().iter().map(|p| {

@@ -20,18 +20,18 @@ const MAX_PERIODS: f64 = 8.0;
 
 /// Knots of one direction.
 #[derive(Clone, Debug)]
-pub(super) struct Knots {
-    pub(super) degree: usize,
-    pub(super) periodic: bool,
-    pub(super) control_points: usize,
+pub(crate) struct Knots {
+    pub(crate) degree: usize,
+    pub(crate) periodic: bool,
+    pub(crate) control_points: usize,
     /// Distinct knots with their multiplicities.
     distinct: Vec<(f64, usize)>,
 }
 
 /// Some spans of a spline: which control points, in order, and the knots, written out.
-pub(super) struct Window {
-    pub(super) points: Vec<usize>,
-    pub(super) knots: Vec<f64>,
+pub(crate) struct Window {
+    pub(crate) points: Vec<usize>,
+    pub(crate) knots: Vec<f64>,
 }
 
 /// A degree, from 1 to what the kernel takes.
@@ -48,7 +48,7 @@ pub(super) fn degree(t: &mut Tokens<'_>) -> Result<usize, ReadError> {
 
 impl Knots {
     /// Those of a Bezier curve, whose parameter runs from 0 to 1.
-    pub(super) fn bezier(degree: usize) -> Self {
+    pub(crate) fn bezier(degree: usize) -> Self {
         Self {
             degree,
             periodic: false,
@@ -66,7 +66,6 @@ impl Knots {
         count: usize,
     ) -> Result<Self, ReadError> {
         let mut distinct = Vec::with_capacity(count);
-        let mut sum = 0;
         for _ in 0..count {
             let knot = t.number("a knot")?;
             let found = t.integer("a knot's multiplicity")?;
@@ -80,24 +79,32 @@ impl Knots {
                 let found = format!("{knot:?}");
                 return Err(t.unexpected("a knot", found.as_bytes(), "more than the one before"));
             }
-            sum += multiplicity;
             distinct.push((knot, multiplicity));
         }
-        let (Some(first), Some(last)) = (distinct.first(), distinct.last()) else {
-            return Err(t.unexpected("the number of knots", b"0", "2 or more"));
-        };
-        let bad = if periodic {
+        Self::new(degree, periodic, control_points, distinct).map_err(|problem| t.fail(problem))
+    }
+
+    /// Distinct knots, increasing, with multiplicities of 1 or more.
+    pub(crate) fn new(
+        degree: usize,
+        periodic: bool,
+        control_points: usize,
+        distinct: Vec<(f64, usize)>,
+    ) -> Result<Self, TextProblem> {
+        let sum: usize = distinct.iter().map(|(_, m)| m).sum();
+        let bad = match (distinct.first(), distinct.last()) {
             // The control points of one period are as many as its knots.
-            first.1 != last.1 || first.1 > degree || sum - last.1 != control_points
-        } else {
-            sum != control_points + degree + 1
+            (Some(first), Some(last)) if periodic => {
+                first.1 != last.1 || first.1 > degree || sum - last.1 != control_points
+            }
+            _ => sum != control_points + degree + 1,
         };
         if bad || distinct.len() < 2 {
-            return Err(t.fail(TextProblem::Shape {
+            return Err(TextProblem::Shape {
                 what: format!(
                     "{sum} knots do not go with {control_points} control points of degree {degree}"
                 ),
-            }));
+            });
         }
         Ok(Self {
             degree,
@@ -108,12 +115,12 @@ impl Knots {
     }
 
     /// From the first knot to the last.
-    pub(super) fn period(&self) -> Option<f64> {
+    pub(crate) fn period(&self) -> Option<f64> {
         Some(self.distinct.last()?.0 - self.distinct.first()?.0)
     }
 
     /// All spans, or where the spline is periodic those that hold `range`; `None` if that is too long.
-    pub(super) fn window(&self, range: Option<[f64; 2]>) -> Option<Window> {
+    pub(crate) fn window(&self, range: Option<[f64; 2]>) -> Option<Window> {
         let written = |knots: &[(f64, usize)]| -> Vec<f64> {
             let copies = knots.iter().map(|(k, m)| std::iter::repeat_n(*k, *m));
             copies.flatten().collect()

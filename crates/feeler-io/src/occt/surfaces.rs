@@ -29,16 +29,16 @@ use std::f64::consts::{FRAC_PI_2, TAU};
 
 /// Where an elementary surface stands. Its axes may be left-handed.
 #[derive(Clone, Debug)]
-pub(super) struct Axes {
-    pub(super) origin: Point3<f64>,
-    pub(super) z: Vector3<f64>,
-    pub(super) x: Vector3<f64>,
-    pub(super) y: Vector3<f64>,
+pub(crate) struct Axes {
+    pub(crate) origin: Point3<f64>,
+    pub(crate) z: Vector3<f64>,
+    pub(crate) x: Vector3<f64>,
+    pub(crate) y: Vector3<f64>,
 }
 
 /// A surface as the file has it.
 #[derive(Clone, Debug)]
-pub(super) enum Form3 {
+pub(crate) enum Form3 {
     Plane(Axes),
     Cylinder(Axes, f64),
     Cone(Axes, f64, f64),
@@ -163,7 +163,7 @@ impl Form3 {
     }
 
     /// The axes, if it is a plane.
-    pub(super) fn plane(&self) -> Option<&Axes> {
+    pub(crate) fn plane(&self) -> Option<&Axes> {
         match self {
             Self::Plane(axes) => Some(axes),
             Self::Trimmed(_, basis) => basis.plane(),
@@ -172,7 +172,7 @@ impl Form3 {
     }
 
     /// The period of u and of v, if the surface has one.
-    pub(super) fn periods(&self) -> [Option<f64>; 2] {
+    pub(crate) fn periods(&self) -> [Option<f64>; 2] {
         let spline = |k: &Knots| k.periodic.then(|| k.period()).flatten();
         match self {
             Self::Plane(_) | Self::Offset => [None, None],
@@ -186,7 +186,7 @@ impl Form3 {
     }
 
     /// Whether the kernel's surface is the same whatever part of it is used.
-    pub(super) fn is_whole(&self) -> bool {
+    pub(crate) fn is_whole(&self) -> bool {
         match self {
             Self::Spline(knots, _) => !knots[0].periodic && !knots[1].periodic,
             Self::Trimmed(_, basis) => basis.is_whole(),
@@ -195,7 +195,7 @@ impl Form3 {
     }
 
     /// The part that holds what loops reach in u and v; without loops, all of it.
-    pub(super) fn part(
+    pub(crate) fn part(
         &self,
         reach: [Option<Reach>; 2],
         motion: &Motion,
@@ -222,6 +222,11 @@ impl Form3 {
             };
         }
         self.over(ranges, motion, numbers)
+    }
+
+    /// All of a surface that has an end everywhere.
+    pub(crate) fn whole(&self, numbers: &mut Budget) -> Result<Surface, Refusal> {
+        self.part([None, None], &Motion::identity(), numbers)
     }
 
     /// Refuses loops that lie where no sheet of the surface is.
@@ -467,4 +472,14 @@ fn whole(
     // A B-spline ends where it ends: what loops reach beyond is cut off, as on every surface.
     let (curve, _) = profile.part([range.start, range.end], numbers)?;
     Ok(curve)
+}
+
+/// A range of no length is a slit; the surface below it must have one.
+pub(crate) fn wide(mut reach: Reach) -> Reach {
+    let [lo, hi] = reach.range;
+    if !(lo < hi) {
+        let margin = ROUNDING * lo.abs().max(1.0);
+        reach.margin = [margin; 2];
+    }
+    reach
 }

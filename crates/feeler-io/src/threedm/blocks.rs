@@ -109,7 +109,7 @@ pub(super) fn reference(mut d: Chunk<'_>) -> Result<Reference, ReadError> {
 }
 
 /// How many numbers a BREP holds, roughly: what a copy of it costs.
-fn numbers(brep: &Brep) -> usize {
+pub(crate) fn numbers(brep: &Brep) -> usize {
     fn curve<const D: usize, const H: usize>(c: &Curve<D, H>) -> usize {
         match c {
             Curve::Nurbs(n) => H * n.control_points().len() + n.knots().knots().len(),

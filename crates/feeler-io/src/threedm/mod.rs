@@ -15,7 +15,7 @@
 mod archive;
 mod assembly;
 mod attributes;
-mod blocks;
+pub(crate) mod blocks;
 mod brep;
 mod class;
 mod curves;

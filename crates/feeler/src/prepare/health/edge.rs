@@ -86,7 +86,7 @@ pub(super) fn health(
 }
 
 /// How far each trim's image is from the edge's own curve.
-fn offsets(brep: &PreparedBrep, edge: usize, defects: &[Defect]) -> Vec<Offset> {
+pub(super) fn offsets(brep: &PreparedBrep, edge: usize, defects: &[Defect]) -> Vec<Offset> {
     let parts = brep.brep().parts();
     let e = &parts.edges[edge];
     let Some(curve) = e.curve.map(|c| &parts.curves3[c]) else {

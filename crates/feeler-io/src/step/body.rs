@@ -1,0 +1,665 @@
+//! One solid, or one set of faces, as a BREP.
+
+use super::chart::{Chart, nearest};
+use super::entities::{Entities, form, problem, shape, unsupported};
+use super::geometry::{EdgeForm, Geometry};
+use super::loops::{Maker, Trouble, Use, closed, lifted};
+use super::pcurve::{Made, made, taken};
+use crate::error::ReadError;
+use crate::occt::builder::{Builder, EdgeUse};
+use crate::occt::curves::Form;
+use crate::occt::motion::{Motion, Place};
+use crate::occt::surfaces::{Form3, wide};
+use crate::sheets::{ROUNDING, jumps, kinds, reach};
+use crate::step_problem::StepProblem;
+use feeler::brep::{Brep, Edge, Vertex};
+use feeler::numeric::Interval;
+use feeler::nurbs::{Curve2, Curve3};
+use feeler::prepare::PreparedBrep;
+use nalgebra::{Point2, Point3};
+use std::collections::HashMap;
+use std::f64::consts::TAU;
+
+/// A face, or a set of them, with whether it is used as it stands.
+#[derive(Clone, Copy)]
+pub(super) struct FaceUse {
+    pub(super) id: u64,
+    pub(super) forward: bool,
+}
+
+/// How often a body is begun again because an edge must be split.
+const MOST_SPLITS: usize = 256;
+
+/// What a use of an edge, and a fitted curve, count for among the numbers that a file may unfold to: files list the same edges and faces
+/// again at a few bytes each, and each takes its time.
+const USE: usize = 512;
+const FITTED: usize = 4096;
+
+/// What a body has become.
+pub(super) struct Made3 {
+    pub(super) brep: Brep,
+    pub(super) warnings: Vec<String>,
+}
+
+/// A piece of an edge, along its curve.
+#[derive(Clone)]
+struct Piece {
+    key: usize,
+    curve: Curve3,
+    span: Interval,
+    vertices: [usize; 2],
+}
+
+/// An edge of the file.
+#[derive(Clone)]
+struct FileEdge {
+    pieces: Vec<Piece>,
+    /// Whether the curve runs as the edge does.
+    forward: bool,
+    pcurves: Vec<u64>,
+}
+
+pub(super) struct Body<'g, 'e> {
+    geometry: &'g mut Geometry<'e>,
+    b: Builder,
+    size: f64,
+    tolerance: f64,
+    edges: HashMap<u64, FileEdge>,
+    /// Edges that must be split, and where.
+    splits: HashMap<u64, Vec<f64>>,
+    /// The edge of each key.
+    keys: Vec<u64>,
+    /// How far images are from their edges, as far as that is known by formula.
+    bound: f64,
+    /// Trims whose bound the kernel must find.
+    unbounded: Vec<usize>,
+    fitted: usize,
+}
+
+/// The faces of a set: of a shell, a body or a model.
+pub(super) fn faces(entities: &Entities, id: u64) -> Result<Vec<FaceUse>, ReadError> {
+    let mut open = vec![(id, true, 0)];
+    let mut faces = Vec::new();
+    while let Some((id, forward, depth)) = open.pop() {
+        if depth > 8 {
+            return Err(shape(id, "shells within each other too deep"));
+        }
+        let mut push = |ids: Vec<u64>, forward: bool| {
+            open.extend(ids.into_iter().rev().map(|id| (id, forward, depth + 1)));
+        };
+        let Some(e) = entities.simple(id) else {
+            return Err(entities.unexpected(id, id, "a shell or face"));
+        };
+        match e.name {
+            "MANIFOLD_SOLID_BREP" | "FACETED_BREP" => push(vec![e.reference(1)?], forward),
+            "BREP_WITH_VOIDS" => {
+                let mut all = vec![e.reference(1)?];
+                all.extend(e.references(2)?);
+                push(all, forward);
+            }
+            "SHELL_BASED_SURFACE_MODEL"
+            | "FACE_BASED_SURFACE_MODEL"
+            | "OPEN_SHELL"
+            | "CLOSED_SHELL"
+            | "CONNECTED_FACE_SET" => push(e.references(1)?, forward),
+            "ORIENTED_CLOSED_SHELL" | "ORIENTED_OPEN_SHELL" | "ORIENTED_FACE" => {
+                push(vec![e.reference(2)?], forward == e.flag(3)?);
+            }
+            "ADVANCED_FACE" | "FACE_SURFACE" => faces.push(FaceUse { id, forward }),
+            _ => {
+                let what = format!("a face or shell of kind {}", entities.described(id));
+                return Err(unsupported(
+                    id,
+                    what,
+                    "export the part as a solid or surfaces",
+                ));
+            }
+        }
+    }
+    Ok(faces)
+}
+
+/// The BREP of some faces. `tolerance`: how far apart what the file says to be one may be, in its units.
+pub(super) fn brep(
+    id: u64,
+    geometry: &mut Geometry<'_>,
+    faces: &[FaceUse],
+    size: f64,
+    tolerance: f64,
+) -> Result<Made3, ReadError> {
+    let mut splits = HashMap::new();
+    for _ in 0..MOST_SPLITS {
+        let mut body = Body {
+            geometry: &mut *geometry,
+            b: Builder::default(),
+            size,
+            tolerance,
+            edges: HashMap::new(),
+            splits: std::mem::take(&mut splits),
+            keys: Vec::new(),
+            bound: 0.0,
+            unbounded: Vec::new(),
+            fitted: 0,
+        };
+        let mut again = false;
+        for face in faces {
+            if let Some((edge, at)) = body.face(*face)? {
+                body.splits.entry(edge).or_default().push(at);
+                again = true;
+                break;
+            }
+        }
+        if !again {
+            return body.finish(id);
+        }
+        splits = body.splits;
+    }
+    Err(problem(
+        id,
+        StepProblem::Limit {
+            what: "edges to split",
+            limit: MOST_SPLITS,
+        },
+    ))
+}
+
+struct Seams<'b> {
+    b: &'b mut Builder,
+    chart: &'b Chart,
+}
+
+impl Maker for Seams<'_> {
+    fn vertex(&mut self, uv: Point2<f64>) -> usize {
+        vertex(self.b, self.chart.point(&uv))
+    }
+
+    fn seam(&mut self, vertices: [usize; 2]) -> usize {
+        let key = self.b.edges.len();
+        edge(self.b, key, None, vertices);
+        key
+    }
+}
+
+fn vertex(b: &mut Builder, point: Point3<f64>) -> usize {
+    b.parts.vertices.push(Vertex {
+        point,
+        edges: Vec::new(),
+        tolerance: None,
+    });
+    b.parts.vertices.len() - 1
+}
+
+/// Adds an edge; keys count them.
+fn edge(b: &mut Builder, key: usize, curve: Option<(Curve3, Interval)>, vertices: [usize; 2]) {
+    let index = b.parts.edges.len();
+    b.edges.insert((key, Place::HERE), index);
+    // Of no meaning where there is no curve.
+    let mut span = Interval {
+        start: 0.0,
+        end: 1.0,
+    };
+    let curve = curve.map(|(curve, own)| {
+        span = own;
+        b.parts.curves3.push(curve);
+        b.parts.curves3.len() - 1
+    });
+    b.parts.edges.push(Edge {
+        curve,
+        span,
+        reversed: false,
+        vertices,
+        trims: Vec::new(),
+        tolerance: None,
+    });
+    let [start, end] = vertices;
+    for v in if start == end {
+        vec![start]
+    } else {
+        vec![start, end]
+    } {
+        if let Some(vertex) = b.parts.vertices.get_mut(v) {
+            vertex.edges.push(index);
+        }
+    }
+}
+
+impl Body<'_, '_> {
+    fn finish(self, id: u64) -> Result<Made3, ReadError> {
+        let Self {
+            b,
+            unbounded,
+            mut bound,
+            fitted,
+            ..
+        } = self;
+        let Builder { mut parts, odd, .. } = b;
+        kinds(&mut parts);
+        let brep = Brep::new(parts).map_err(|e| problem(id, StepProblem::Brep(e)))?;
+        let mut warnings: Vec<String> = odd.iter().map(|(what, n)| format!("{n} {what}")).collect();
+        if !unbounded.is_empty() {
+            let mut edges: Vec<usize> = unbounded
+                .iter()
+                .filter_map(|t| brep.parts().trims.get(*t)?.edge)
+                .collect();
+            edges.sort_unstable();
+            edges.dedup();
+            let prepared = PreparedBrep::new(brep.clone());
+            let trims: std::collections::HashSet<usize> = unbounded.into_iter().collect();
+            for e in edges {
+                let offsets = prepared.edge_offsets(e);
+                let own = offsets.iter().filter(|o| trims.contains(&o.trim));
+                bound = own.map(|o| o.at_most).fold(bound, f64::max);
+            }
+        }
+        let fit = if fitted > 0 {
+            format!("; {fitted} of them are fitted")
+        } else {
+            String::new()
+        };
+        if !brep.parts().trims.is_empty() {
+            warnings.push(format!(
+                "curves in uv are made here where the file's are not used: all images are within {bound:.2e} of the edges' curves (proven){fit}"
+            ));
+        }
+        warnings.extend(jumps(&brep));
+        Ok(Made3 { brep, warnings })
+    }
+
+    fn point_of(&self, from: u64, id: u64) -> Result<Point3<f64>, ReadError> {
+        let entities = self.geometry.entities;
+        let e = entities.expect(from, id, "VERTEX_POINT", "a vertex")?;
+        self.geometry.point3(id, e.reference(1)?)
+    }
+
+    fn vertex(&mut self, id: u64, point: Point3<f64>) -> usize {
+        let key = (usize::try_from(id).unwrap_or(usize::MAX), Place::HERE);
+        if let Some(v) = self.b.vertices.get(&key) {
+            return *v;
+        }
+        let v = vertex(&mut self.b, point);
+        self.b.vertices.insert(key, v);
+        v
+    }
+
+    /// An edge, as pieces.
+    fn edge(&mut self, from: u64, id: u64) -> Result<FileEdge, ReadError> {
+        if let Some(found) = self.edges.get(&id) {
+            return Ok(found.clone());
+        }
+        let e = self
+            .geometry
+            .entities
+            .expect(from, id, "EDGE_CURVE", "an edge")?;
+        let ids = [e.reference(1)?, e.reference(2)?];
+        let EdgeForm {
+            form: curve,
+            forward,
+            pcurves,
+        } = self.geometry.edge_form(id, e.reference(3)?)?;
+        let mut forward = forward == e.flag(4)?;
+        let mut ids = if forward { ids } else { [ids[1], ids[0]] };
+        let mut points = [self.point_of(id, ids[0])?, self.point_of(id, ids[1])?];
+        let (mut range, swapped) = self.range(id, &curve, points, ids[0] == ids[1])?;
+        if swapped {
+            forward = !forward;
+            ids.reverse();
+            points.reverse();
+            *self.b.odd.entry(SWAPPED).or_default() += 1;
+        }
+        if range[1] - range[0] > TAU && matches!(curve, Form::Circle(..) | Form::Ellipse(..)) {
+            range[1] = range[0] + TAU;
+        }
+        let (curve, span) = curve
+            .part(range, &mut self.geometry.numbers)
+            .map_err(form(id))?;
+        let ends = [
+            self.vertex(ids[0], points[0]),
+            self.vertex(ids[1], points[1]),
+        ];
+        let mut at = self.splits.get(&id).cloned().unwrap_or_default();
+        at.retain(|t| span.start < *t && *t < span.end);
+        at.sort_by(f64::total_cmp);
+        at.dedup();
+        let mut pieces = Vec::new();
+        let (mut from, mut start) = (span.start, ends[0]);
+        for to in at.into_iter().chain([span.end]) {
+            let end = if to == span.end {
+                ends[1]
+            } else {
+                vertex(&mut self.b, curve.point(to))
+            };
+            let Some(own) = Interval::new(from, to) else {
+                continue;
+            };
+            let key = self.b.edges.len();
+            self.keys.resize(key + 1, 0);
+            if let Some(k) = self.keys.get_mut(key) {
+                *k = id;
+            }
+            edge(&mut self.b, key, Some((curve.clone(), own)), [start, end]);
+            pieces.push(Piece {
+                key,
+                curve: curve.clone(),
+                span: own,
+                vertices: [start, end],
+            });
+            (from, start) = (to, end);
+        }
+        let edge = FileEdge {
+            pieces,
+            forward,
+            pcurves,
+        };
+        self.edges.insert(id, edge.clone());
+        Ok(edge)
+    }
+
+    /// From which parameter to which a curve runs between two points, and whether it does so the other way than said.
+    fn range(
+        &mut self,
+        id: u64,
+        curve: &Form<3, 4>,
+        [p, q]: [Point3<f64>; 2],
+        is_closed: bool,
+    ) -> Result<([f64; 2], bool), ReadError> {
+        let turn = |a: f64| {
+            let a = a - (a / TAU).floor() * TAU;
+            // The last moment of a turn is the first.
+            if TAU - a <= ROUNDING { 0.0 } else { a }
+        };
+        let open = |t: [f64; 2]| {
+            if t[0] < t[1] {
+                Ok((t, false))
+            } else if t[1] < t[0] {
+                Ok(([t[1], t[0]], true))
+            } else {
+                Err(shape(id, "an edge of no length"))
+            }
+        };
+        match curve {
+            Form::Line { from, direction } => {
+                let square = direction.norm_squared();
+                let at = |p: Point3<f64>| (p - from).dot(direction) / square;
+                open([at(p), at(q)])
+            }
+            Form::Circle(..) | Form::Ellipse(..) => {
+                let (f, [a, b]) = match curve {
+                    Form::Ellipse(f, radii) => (f, *radii),
+                    Form::Circle(f, r) => (f, [*r; 2]),
+                    _ => return Err(shape(id, "no conic")),
+                };
+                let at = |p: Point3<f64>| {
+                    let d = p - f.center;
+                    turn(libm::atan2(d.dot(&f.y) / b, d.dot(&f.x) / a))
+                };
+                let start = at(p);
+                if is_closed {
+                    return Ok(([start, start + TAU], false));
+                }
+                let mut end = at(q);
+                if end - start <= ROUNDING * TAU {
+                    end += TAU;
+                }
+                Ok(([start, end], false))
+            }
+            Form::Parabola(f, _) => open([(p - f.center).dot(&f.y), (q - f.center).dot(&f.y)]),
+            Form::Hyperbola(f, [_, b]) => {
+                let at = |p: Point3<f64>| libm::asinh((p - f.center).dot(&f.y) / b);
+                open([at(p), at(q)])
+            }
+            Form::Spline(..) => {
+                let bounds = curve
+                    .bounds()
+                    .ok_or_else(|| shape(id, "a curve of no length"))?;
+                let (whole, _) = curve
+                    .part(bounds, &mut self.geometry.numbers)
+                    .map_err(form(id))?;
+                let domain = whole.domain();
+                let ends = [whole.point(domain.start), whole.point(domain.end)];
+                let slack = self.tolerance + ROUNDING * self.size;
+                let loops = (ends[0] - ends[1]).norm() <= 2.0 * slack;
+                if is_closed {
+                    return if loops {
+                        Ok((bounds, false))
+                    } else {
+                        Err(shape(
+                            id,
+                            "an edge from a vertex to itself on an open curve",
+                        ))
+                    };
+                }
+                let at = |p: Point3<f64>, first: usize| {
+                    // Most edges are all of their curve.
+                    for k in [first, 1 - first] {
+                        if (ends[k] - p).norm() <= ROUNDING * self.size {
+                            return bounds[k];
+                        }
+                    }
+                    let t = nearest(&whole, None, |c, d| (c - p.coords, *d));
+                    let own = (whole.point(t) - p).norm();
+                    for k in [first, 1 - first] {
+                        if (ends[k] - p).norm() <= 2.0 * own + slack {
+                            return bounds[k];
+                        }
+                    }
+                    t
+                };
+                let t = [at(p, 0), at(q, 1)];
+                if t[0] >= t[1] && loops {
+                    return Err(unsupported(
+                        id,
+                        "an edge across the seam of a closed B-spline",
+                        "split the curve where it starts, or export the part as .brep or .3dm",
+                    ));
+                }
+                open(t)
+            }
+            Form::Trimmed(..) | Form::Offset => Err(shape(id, "an edge without a curve")),
+        }
+    }
+
+    /// Counts work as numbers.
+    fn work(&mut self, id: u64, count: usize) -> Result<(), ReadError> {
+        self.geometry.numbers.take(count).map_err(form(id))
+    }
+
+    /// A face. `Some`: this edge must be split there, and all begun again.
+    fn face(&mut self, face: FaceUse) -> Result<Option<(u64, f64)>, ReadError> {
+        let entities = self.geometry.entities;
+        let id = face.id;
+        let e = entities
+            .simple(id)
+            .ok_or_else(|| shape(id, "no simple face"))?;
+        let (bounds, surface_id, same_sense) = (e.references(1)?, e.reference(2)?, e.flag(3)?);
+        self.work(id, USE)?;
+        let surface = self.geometry.surface(id, surface_id, 0)?;
+        let chart = Chart::new(surface_id, &surface, self.size, &mut self.geometry.numbers)?;
+        let mut rough: Vec<(Vec<Use>, [i32; 2])> = Vec::new();
+        for bound in bounds {
+            let known = ["FACE_BOUND", "FACE_OUTER_BOUND"];
+            let found = known.iter().find_map(|k| entities.part(bound, k));
+            let Some(b) = found else {
+                return Err(entities.unexpected(id, bound, "a bound of a face"));
+            };
+            let (loop_id, forward) = (b.reference(1)?, b.flag(2)? == same_sense);
+            if entities.is(loop_id, "VERTEX_LOOP") {
+                // A border of one point: a pole, which the surface itself has.
+                continue;
+            }
+            if entities.is(loop_id, "POLY_LOOP") {
+                return Err(unsupported(
+                    loop_id,
+                    "a POLY_LOOP (a faceted face)",
+                    "export the part with edges (advanced BREP), or its mesh as a mesh",
+                ));
+            }
+            let l = entities.expect(bound, loop_id, "EDGE_LOOP", "a loop")?;
+            let mut listed = l.references(1)?;
+            if !forward {
+                listed.reverse();
+            }
+            let mut uses = Vec::new();
+            for o in listed {
+                let oriented = entities.expect(loop_id, o, "ORIENTED_EDGE", "an edge of a loop")?;
+                let along = oriented.flag(4)? == forward;
+                let edge_id = oriented.reference(3)?;
+                let edge = self.edge(o, edge_id)?;
+                let along = along == edge.forward;
+                let mut pieces = edge.pieces.clone();
+                if !along {
+                    pieces.reverse();
+                }
+                for piece in pieces {
+                    self.work(edge_id, USE)?;
+                    let made = self.pcurve(edge_id, &chart, &surface, surface_id, &edge, &piece)?;
+                    if let Some(bound) = made.bound {
+                        self.bound = self.bound.max(bound);
+                    }
+                    if made.fitted {
+                        self.work(edge_id, FITTED)?;
+                        self.fitted += 1;
+                    }
+                    uses.push(Use::new(
+                        piece.key,
+                        !along,
+                        made,
+                        piece.span,
+                        piece.vertices,
+                    ));
+                }
+            }
+            match lifted(&chart, &mut uses) {
+                Ok(turns) => rough.push((uses, turns)),
+                Err(trouble) => return Err(said(id, &trouble)),
+            }
+        }
+        let mut seams = Seams {
+            b: &mut self.b,
+            chart: &chart,
+        };
+        let done = match closed(&chart, rough, &mut seams) {
+            Ok(done) => done,
+            Err(Trouble::Unbounded(why)) => {
+                return Err(shape(
+                    id,
+                    format!("the loops of a face bound nothing: {why}"),
+                ));
+            }
+            Err(Trouble::Split { key, parameter }) => {
+                let edge = self.keys.get(key).copied().unwrap_or(0);
+                return Ok(Some((edge, parameter)));
+            }
+        };
+        self.put(id, &chart, &surface, done, same_sense != face.forward)?;
+        Ok(None)
+    }
+
+    /// The curve in uv of a piece of an edge.
+    fn pcurve(
+        &mut self,
+        edge_id: u64,
+        chart: &Chart,
+        surface: &Form3,
+        surface_id: u64,
+        edge: &FileEdge,
+        piece: &Piece,
+    ) -> Result<Made, ReadError> {
+        // By formula where there is one; else the file's, if it is good.
+        let by_formula = chart.plane().is_some() || chart.is_elementary();
+        if !by_formula && matches!(surface, Form3::Spline(..)) {
+            let entities = self.geometry.entities;
+            for &p in &edge.pcurves {
+                let Some(e) = entities.part(p, "PCURVE") else {
+                    continue;
+                };
+                if e.reference(1)? != surface_id {
+                    continue;
+                }
+                let d = e.reference(2)?;
+                let Some(d) = entities.part(d, "DEFINITIONAL_REPRESENTATION") else {
+                    continue;
+                };
+                let Some(&curve) = d.references(1)?.first() else {
+                    continue;
+                };
+                let Ok(own) = self.geometry.curve::<2, 3>(p, curve, 0) else {
+                    continue;
+                };
+                let range = [piece.span.start, piece.span.end];
+                let Ok((own, _)) = own.part(range, &mut self.geometry.numbers) else {
+                    continue;
+                };
+                let slack = 2.0 * self.tolerance + super::pcurve::FIT * self.size;
+                if let Some(made) = taken(chart, &piece.curve, piece.span, own, slack) {
+                    return Ok(made);
+                }
+            }
+        }
+        made(edge_id, chart, &piece.curve, piece.span, self.size)
+    }
+
+    /// Puts a face's loops into the BREP.
+    fn put(
+        &mut self,
+        id: u64,
+        chart: &Chart,
+        surface: &Form3,
+        done: Vec<Vec<Use>>,
+        reversed: bool,
+    ) -> Result<(), ReadError> {
+        let has_loops = !done.is_empty();
+        let mut loops: Vec<Vec<EdgeUse>> = Vec::new();
+        let mut trim = self.b.parts.trims.len();
+        for uses in done {
+            let mut own = Vec::with_capacity(uses.len());
+            for u in uses {
+                let curve = self.b.parts.curves2.len();
+                self.b.parts.curves2.push(u.curve);
+                if !u.proven {
+                    self.unbounded.push(trim);
+                }
+                trim += 1;
+                own.push(EdgeUse {
+                    shape: u.key.unwrap_or(usize::MAX),
+                    place: Place::HERE,
+                    reversed: u.reversed,
+                    curve,
+                    span: u.span,
+                    vertices: u.vertices,
+                    degenerated: u.key.is_none(),
+                });
+            }
+            loops.push(own);
+        }
+        if chart.domain.is_none() {
+            self.b.lift(&mut loops, chart.periods);
+        }
+        let reach = [0, 1].map(|c| {
+            let curves = loops.iter().flatten();
+            let curves = curves.filter_map(|u| {
+                let curve: &Curve2 = self.b.parts.curves2.get(u.curve)?;
+                Some((curve, u.span))
+            });
+            reach(curves, c).map(wide)
+        });
+        let part = surface.part(reach, &Motion::identity(), &mut self.geometry.numbers);
+        self.b.parts.surfaces.push(part.map_err(form(id))?);
+        let index = self.b.parts.surfaces.len() - 1;
+        self.b.face(index, has_loops, loops, reversed);
+        Ok(())
+    }
+}
+
+fn said(face: u64, trouble: &Trouble) -> ReadError {
+    let why = match trouble {
+        Trouble::Unbounded(why) => why,
+        Trouble::Split { .. } => "an edge must be split",
+    };
+    unsupported(
+        face,
+        format!("a face whose loops do not bound it by themselves ({why})"),
+        "let the program that wrote it split closed faces at seams, or export the part as .brep or .3dm",
+    )
+}
+
+const SWAPPED: &str = "edges run against their curve, other than the file says";

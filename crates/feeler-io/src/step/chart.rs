@@ -1,0 +1,514 @@
+//! A surface as a map from uv to space and back: which uv is nearest to a point.
+//!
+//! Planes, cylinders, cones, spheres and tori by formula; profiles of other surfaces by a search in one parameter, B-spline surfaces in
+//! two. The searches carry no proof: what is made with them is measured afterwards.
+
+use super::entities::form;
+use crate::error::ReadError;
+use crate::occt::curves::{Budget, Form};
+use crate::occt::surfaces::{Axes, Form3};
+use feeler::numeric::{Ball, sin_cos};
+use feeler::nurbs::{Curve3, Surface};
+use nalgebra::{Matrix2, Point2, Point3, Vector2, Vector3};
+use std::f64::consts::TAU;
+
+/// A point is on an axis of revolution if it is no farther off than this part of its distance from the origin: there its
+/// angle says nothing.
+const ON_AXIS: f64 = 1.0 / (1 << 30) as f64;
+
+/// Samples of a span from which searches start.
+const SAMPLES: usize = 8;
+/// The most samples of a curve, or of a surface in all.
+const MOST_SAMPLES: usize = 4096;
+/// Steps of a search: Newton's method needs a few; some curves need them to be damped.
+const STEPS: usize = 16;
+/// How often a step is halved that leads away.
+const HALVINGS: usize = 6;
+/// Steps in space below this part of the size are rounding.
+const STILL: f64 = 1.0 / (1_u64 << 46) as f64;
+
+/// How far a B-spline's opposite borders may be apart for it to be closed, relative to its size.
+const CLOSED: f64 = 1.0 / (1 << 26) as f64;
+
+/// What is turned about the third axis.
+enum Meridian {
+    /// `(radius + v sin, 0, v cos)`.
+    Line { radius: f64, sin: f64, cos: f64 },
+    /// `(major + minor cos v, 0, minor sin v)`.
+    Circle { major: f64, minor: f64 },
+    /// Anything, in the coordinates of the axes.
+    Curve(Curve3),
+}
+
+enum Kind {
+    Plane(Axes),
+    Turned(Axes, Meridian),
+    Extruded(Vector3<f64>, Curve3),
+    Spline(Box<Surface>),
+}
+
+/// A surface both ways.
+pub(super) struct Chart {
+    kind: Kind,
+    /// The periods of u and v; of a closed B-spline its domain's lengths.
+    pub(super) periods: [Option<f64>; 2],
+    /// The domain of a B-spline, beyond which there is nothing.
+    pub(super) domain: Option<[[f64; 2]; 2]>,
+    /// No point of the body is farther from the origin in any coordinate.
+    size: f64,
+    /// Samples of a B-spline.
+    samples: Vec<(Point2<f64>, Point3<f64>)>,
+}
+
+/// The uv of a point.
+#[derive(Clone, Copy)]
+pub(super) struct Located {
+    pub(super) uv: Point2<f64>,
+    /// Whether u says nothing: a point on the axis.
+    pub(super) on_axis: bool,
+}
+
+fn local(a: &Axes, v: &Vector3<f64>) -> Vector3<f64> {
+    Vector3::new(v.dot(&a.x), v.dot(&a.y), v.dot(&a.z))
+}
+
+/// The parameter of a curve at which a residual is least: from `near`, or of all its spans. `residual` gives it and its derivative, of a point and
+/// a derivative of the curve.
+pub(super) fn nearest(
+    curve: &Curve3,
+    near: Option<f64>,
+    residual: impl Fn(&Vector3<f64>, &Vector3<f64>) -> (Vector3<f64>, Vector3<f64>),
+) -> f64 {
+    let domain = curve.domain();
+    let at = |t: f64| {
+        let d = curve.derivatives(t, 1);
+        let zero = Vector3::zeros();
+        residual(d.first().unwrap_or(&zero), d.get(1).unwrap_or(&zero))
+    };
+    let refine = |start: f64| {
+        let mut t = start;
+        let (mut r, mut dr) = at(t);
+        for _ in 0..STEPS {
+            let square = dr.norm_squared();
+            if !(square > 0.0) {
+                break;
+            }
+            let mut step = -r.dot(&dr) / square;
+            if step.abs() <= STILL * domain.length() {
+                break;
+            }
+            let mut moved = false;
+            for _ in 0..HALVINGS {
+                let next = (t + step).clamp(domain.start, domain.end);
+                if next == t {
+                    break;
+                }
+                let (r2, dr2) = at(next);
+                if r2.norm_squared() < r.norm_squared() {
+                    (t, r, dr, moved) = (next, r2, dr2, true);
+                    break;
+                }
+                step *= 0.5;
+            }
+            if !moved {
+                break;
+            }
+        }
+        (t, r.norm_squared())
+    };
+    if let Some(t) = near {
+        return refine(t).0;
+    }
+    let breaks = curve.breaks();
+    let each = (MOST_SAMPLES / breaks.len().max(1)).clamp(1, 4 * SAMPLES);
+    let mut candidates: Vec<(f64, f64)> = Vec::new();
+    for w in breaks.windows(2) {
+        for k in 0..=each {
+            let t = w[0] + (w[1] - w[0]) * (k as f64 / each as f64);
+            candidates.push((at(t).0.norm_squared(), t));
+        }
+    }
+    candidates.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let tried = candidates.iter().take(4).map(|(_, t)| refine(*t));
+    let best = tried.min_by(|a, b| a.1.total_cmp(&b.1));
+    best.map_or(domain.start, |(t, _)| t)
+}
+
+impl Chart {
+    /// `size`: no point of the body is farther from the origin in any coordinate.
+    pub(super) fn new(
+        entity: u64,
+        surface: &Form3,
+        size: f64,
+        numbers: &mut Budget,
+    ) -> Result<Self, ReadError> {
+        let mut samples = Vec::new();
+        let mut domain = None;
+        let mut periods = surface.periods();
+        let mut profile = |form3: &Form<3, 4>| -> Result<Curve3, ReadError> {
+            let far = 16.0 * size.max(1.0);
+            let range = form3.bounds().unwrap_or([-far, far]);
+            let (curve, _) = form3.part(range, numbers).map_err(form(entity))?;
+            Ok(curve)
+        };
+        let kind = match surface {
+            Form3::Plane(a) => Kind::Plane(a.clone()),
+            Form3::Cylinder(a, radius) => Kind::Turned(
+                a.clone(),
+                Meridian::Line {
+                    radius: *radius,
+                    sin: 0.0,
+                    cos: 1.0,
+                },
+            ),
+            Form3::Cone(a, radius, half) => {
+                let (sin, cos) = sin_cos(Ball::exact(*half));
+                let (radius, sin, cos) = (*radius, sin.mid.hi, cos.mid.hi);
+                Kind::Turned(a.clone(), Meridian::Line { radius, sin, cos })
+            }
+            Form3::Sphere(a, minor) => Kind::Turned(
+                a.clone(),
+                Meridian::Circle {
+                    major: 0.0,
+                    minor: *minor,
+                },
+            ),
+            Form3::Torus(a, [major, minor]) => Kind::Turned(
+                a.clone(),
+                Meridian::Circle {
+                    major: *major,
+                    minor: *minor,
+                },
+            ),
+            Form3::Extrusion(direction, p) => Kind::Extruded(*direction, profile(p)?),
+            Form3::Revolution(origin, axis, p) => {
+                let z = axis.normalize();
+                let far = [Vector3::x(), Vector3::y(), Vector3::z()];
+                let least = far
+                    .iter()
+                    .min_by(|a, b| a.dot(&z).abs().total_cmp(&b.dot(&z).abs()));
+                let x = least
+                    .map_or(Vector3::x(), |v| v - z * v.dot(&z))
+                    .normalize();
+                let axes = Axes {
+                    origin: *origin,
+                    z,
+                    x,
+                    y: z.cross(&x),
+                };
+                Kind::Turned(axes, Meridian::Curve(profile(p)?))
+            }
+            other => {
+                let whole = other.whole(numbers).map_err(form(entity))?;
+                let [u, v] = whole.domain();
+                domain = Some([[u.start, u.end], [v.start, v.end]]);
+                let breaks = |d: [f64; 2], knots: &[f64]| {
+                    let mut b: Vec<f64> = knots.to_vec();
+                    b.retain(|k| (d[0]..=d[1]).contains(k));
+                    b.dedup();
+                    b
+                };
+                if let Surface::Nurbs(n) = &whole {
+                    let us = breaks([u.start, u.end], n.knots_u().knots());
+                    let vs = breaks([v.start, v.end], n.knots_v().knots());
+                    let cells = (us.len() * vs.len()).max(1);
+                    let each =
+                        ((MOST_SAMPLES as f64 / cells as f64).sqrt() as usize).clamp(1, SAMPLES);
+                    // Every knot of a large net is enough.
+                    let strides = [us.len(), vs.len()].map(|n| n.div_ceil(64).max(1));
+                    let fine = |b: &[f64], stride: usize| -> Vec<f64> {
+                        let mut list = Vec::new();
+                        for w in b.windows(2).step_by(stride) {
+                            list.extend(
+                                (0..each).map(|k| w[0] + (w[1] - w[0]) * k as f64 / each as f64),
+                            );
+                        }
+                        list.extend(b.last());
+                        list
+                    };
+                    for u in fine(&us, strides[0]) {
+                        for v in fine(&vs, strides[1]) {
+                            samples.push((Point2::new(u, v), whole.point(u, v)));
+                        }
+                    }
+                }
+                // Closed where opposite borders are one.
+                for c in 0..2 {
+                    let d = [u, v];
+                    let off = (0..=SAMPLES).map(|k| {
+                        let s = d[1 - c].lerp(k as f64 / SAMPLES as f64);
+                        let at = |t: f64| {
+                            if c == 0 {
+                                whole.point(t, s)
+                            } else {
+                                whole.point(s, t)
+                            }
+                        };
+                        (at(d[c].start) - at(d[c].end)).norm()
+                    });
+                    if off.fold(0.0, f64::max) <= CLOSED * size {
+                        periods[c] = Some(d[c].length());
+                    }
+                }
+                Kind::Spline(Box::new(whole))
+            }
+        };
+        if let Kind::Extruded(_, p) = &kind {
+            let d = p.domain();
+            if (p.point(d.start) - p.point(d.end)).norm() <= CLOSED * size {
+                periods[0] = Some(d.length());
+                if surface.periods()[0].is_none() {
+                    domain = Some([[d.start, d.end], [f64::NEG_INFINITY, f64::INFINITY]]);
+                }
+            }
+        }
+        Ok(Self {
+            kind,
+            periods,
+            domain,
+            size,
+            samples,
+        })
+    }
+
+    /// The axes, if it is a plane.
+    pub(super) fn plane(&self) -> Option<&Axes> {
+        match &self.kind {
+            Kind::Plane(a) => Some(a),
+            _ => None,
+        }
+    }
+
+    /// Whether it is a cylinder, cone, sphere or torus.
+    pub(super) fn is_elementary(&self) -> bool {
+        matches!(
+            self.kind,
+            Kind::Turned(_, Meridian::Line { .. } | Meridian::Circle { .. })
+        )
+    }
+
+    /// Whether its meridians are straight.
+    pub(super) fn is_ruled(&self) -> bool {
+        matches!(self.kind, Kind::Turned(_, Meridian::Line { .. }))
+    }
+
+    /// The v of poles, where all u are one point: of spheres both, of cones the apex.
+    pub(super) fn poles(&self) -> [Option<f64>; 2] {
+        match self.kind {
+            Kind::Turned(_, Meridian::Circle { major: 0.0, .. }) => {
+                [Some(-0.25 * TAU), Some(0.25 * TAU)]
+            }
+            Kind::Turned(_, Meridian::Line { radius, sin, .. }) if sin > 0.0 => {
+                [Some(-radius / sin), None]
+            }
+            Kind::Turned(_, Meridian::Line { radius, sin, .. }) if sin < 0.0 => {
+                [None, Some(-radius / sin)]
+            }
+            _ => [None, None],
+        }
+    }
+
+    /// The point, and the derivatives by u and v.
+    pub(super) fn derivatives(&self, uv: &Point2<f64>) -> [Vector3<f64>; 3] {
+        match &self.kind {
+            Kind::Plane(a) => [a.origin.coords + a.x * uv.x + a.y * uv.y, a.x, a.y],
+            Kind::Turned(a, meridian) => {
+                let (q, dq) = meridian_at(a, meridian, uv.y);
+                let (sin, cos) = sin_cos(Ball::exact(uv.x));
+                let (sin, cos) = (sin.mid.hi, cos.mid.hi);
+                let turn = |v: &Vector3<f64>| {
+                    a.x * (cos * v.x - sin * v.y) + a.y * (sin * v.x + cos * v.y) + a.z * v.z
+                };
+                let along = Vector3::new(-q.y, q.x, 0.0);
+                [a.origin.coords + turn(&q), turn(&along), turn(&dq)]
+            }
+            Kind::Extruded(direction, p) => {
+                let d = p.derivatives(uv.x, 1);
+                let get = |i: usize| d.get(i).copied().unwrap_or_default();
+                [get(0) + direction * uv.y, get(1), *direction]
+            }
+            Kind::Spline(s) => {
+                let d = s.derivatives(uv.x, uv.y, 1);
+                [d.get(0, 0), d.get(1, 0), d.get(0, 1)]
+            }
+        }
+    }
+
+    pub(super) fn point(&self, uv: &Point2<f64>) -> Point3<f64> {
+        Point3::from(self.derivatives(uv)[0])
+    }
+
+    /// The uv nearest to a point; `near`: that of a point close by, from which it goes on.
+    pub(super) fn locate(&self, p: &Point3<f64>, near: Option<Point2<f64>>) -> Located {
+        let mut on_axis = false;
+        let mut uv = match &self.kind {
+            Kind::Plane(a) => {
+                let l = local(a, &(p - a.origin));
+                Point2::new(l.x, l.y)
+            }
+            Kind::Turned(a, meridian) => {
+                let l = local(a, &(p - a.origin));
+                let rho = l.x.hypot(l.y);
+                let (v, phase) = match meridian {
+                    Meridian::Line { radius, sin, cos } => ((rho - radius) * sin + l.z * cos, 0.0),
+                    Meridian::Circle { major, .. } => (libm::atan2(l.z, rho - major), 0.0),
+                    Meridian::Curve(c) => {
+                        let v = nearest(c, near.map(|n| n.y), |q, dq| {
+                            let (q, dq) = (local(a, &(q - a.origin.coords)), local(a, dq));
+                            let h = q.x.hypot(q.y);
+                            let slope = if h > 0.0 {
+                                (q.x * dq.x + q.y * dq.y) / h
+                            } else {
+                                dq.x.hypot(dq.y)
+                            };
+                            (
+                                Vector3::new(h - rho, q.z - l.z, 0.0),
+                                Vector3::new(slope, dq.z, 0.0),
+                            )
+                        });
+                        let (q, _) = meridian_at(a, meridian, v);
+                        (v, libm::atan2(q.y, q.x))
+                    }
+                };
+                on_axis = rho <= ON_AXIS * l.norm().max(meridian.size());
+                Point2::new(libm::atan2(l.y, l.x) - phase, v)
+            }
+            Kind::Extruded(direction, c) => {
+                let square = direction.norm_squared();
+                let flat = |v: &Vector3<f64>| v - direction * (v.dot(direction) / square);
+                let u = nearest(c, near.map(|n| n.x), |q, dq| {
+                    (flat(&(q - p.coords)), flat(dq))
+                });
+                Point2::new(u, (p - c.point(u)).dot(direction) / square)
+            }
+            Kind::Spline(_) => self.search(p, near),
+        };
+        if let Some(near) = near {
+            for c in 0..2 {
+                // What has an end goes no further.
+                if let (Some(period), None) = (self.periods[c], self.domain) {
+                    uv[c] += ((near[c] - uv[c]) / period).round() * period;
+                }
+            }
+        }
+        Located { uv, on_axis }
+    }
+
+    /// In two parameters.
+    fn search(&self, p: &Point3<f64>, near: Option<Point2<f64>>) -> Point2<f64> {
+        let refine = |start: Point2<f64>| {
+            let mut uv = start;
+            let mut d = self.derivatives(&uv);
+            for _ in 0..STEPS {
+                let r = d[0] - p.coords;
+                let (g, h) = normal_equations(&d, &r);
+                let Some(step) = solve(&h, &-g) else { break };
+                if (d[1] * step.x + d[2] * step.y).norm() <= STILL * self.size {
+                    break;
+                }
+                let mut scale = 1.0;
+                let mut moved = false;
+                for _ in 0..HALVINGS {
+                    let next = self.clamped(uv + step * scale);
+                    if next == uv {
+                        break;
+                    }
+                    let d2 = self.derivatives(&next);
+                    if (d2[0] - p.coords).norm_squared() < r.norm_squared() {
+                        (uv, d, moved) = (next, d2, true);
+                        break;
+                    }
+                    scale *= 0.5;
+                }
+                if !moved {
+                    break;
+                }
+            }
+            (uv, (d[0] - p.coords).norm_squared())
+        };
+        if let Some(near) = near {
+            return refine(self.clamped(near)).0;
+        }
+        let mut starts: Vec<(f64, Point2<f64>)> = { self.samples.iter() }
+            .map(|(uv, q)| ((q - p).norm_squared(), *uv))
+            .collect();
+        starts.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let tried = starts.iter().take(4).map(|(_, uv)| refine(*uv));
+        let best = tried.min_by(|a, b| a.1.total_cmp(&b.1));
+        best.map_or(Point2::origin(), |(uv, _)| uv)
+    }
+
+    pub(super) fn clamped(&self, mut uv: Point2<f64>) -> Point2<f64> {
+        for (c, d) in self.domain.iter().flatten().enumerate() {
+            uv[c] = uv[c].clamp(d[0], d[1]);
+        }
+        uv
+    }
+
+    /// The derivative in uv of a curve that runs on the surface with this derivative in space; `None` where the surface has no tangent
+    /// plane.
+    pub(super) fn pulled_back(
+        &self,
+        uv: &Point2<f64>,
+        tangent: &Vector3<f64>,
+    ) -> Option<Vector2<f64>> {
+        let d = self.derivatives(uv);
+        let (g, h) = normal_equations(&d, tangent);
+        solve(&h, &g)
+    }
+}
+
+impl Meridian {
+    fn size(&self) -> f64 {
+        match self {
+            Self::Line { radius, .. } => *radius,
+            Self::Circle { major, minor } => major + minor,
+            Self::Curve(_) => 0.0,
+        }
+    }
+}
+
+fn meridian_at(a: &Axes, meridian: &Meridian, v: f64) -> (Vector3<f64>, Vector3<f64>) {
+    match meridian {
+        Meridian::Line { radius, sin, cos } => (
+            Vector3::new(radius + v * sin, 0.0, v * cos),
+            Vector3::new(*sin, 0.0, *cos),
+        ),
+        Meridian::Circle { major, minor } => {
+            let (sin, cos) = sin_cos(Ball::exact(v));
+            let (sin, cos) = (sin.mid.hi, cos.mid.hi);
+            (
+                Vector3::new(major + minor * cos, 0.0, minor * sin),
+                Vector3::new(-minor * sin, 0.0, minor * cos),
+            )
+        }
+        Meridian::Curve(c) => {
+            let d = c.derivatives(v, 1);
+            let get = |i: usize| d.get(i).copied().unwrap_or_default();
+            (local(a, &(get(0) - a.origin.coords)), local(a, &get(1)))
+        }
+    }
+}
+
+fn normal_equations(d: &[Vector3<f64>; 3], r: &Vector3<f64>) -> (Vector2<f64>, Matrix2<f64>) {
+    let [_, su, sv] = d;
+    let cross = su.dot(sv);
+    (
+        Vector2::new(su.dot(r), sv.dot(r)),
+        Matrix2::new(su.norm_squared(), cross, cross, sv.norm_squared()),
+    )
+}
+
+fn solve(h: &Matrix2<f64>, g: &Vector2<f64>) -> Option<Vector2<f64>> {
+    let determinant = h.determinant();
+    let scale = h.m11 * h.m22;
+    // 2^-40: lines of u and v that are as good as parallel.
+    if !(determinant > scale / (1_u64 << 40) as f64) {
+        return None;
+    }
+    let step = Vector2::new(
+        (h.m22 * g.x - h.m12 * g.y) / determinant,
+        (h.m11 * g.y - h.m21 * g.x) / determinant,
+    );
+    step.iter().all(|x| x.is_finite()).then_some(step)
+}

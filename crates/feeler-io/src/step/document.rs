@@ -1,0 +1,178 @@
+//! The whole file.
+
+use super::body::{brep, faces};
+use super::entities::Entities;
+use super::geometry::Geometry;
+use super::part21::{Attribute, parse};
+use super::products::{Context, Products};
+use crate::affine::Affine;
+use crate::document::{Document, Format, Object, ObjectKind};
+use crate::error::ReadError;
+use crate::occt::curves::Budget;
+use crate::threedm::blocks::numbers;
+use crate::units::Units;
+use feeler::brep::Brep;
+use std::collections::HashMap;
+
+/// Numbers that may be made of a file of no bytes, and for each byte, as of a .brep file.
+const NUMBERS: usize = 1 << 23;
+const NUMBERS_PER_BYTE: usize = 8;
+
+/// A file's tolerance counts no further than to this part of the model's size.
+const MOST_TOLERANCE: f64 = 1.0 / (1 << 14) as f64;
+
+/// Reads a STEP file (ISO 10303-21; AP203, AP214, AP242) from memory.
+///
+/// Each solid and each surface model becomes an object, wherever the assemblies place it; a bad one becomes [`ObjectKind::Refused`], which names the
+/// entity and the remedy. Meshes, curves, annotations and colours are not read.
+///
+/// **Numbers.** Points, radii and control points are the file's; weights, directions that are no unit vectors, ends of lines,
+/// half angles of cones in degrees and what is placed are rounded to a few units in the last place of the model's size. Curves in uv are made
+/// from the edges' curves in space, or taken from the file on B-spline surfaces where they fit; each object's warnings have the proven bound on
+/// how far their images are from the edges. Lengths stay in the file's unit.
+///
+/// # Errors
+/// [`ReadError`]: no STEP file, or one whose structure does not hold.
+///
+/// # Cost
+/// O(size) and the projection of edges: some 100 us for one that must be fitted.
+pub fn read_step(bytes: &[u8]) -> Result<Document, ReadError> {
+    if bytes.is_empty() {
+        return Err(ReadError::Empty);
+    }
+    let graph = parse(bytes)?;
+    let is = |name: &str| graph.schema.starts_with(name);
+    let version = if is("CONFIG_CONTROL_DESIGN") || is("AP203") {
+        203
+    } else if is("AUTOMOTIVE_DESIGN") || is("AP214") {
+        214
+    } else if is("AP242") {
+        242
+    } else {
+        0
+    };
+    let mut warnings = Vec::new();
+    if version == 0 {
+        warnings.push("the schema is none of AP203, AP214 and AP242: read as these".to_string());
+    }
+    if graph.blank > 0 {
+        warnings.push(format!(
+            "{} attributes are blank, which the standard does not allow: taken for `$`",
+            graph.blank
+        ));
+    }
+    let entities = Entities::new(graph);
+    let mut geometry = Geometry {
+        entities: &entities,
+        angle: 1.0,
+        numbers: Budget::new(NUMBERS.saturating_add(NUMBERS_PER_BYTE.saturating_mul(bytes.len()))),
+    };
+    let products = Products::read(&geometry)?;
+    let placed = products.placed(&entities)?;
+    let contexts: Vec<Option<Context>> = { placed.iter() }
+        .map(|p| products.context(&entities, p.representation))
+        .collect();
+    // Lengths are in the unit of the first body; others are brought to it.
+    let first = contexts.iter().flatten().next().cloned();
+    let units = first.as_ref().map_or(Units::None, |c| c.units.clone());
+    if units == Units::None && !placed.is_empty() {
+        warnings.push("no unit of length is given".to_string());
+    }
+    for (what, count) in &products.others {
+        warnings.push(format!("{count} items of kind {what} are not read"));
+    }
+    let size = extent(&entities);
+    let mut made: HashMap<u64, Result<(Brep, Vec<String>), ReadError>> = HashMap::new();
+    let mut objects = Vec::new();
+    for (p, context) in placed.into_iter().zip(contexts) {
+        let scale = context.as_ref().and_then(|c| {
+            (c.units != units)
+                .then(|| c.units.ratio(&units))
+                .flatten()
+                .map(Affine::scaling)
+        });
+        let result = made.entry(p.id).or_insert_with(|| {
+            geometry.angle = context.as_ref().map_or(1.0, |c| c.angle);
+            let given = context.as_ref().and_then(|c| c.tolerance).unwrap_or(0.0);
+            let tolerance = given.min(MOST_TOLERANCE * size);
+            let list = faces(&entities, p.id)?;
+            let made = brep(p.id, &mut geometry, &list, size, tolerance)?;
+            Ok((made.brep, made.warnings))
+        });
+        let class = entities.described(p.id).to_lowercase();
+        let mut own = Vec::new();
+        let kind = match result {
+            Ok((brep, said)) => {
+                own.clone_from(said);
+                // A copy costs what it holds.
+                let map = match (&p.map, &scale) {
+                    (Some(a), Some(b)) => Some(a.after(b)),
+                    (a, b) => a.clone().or_else(|| b.clone()),
+                };
+                let copied = geometry.numbers.take(numbers(brep));
+                let placed = copied
+                    .map_err(super::entities::form(p.id))
+                    .and_then(|()| match map {
+                        None => Ok(brep.clone()),
+                        Some(map) => map
+                            .apply(brep)
+                            .map(|moved| {
+                                own.push(format!(
+                                    "placed by the assembly: points are off by at most {:.2e}",
+                                    moved.off
+                                ));
+                                moved.brep
+                            })
+                            .map_err(|e| super::entities::shape(p.id, e.to_string())),
+                    });
+                match placed {
+                    Ok(brep) => ObjectKind::Brep(brep),
+                    Err(reason) => ObjectKind::Refused { class, reason },
+                }
+            }
+            Err(reason) => ObjectKind::Refused {
+                class,
+                reason: reason.clone(),
+            },
+        };
+        objects.push(Object {
+            name: p.name,
+            layer: None,
+            block_member: false,
+            hidden: false,
+            locked: false,
+            offset: entities.offset(p.id),
+            kind,
+            warnings: own,
+        });
+    }
+    Ok(Document {
+        format: Format::Step,
+        version,
+        opennurbs_version: 0,
+        tolerance: first.and_then(|c| c.tolerance),
+        units,
+        objects,
+        warnings,
+    })
+}
+
+/// The largest coordinate of the vertices.
+fn extent(entities: &Entities) -> f64 {
+    let mut size: f64 = 0.0;
+    for id in entities.graph().entities.keys() {
+        if let Some(e) = entities.part(*id, "CARTESIAN_POINT")
+            && let Some(Attribute::List(xs)) = e.get(1)
+            && xs.len() == 3
+        {
+            for x in xs {
+                if let Attribute::Real(x) = x
+                    && x.is_finite()
+                {
+                    size = size.max(x.abs());
+                }
+            }
+        }
+    }
+    if size > 0.0 { size } else { 1.0 }
+}

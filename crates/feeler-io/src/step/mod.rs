@@ -1,0 +1,27 @@
+//! STEP, ISO 10303-21: AP203, AP214 and AP242.
+//!
+//! Entities keep their numbers, which messages name.
+//!
+//! | module | holds |
+//! |---|---|
+//! | `part21` | the syntax |
+//! | `entities` | entities, attributes, errors that name them |
+//! | `geometry` | placements, curves, surfaces |
+//! | `chart` | uv of a point |
+//! | `pcurve` | curves in uv of edges, with a bound |
+//! | `loops` | sheets, poles, seams |
+//! | `body` | a solid or a set of faces as a BREP |
+//! | `products` | assemblies, placements, units, names |
+//! | `document` | the whole file |
+
+mod body;
+mod chart;
+mod document;
+mod entities;
+mod geometry;
+mod loops;
+mod part21;
+mod pcurve;
+mod products;
+
+pub use document::read_step;

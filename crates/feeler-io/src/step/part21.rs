@@ -1,0 +1,459 @@
+//! The syntax of STEP files, ISO 10303-21: entities with their attributes.
+//!
+//! Read here rather than by a library: `step-io` 0.3.0 takes several minutes to build, for schemas of which nothing is needed; `ruststep`
+//! 0.4.0 recurses as deep as a file says, so that a few kilobytes of brackets end the program, and knows no binary values and no text but
+//! UTF-8.
+//!
+//! Lists nest at most [`MOST_NESTED`] deep. An attribute takes 32 bytes in memory and at least two in the file; more than
+//! [`MOST_BLANK`] attributes that are not even a `$` are refused.
+
+use crate::error::ReadError;
+use crate::step_problem::StepProblem;
+use std::collections::BTreeMap;
+
+/// How deep lists may nest: files have three levels.
+const MOST_NESTED: usize = 32;
+/// How many attributes may be left blank, which the standard does not allow and some programs do.
+const MOST_BLANK: usize = 1000;
+
+/// An attribute.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) enum Attribute {
+    Integer(i64),
+    Real(f64),
+    Text(Box<str>),
+    /// Without its dots.
+    Enum(Box<str>),
+    EntityRef(u64),
+    /// `$`, `*`, a binary value.
+    Unset,
+    List(Vec<Attribute>),
+    /// `LENGTH_MEASURE(1.)`: the value alone.
+    Typed(Box<Attribute>),
+}
+
+/// A kind and its attributes.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Part {
+    pub(super) name: Box<str>,
+    pub(super) attributes: Vec<Attribute>,
+}
+
+/// An entity.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct RawEntity {
+    /// Byte offset from the start of the file.
+    pub(super) offset: usize,
+    /// One, or those of a complex entity.
+    pub(super) parts: Vec<Part>,
+    /// Whether it is written as `(A()B())`.
+    pub(super) is_complex: bool,
+}
+
+/// A file.
+pub(super) struct Graph {
+    /// What `FILE_SCHEMA` says.
+    pub(super) schema: String,
+    pub(super) entities: BTreeMap<u64, RawEntity>,
+    /// Attributes that were left blank.
+    pub(super) blank: usize,
+}
+
+struct Parser<'b> {
+    bytes: &'b [u8],
+    at: usize,
+    blank: usize,
+}
+
+fn is_name(b: u8) -> bool {
+    b.is_ascii_alphanumeric() || b == b'_' || b == b'-'
+}
+
+/// Reads a file.
+pub(super) fn parse(bytes: &[u8]) -> Result<Graph, ReadError> {
+    let mut p = Parser {
+        bytes,
+        at: 0,
+        blank: 0,
+    };
+    p.word("ISO-10303-21")?;
+    p.byte(b';')?;
+    p.word("HEADER")?;
+    p.byte(b';')?;
+    let mut graph = Graph {
+        schema: String::new(),
+        entities: BTreeMap::new(),
+        blank: 0,
+    };
+    while !p.is_word("ENDSEC") {
+        let part = p.part()?;
+        if &*part.name == "FILE_SCHEMA"
+            && let Some(Attribute::List(list)) = part.attributes.first()
+            && let Some(Attribute::Text(text)) = list.first()
+        {
+            graph.schema = text.to_uppercase();
+        }
+        // Some programs forget it here.
+        if p.peek() == Some(b';') {
+            p.at += 1;
+        }
+    }
+    p.word("ENDSEC")?;
+    p.byte(b';')?;
+    let mut any = false;
+    loop {
+        if p.is_word("DATA") {
+            p.word("DATA")?;
+            if p.peek() == Some(b'(') {
+                p.list(0)?;
+            }
+            p.byte(b';')?;
+            p.data(&mut graph.entities)?;
+            any = true;
+        } else if p.is_word("END-ISO-10303-21") || (any && p.peek().is_none()) {
+            break;
+        } else {
+            // A section of a later edition: nothing in it is geometry.
+            p.skip_section()?;
+        }
+    }
+    graph.blank = p.blank;
+    Ok(graph)
+}
+
+impl Parser<'_> {
+    /// What is wrong where it stands.
+    fn fail(&self, expected: &str) -> ReadError {
+        let before = self.bytes.get(..self.at).unwrap_or(self.bytes);
+        let line = 1 + before.iter().filter(|b| **b == b'\n').count();
+        let rest = self.bytes.get(self.at..).unwrap_or_default();
+        let message = if rest.is_empty() {
+            format!("the file ends where {expected} should stand")
+        } else {
+            let shown = rest.get(..rest.len().min(16)).unwrap_or(rest);
+            let shown: String = String::from_utf8_lossy(shown)
+                .chars()
+                .map(|c| if c.is_control() { ' ' } else { c })
+                .collect();
+            format!("line {line}: {expected} expected, found `{shown}`")
+        };
+        ReadError::Step(Box::new(StepProblem::Syntax { message }))
+    }
+
+    /// The next byte that is neither blank nor in a comment.
+    fn peek(&mut self) -> Option<u8> {
+        loop {
+            let b = *self.bytes.get(self.at)?;
+            if b.is_ascii_whitespace() || b == 0 {
+                self.at += 1;
+            } else if b == b'/' && self.bytes.get(self.at + 1) == Some(&b'*') {
+                let rest = self.bytes.get(self.at + 2..)?;
+                let end = rest.windows(2).position(|w| w == b"*/");
+                self.at = end.map_or(self.bytes.len(), |e| self.at + e + 4);
+            } else {
+                return Some(b);
+            }
+        }
+    }
+
+    fn byte(&mut self, b: u8) -> Result<(), ReadError> {
+        if self.peek() == Some(b) {
+            self.at += 1;
+            return Ok(());
+        }
+        Err(self.fail(&format!("`{}`", char::from(b))))
+    }
+
+    fn is_word(&mut self, word: &str) -> bool {
+        self.peek();
+        let rest = self.bytes.get(self.at..).unwrap_or_default();
+        rest.get(..word.len())
+            .is_some_and(|w| w.eq_ignore_ascii_case(word.as_bytes()))
+            && !rest.get(word.len()).is_some_and(|b| is_name(*b))
+    }
+
+    fn word(&mut self, word: &str) -> Result<(), ReadError> {
+        if !self.is_word(word) {
+            return Err(self.fail(word));
+        }
+        self.at += word.len();
+        Ok(())
+    }
+
+    fn name(&mut self) -> Result<Box<str>, ReadError> {
+        self.peek();
+        let rest = self.bytes.get(self.at..).unwrap_or_default();
+        let user = usize::from(rest.first() == Some(&b'!'));
+        let count = rest.iter().skip(user).take_while(|b| is_name(**b)).count();
+        if count == 0 {
+            return Err(self.fail("a name"));
+        }
+        let own = rest.get(user..user + count).unwrap_or_default();
+        let name = String::from_utf8_lossy(own).to_uppercase();
+        self.at += user + count;
+        Ok(name.into())
+    }
+
+    /// `NAME(attributes)`.
+    fn part(&mut self) -> Result<Part, ReadError> {
+        let name = self.name()?;
+        let attributes = self.list(0)?;
+        Ok(Part { name, attributes })
+    }
+
+    fn skip_section(&mut self) -> Result<(), ReadError> {
+        while !self.is_word("ENDSEC") {
+            match self.peek() {
+                None => return Err(self.fail("ENDSEC")),
+                Some(b'\'') => drop(self.text()?),
+                Some(b) if is_name(b) => drop(self.name()?),
+                Some(_) => self.at += 1,
+            }
+        }
+        self.word("ENDSEC")?;
+        self.byte(b';')
+    }
+
+    fn data(&mut self, entities: &mut BTreeMap<u64, RawEntity>) -> Result<(), ReadError> {
+        loop {
+            match self.peek() {
+                Some(b'#') => {}
+                _ if self.is_word("ENDSEC") => {
+                    self.word("ENDSEC")?;
+                    return self.byte(b';');
+                }
+                _ => return Err(self.fail("an entity or ENDSEC")),
+            }
+            let offset = self.at;
+            let id = self.reference()?;
+            self.byte(b'=')?;
+            let is_complex = self.peek() == Some(b'(');
+            let mut parts = Vec::new();
+            if is_complex {
+                self.byte(b'(')?;
+                while self.peek() != Some(b')') {
+                    parts.push(self.part()?);
+                }
+                self.byte(b')')?;
+                parts.shrink_to_fit();
+            } else {
+                parts.push(self.part()?);
+                parts.shrink_to_fit();
+            }
+            self.byte(b';')?;
+            let entity = RawEntity {
+                offset,
+                parts,
+                is_complex,
+            };
+            if entities.insert(id, entity).is_some() {
+                self.at = offset;
+                return Err(self.fail("another number than that of an entity before"));
+            }
+        }
+    }
+
+    fn reference(&mut self) -> Result<u64, ReadError> {
+        self.byte(b'#')?;
+        let rest = self.bytes.get(self.at..).unwrap_or_default();
+        let count = rest.iter().take_while(|b| b.is_ascii_digit()).count();
+        let digits = std::str::from_utf8(rest.get(..count).unwrap_or_default());
+        let id = digits.ok().and_then(|d| d.parse().ok());
+        let id = id.ok_or_else(|| self.fail("the number of an entity"))?;
+        self.at += count;
+        Ok(id)
+    }
+
+    /// Recursion is bounded by [`MOST_NESTED`].
+    fn list(&mut self, depth: usize) -> Result<Vec<Attribute>, ReadError> {
+        if depth >= MOST_NESTED {
+            return Err(self.fail("a list that is not nested so deep"));
+        }
+        self.byte(b'(')?;
+        let mut list = Vec::new();
+        if self.peek() == Some(b')') {
+            self.at += 1;
+            return Ok(list);
+        }
+        loop {
+            list.push(self.attribute(depth)?);
+            match self.peek() {
+                Some(b',') => self.at += 1,
+                Some(b')') => {
+                    self.at += 1;
+                    list.shrink_to_fit();
+                    return Ok(list);
+                }
+                _ => return Err(self.fail("`,` or `)`")),
+            }
+        }
+    }
+
+    fn attribute(&mut self, depth: usize) -> Result<Attribute, ReadError> {
+        let Some(b) = self.peek() else {
+            return Err(self.fail("an attribute"));
+        };
+        Ok(match b {
+            b'$' | b'*' => {
+                self.at += 1;
+                Attribute::Unset
+            }
+            b',' | b')' => {
+                self.blank += 1;
+                if self.blank > MOST_BLANK {
+                    return Err(self.fail("an attribute"));
+                }
+                Attribute::Unset
+            }
+            b'#' => Attribute::EntityRef(self.reference()?),
+            b'(' => Attribute::List(self.list(depth + 1)?),
+            b'\'' => Attribute::Text(self.text()?),
+            b'.' if !self.bytes.get(self.at + 1).is_some_and(u8::is_ascii_digit) => {
+                self.at += 1;
+                let word = self.name()?;
+                self.byte(b'.')?;
+                Attribute::Enum(word)
+            }
+            b'"' => {
+                let rest = self.bytes.get(self.at + 1..).unwrap_or_default();
+                let Some(end) = rest.iter().position(|b| *b == b'"') else {
+                    return Err(self.fail("a binary value"));
+                };
+                self.at += end + 2;
+                Attribute::Unset
+            }
+            b'+' | b'-' | b'.' | b'0'..=b'9' => self.number()?,
+            _ if is_name(b) || b == b'!' => {
+                self.name()?;
+                let mut inner = self.list(depth + 1)?;
+                match (inner.pop(), inner.is_empty()) {
+                    (Some(one), true) => Attribute::Typed(Box::new(one)),
+                    _ => Attribute::Unset,
+                }
+            }
+            _ => return Err(self.fail("an attribute")),
+        })
+    }
+
+    fn number(&mut self) -> Result<Attribute, ReadError> {
+        let rest = self.bytes.get(self.at..).unwrap_or_default();
+        let count = rest
+            .iter()
+            .take_while(|b| matches!(b, b'+' | b'-' | b'.' | b'0'..=b'9' | b'E' | b'e'))
+            .count();
+        let text = std::str::from_utf8(rest.get(..count).unwrap_or_default()).unwrap_or("");
+        let found = match text.parse::<i64>() {
+            Ok(i) => Some(Attribute::Integer(i)),
+            Err(_) => text.parse().ok().map(Attribute::Real),
+        };
+        let found = found.ok_or_else(|| self.fail("a number"))?;
+        self.at += count;
+        Ok(found)
+    }
+
+    /// A string, its escapes of the standard decoded.
+    fn text(&mut self) -> Result<Box<str>, ReadError> {
+        self.byte(b'\'')?;
+        let start = self.at;
+        loop {
+            match self.bytes.get(self.at) {
+                None => {
+                    self.at = start;
+                    return Err(self.fail("a string that ends"));
+                }
+                Some(b'\'') if self.bytes.get(self.at + 1) == Some(&b'\'') => self.at += 2,
+                Some(b'\'') => break,
+                Some(_) => self.at += 1,
+            }
+        }
+        let raw = self.bytes.get(start..self.at).unwrap_or_default();
+        self.at += 1;
+        Ok(decoded(raw).into())
+    }
+}
+
+/// Text is UTF-8, or else Latin-1; `''` is an apostrophe; `\X2\...\X0\` has UTF-16 in hexadecimal digits. Other escapes stay as they are.
+fn decoded(raw: &[u8]) -> String {
+    let text = match std::str::from_utf8(raw) {
+        Ok(text) => text.to_string(),
+        Err(_) => raw.iter().map(|b| char::from(*b)).collect(),
+    };
+    let text = text.replace("''", "'").replace(['\n', '\r'], "");
+    let mut out = String::with_capacity(text.len());
+    let mut rest = text.as_str();
+    while let Some(at) = rest.find("\\X2\\") {
+        let (before, after) = rest.split_at(at);
+        let Some(end) = after.find("\\X0\\") else {
+            break;
+        };
+        out.push_str(before);
+        let digits = after.get(4..end).unwrap_or("");
+        let units: Option<Vec<u16>> = { digits.as_bytes() }
+            .chunks(4)
+            .map(|c| u16::from_str_radix(std::str::from_utf8(c).ok()?, 16).ok())
+            .collect();
+        out.push_str(&String::from_utf16_lossy(&units.unwrap_or_default()));
+        rest = after.get(end + 4..).unwrap_or("");
+    }
+    out + rest
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn read(data: &str) -> Result<Graph, ReadError> {
+        let text = format!(
+            "ISO-10303-21; HEADER; FILE_DESCRIPTION((''),'2;1');\nFILE_SCHEMA(('Automotive_Design {{ 1 }}'));\nENDSEC;\n\
+             DATA;\n{data}\nENDSEC;\nEND-ISO-10303-21;"
+        );
+        parse(text.as_bytes())
+    }
+
+    #[test]
+    fn all_kinds_of_attributes() {
+        let graph = read(
+            "#1=A('it''s \\X2\\00E4\\X0\\',$,*,.T.,#22,-3,1.5E-3,-.5,(1.,(2)),B(7.),\"0F\"); /* ; */ #2 = (C()D(#1));",
+        )
+        .unwrap();
+        assert_eq!(graph.schema, "AUTOMOTIVE_DESIGN { 1 }");
+        use Attribute::*;
+        let list = List(vec![Real(1.0), List(vec![Integer(2)])]);
+        let expected = vec![
+            Text("it's \u{e4}".into()),
+            Unset,
+            Unset,
+            Enum("T".into()),
+            EntityRef(22),
+            Integer(-3),
+            Real(1.5e-3),
+            Real(-0.5),
+            list,
+            Typed(Box::new(Real(7.0))),
+            Unset,
+        ];
+        assert_eq!(graph.entities[&1].parts[0].attributes, expected);
+        let two = &graph.entities[&2];
+        assert!(two.is_complex && &*two.parts[1].name == "D");
+    }
+
+    #[test]
+    fn what_is_no_step_file_is_said_with_its_line() {
+        for (data, said) in [
+            ("#1=A(", "the file ends"),
+            ("#1=A();#1=B();", "another number"),
+            ("#1=A(&);", "an attribute expected"),
+            ("#1=A('", "a string that ends"),
+            ("#1 A();", "`=` expected"),
+            (&format!("#1=A({}", "(".repeat(100_000)), "nested so deep"),
+            (
+                &format!("#1=A({});", ",".repeat(10_000)),
+                "an attribute expected",
+            ),
+        ] {
+            let text = format!("ISO-10303-21;HEADER;ENDSEC;\nDATA;\n{data}");
+            let why = parse(text.as_bytes()).err().unwrap().to_string();
+            assert!(why.contains(said), "{why}");
+        }
+    }
+}

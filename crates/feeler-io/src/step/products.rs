@@ -1,0 +1,531 @@
+//! Which bodies a file places where: representations and what relates them, units, names.
+//!
+//! A representation is a list of items in one context. Bodies among its items are in it, as are representations that it maps
+//! (`MAPPED_ITEM`) and those related to it by a transformation (`CONTEXT_DEPENDENT_SHAPE_REPRESENTATION`, the assembly's way); a plain
+//! `SHAPE_REPRESENTATION_RELATIONSHIP` says that two are of one thing, in one frame. What is in no other is placed as it
+//! stands.
+
+use super::entities::{Entities, problem, unsupported};
+use super::geometry::Geometry;
+use super::part21::Attribute;
+use crate::affine::Affine;
+use crate::error::ReadError;
+use crate::occt::surfaces::Axes;
+use crate::step_problem::StepProblem;
+use crate::units::Units;
+use std::collections::{BTreeMap, BTreeSet, HashMap};
+
+/// Bodies that a file may place, and how deep assemblies may nest.
+const MOST_BODIES: usize = 100_000;
+const MOST_NESTED: usize = 64;
+
+/// Kinds of items that become objects.
+const BODIES: [&str; 5] = [
+    "MANIFOLD_SOLID_BREP",
+    "BREP_WITH_VOIDS",
+    "FACETED_BREP",
+    "SHELL_BASED_SURFACE_MODEL",
+    "FACE_BASED_SURFACE_MODEL",
+];
+/// Kinds of items that are geometry, but no BREP here: said, not read.
+const OTHERS: [(&str, &str); 9] = [
+    ("GEOMETRIC_CURVE_SET", "curves"),
+    ("GEOMETRIC_SET", "curves and points"),
+    ("TESSELLATED_SOLID", "mesh"),
+    ("TESSELLATED_SHELL", "mesh"),
+    ("TRIANGULATED_FACE_SET", "mesh"),
+    ("COMPLEX_TRIANGULATED_FACE_SET", "mesh"),
+    ("EDGE_BASED_WIREFRAME_MODEL", "wireframe"),
+    ("SHELL_BASED_WIREFRAME_MODEL", "wireframe"),
+    ("CSG_SOLID", "CSG solid"),
+];
+
+/// A body in its place.
+pub(super) struct Placed {
+    pub(super) id: u64,
+    pub(super) representation: u64,
+    /// `None`: as it stands.
+    pub(super) map: Option<Affine>,
+    pub(super) name: String,
+}
+
+/// What a representation's lengths and angles are in.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Context {
+    pub(super) units: Units,
+    /// Radians.
+    pub(super) angle: f64,
+    /// How far apart what is said to be one may be.
+    pub(super) tolerance: Option<f64>,
+}
+
+struct Child {
+    of: u64,
+    map: Option<Affine>,
+}
+
+#[derive(Default)]
+struct Representation {
+    bodies: Vec<u64>,
+    others: Vec<&'static str>,
+    children: Vec<Child>,
+    context: Option<u64>,
+}
+
+/// The representations of a file.
+pub(super) struct Products {
+    all: BTreeMap<u64, Representation>,
+    /// The one that stands for all that are of one thing.
+    same: HashMap<u64, u64>,
+    names: HashMap<u64, String>,
+    /// The representation of each product definition.
+    shapes: HashMap<u64, u64>,
+    pub(super) others: BTreeMap<&'static str, usize>,
+}
+
+/// The matrix of a placement, by rows, and its inverse.
+fn matrices(a: &Axes) -> [[f64; 16]; 2] {
+    let o = a.origin.coords;
+    let (x, y, z) = (a.x, a.y, a.z);
+    let b = [-x.dot(&o), -y.dot(&o), -z.dot(&o)];
+    [
+        [
+            x.x, y.x, z.x, o.x, x.y, y.y, z.y, o.y, x.z, y.z, z.z, o.z, 0.0, 0.0, 0.0, 1.0,
+        ],
+        [
+            x.x, x.y, x.z, b[0], y.x, y.y, y.z, b[1], z.x, z.y, z.z, b[2], 0.0, 0.0, 0.0, 1.0,
+        ],
+    ]
+}
+
+/// The map from one placement to another; `None` where they are one.
+fn between(from: &Axes, to: &Axes) -> Option<Affine> {
+    let frame = |a: &Axes| (a.origin, a.x, a.y, a.z);
+    if frame(from) == frame(to) {
+        return None;
+    }
+    let [_, back] = matrices(from);
+    let [forth, _] = matrices(to);
+    Some(Affine::from_rows(&forth)?.after(&Affine::from_rows(&back)?))
+}
+
+fn composed(outer: Option<&Affine>, inner: Option<&Affine>) -> Option<Affine> {
+    match (outer, inner) {
+        (Some(a), Some(b)) => Some(a.after(b)),
+        (Some(a), None) | (None, Some(a)) => Some(a.clone()),
+        (None, None) => None,
+    }
+}
+
+fn is_representation(name: &str) -> bool {
+    (name == "REPRESENTATION" || name.ends_with("SHAPE_REPRESENTATION"))
+        && !name.starts_with("CONTEXT_DEPENDENT")
+        && !name.starts_with("PROPERTY")
+}
+
+impl Products {
+    pub(super) fn read(geometry: &Geometry<'_>) -> Result<Self, ReadError> {
+        let entities = geometry.entities;
+        let mut products = Self {
+            all: BTreeMap::new(),
+            same: HashMap::new(),
+            names: HashMap::new(),
+            shapes: HashMap::new(),
+            others: BTreeMap::new(),
+        };
+        let ids: Vec<u64> = entities.graph().entities.keys().copied().collect();
+        for &id in &ids {
+            products.representation(geometry, id)?;
+        }
+        // Relations without a transformation first: two representations of one thing.
+        for &id in &ids {
+            let Some(e) = entities.simple(id) else {
+                continue;
+            };
+            if e.name == "SHAPE_REPRESENTATION_RELATIONSHIP" {
+                let (a, b) = (e.reference(2)?, e.reference(3)?);
+                if products.all.contains_key(&a) && products.all.contains_key(&b) {
+                    products.unite(a, b);
+                }
+            }
+        }
+        for id in products.all.keys().copied().collect::<Vec<_>>() {
+            products.flatten(id);
+        }
+        for &id in &ids {
+            if let Some((definition, representation)) = definition(entities, id) {
+                products.shapes.insert(definition, representation);
+            }
+        }
+        for &id in &ids {
+            products.related(geometry, id)?;
+        }
+        products.named(entities);
+        Ok(products)
+    }
+
+    fn representation(&mut self, geometry: &Geometry<'_>, id: u64) -> Result<(), ReadError> {
+        let entities = geometry.entities;
+        let mut kinds = entities.kinds(id);
+        let is_simple = entities.simple(id).is_some();
+        let name = match kinds.find(|k| is_representation(k)) {
+            Some(_) if !is_simple => "REPRESENTATION",
+            Some(name) => name,
+            None => return Ok(()),
+        };
+        let Some(e) = entities.part(id, name) else {
+            return Ok(());
+        };
+        let mut own = Representation {
+            context: e.optional(2),
+            ..Representation::default()
+        };
+        for attribute in e.list(1)? {
+            let Attribute::EntityRef(item) = attribute else {
+                continue;
+            };
+            if let Some(m) = entities.part(*item, "MAPPED_ITEM") {
+                let (source, target) = (m.reference(1)?, m.reference(2)?);
+                let s = entities.expect(*item, source, "REPRESENTATION_MAP", "what is mapped")?;
+                let from = geometry.axes(source, s.reference(0)?)?;
+                if !entities.is(target, "AXIS2_PLACEMENT_3D") {
+                    return Err(unsupported(
+                        *item,
+                        format!("a part placed by {}", entities.described(target)),
+                        "place it without scaling and export it again",
+                    ));
+                }
+                let to = geometry.axes(*item, target)?;
+                own.children.push(Child {
+                    of: s.reference(1)?,
+                    map: between(&from, &to),
+                });
+                continue;
+            }
+            let mut kinds = entities.kinds(*item);
+            if kinds.clone().any(|k| BODIES.contains(&k)) {
+                own.bodies.push(*item);
+            } else if let Some((_, what)) = kinds.find_map(|k| OTHERS.iter().find(|(o, _)| *o == k))
+            {
+                own.others.push(what);
+            }
+        }
+        for what in &own.others {
+            *self.others.entry(what).or_default() += 1;
+        }
+        self.all.insert(id, own);
+        Ok(())
+    }
+
+    fn root(&self, mut id: u64) -> u64 {
+        while let Some(next) = self.same.get(&id) {
+            id = *next;
+        }
+        id
+    }
+
+    /// The same; all on the way point at it from now on.
+    fn flatten(&mut self, id: u64) -> u64 {
+        let root = self.root(id);
+        let mut at = id;
+        while at != root
+            && let Some(next) = self.same.insert(at, root)
+        {
+            at = next;
+        }
+        root
+    }
+
+    fn unite(&mut self, a: u64, b: u64) {
+        let (a, b) = (self.flatten(a), self.flatten(b));
+        if a != b {
+            self.same.insert(a.max(b), a.min(b));
+        }
+    }
+
+    /// The relation of an assembly to a part of it.
+    fn related(&mut self, geometry: &Geometry<'_>, id: u64) -> Result<(), ReadError> {
+        let entities = geometry.entities;
+        let Some(e) = entities.part(id, "CONTEXT_DEPENDENT_SHAPE_REPRESENTATION") else {
+            return Ok(());
+        };
+        let relation = e.reference(0)?;
+        let simple = entities.simple(relation).is_some();
+        let ends = if simple {
+            entities.simple(relation).map(|r| (r, 2, 3))
+        } else {
+            entities
+                .part(relation, "REPRESENTATION_RELATIONSHIP")
+                .map(|r| (r, 2, 3))
+        };
+        let Some((r, first, second)) = ends else {
+            return Err(entities.unexpected(
+                id,
+                relation,
+                "the relation of a part to its assembly",
+            ));
+        };
+        let (child, parent) = (r.reference(first)?, r.reference(second)?);
+        let with = "REPRESENTATION_RELATIONSHIP_WITH_TRANSFORMATION";
+        let transformation = match entities.part(relation, with) {
+            Some(t) => t.optional(if simple { 4 } else { 0 }),
+            None => None,
+        };
+        let mut map = None;
+        if let Some(t) = transformation {
+            let t_e = entities.expect(relation, t, "ITEM_DEFINED_TRANSFORMATION", "a placement")?;
+            let from = geometry.axes(t, t_e.reference(2)?)?;
+            let to = geometry.axes(t, t_e.reference(3)?)?;
+            map = Some((from, to));
+        }
+        // The product's side says which of the two is the part: the first, by the standard, but some files have them the other way.
+        let (mut child, mut parent) = (child, parent);
+        if let Some(part) = self.occurrence(entities, e.reference(1)?)
+            && self.root(part) == self.root(parent)
+            && self.root(part) != self.root(child)
+        {
+            std::mem::swap(&mut child, &mut parent);
+            map = map.map(|(a, b)| (b, a));
+        }
+        let map = map.and_then(|(a, b)| between(&a, &b));
+        let parent = self.root(parent);
+        if let Some(p) = self.all.get_mut(&parent) {
+            p.children.push(Child { of: child, map });
+        }
+        Ok(())
+    }
+
+    /// The representation of the part that an occurrence in an assembly is of.
+    fn occurrence(&self, entities: &Entities, definition: u64) -> Option<u64> {
+        let shape = entities.part(definition, "PRODUCT_DEFINITION_SHAPE")?;
+        let occurrence = shape.optional(2)?;
+        let part = entities
+            .part(occurrence, "NEXT_ASSEMBLY_USAGE_OCCURRENCE")?
+            .optional(4)?;
+        self.shapes.get(&part).copied()
+    }
+
+    fn named(&mut self, entities: &Entities) {
+        for (&definition, &representation) in &self.shapes {
+            let name = || {
+                let d = entities.simple(definition)?;
+                let formation = entities.simple(d.optional(2)?)?;
+                let product = entities.part(formation.optional(2)?, "PRODUCT")?;
+                let [id, name] = [product.text(0), product.text(1)];
+                Some(if name.is_empty() { id } else { name }.to_string())
+            };
+            if let Some(name) = name() {
+                let root = self.root(representation);
+                // One name where there are several: the same at each reading.
+                let first = self.names.entry(root).or_insert_with(|| name.clone());
+                if name < *first {
+                    *first = name;
+                }
+            }
+        }
+    }
+
+    /// All bodies in their places.
+    pub(super) fn placed(&self, entities: &Entities) -> Result<Vec<Placed>, ReadError> {
+        // By what stands for them: bodies and children of all that are of one thing.
+        let mut groups: BTreeMap<u64, Vec<u64>> = BTreeMap::new();
+        let mut inner = BTreeSet::new();
+        for (id, r) in &self.all {
+            groups.entry(self.root(*id)).or_default().push(*id);
+            inner.extend(r.children.iter().map(|c| self.root(c.of)));
+        }
+        let mut placed = Vec::new();
+        let tops: Vec<u64> = { groups.keys() }
+            .filter(|g| !inner.contains(g))
+            .copied()
+            .collect();
+        let mut visits = 0;
+        for top in tops {
+            // The path is on the stack with each: an assembly must not be part of itself.
+            let mut open: Vec<(u64, Option<Affine>, Vec<u64>)> = vec![(top, None, Vec::new())];
+            while let Some((group, map, path)) = open.pop() {
+                visits += 1;
+                if path.contains(&group) || path.len() > MOST_NESTED {
+                    return Err(problem(
+                        group,
+                        StepProblem::Shape {
+                            what: "an assembly that is part of itself, or too deep".into(),
+                        },
+                    ));
+                }
+                if placed.len() > MOST_BODIES || visits > MOST_BODIES {
+                    return Err(problem(
+                        group,
+                        StepProblem::Limit {
+                            what: "placed parts",
+                            limit: MOST_BODIES,
+                        },
+                    ));
+                }
+                let mut further = path.clone();
+                further.push(group);
+                let name = further
+                    .iter()
+                    .rev()
+                    .find_map(|g| self.names.get(g))
+                    .cloned()
+                    .unwrap_or_default();
+                let mut next = Vec::new();
+                for id in groups.get(&group).into_iter().flatten() {
+                    let Some(r) = self.all.get(id) else { continue };
+                    for body in &r.bodies {
+                        let own = entities.simple(*body).map_or("", |e| e.text(0));
+                        let plain = own.is_empty() || own == "NONE";
+                        placed.push(Placed {
+                            id: *body,
+                            representation: *id,
+                            map: map.clone(),
+                            name: if plain { name.clone() } else { own.to_string() },
+                        });
+                    }
+                    for c in &r.children {
+                        let map = composed(map.as_ref(), c.map.as_ref());
+                        next.push((self.root(c.of), map, further.clone()));
+                    }
+                }
+                if open.len() + next.len() > MOST_BODIES {
+                    return Err(problem(
+                        group,
+                        StepProblem::Limit {
+                            what: "placed parts",
+                            limit: MOST_BODIES,
+                        },
+                    ));
+                }
+                open.extend(next.into_iter().rev());
+            }
+        }
+        // What no representation holds.
+        let held: BTreeSet<u64> = { self.all.values() }
+            .flat_map(|r| r.bodies.iter().copied())
+            .collect();
+        for id in entities.graph().entities.keys() {
+            if entities
+                .simple(*id)
+                .is_some_and(|e| BODIES.contains(&e.name))
+                && !held.contains(id)
+            {
+                placed.push(Placed {
+                    id: *id,
+                    representation: 0,
+                    map: None,
+                    name: String::new(),
+                });
+            }
+        }
+        Ok(placed)
+    }
+
+    /// The context of a representation.
+    pub(super) fn context(&self, entities: &Entities, representation: u64) -> Option<Context> {
+        let id = self.all.get(&representation)?.context?;
+        context(entities, id)
+    }
+}
+
+/// The product definition and the representation that an entity brings together.
+fn definition(entities: &Entities, id: u64) -> Option<(u64, u64)> {
+    let e = entities.part(id, "SHAPE_DEFINITION_REPRESENTATION")?;
+    let shape = entities.part(e.optional(0)?, "PRODUCT_DEFINITION_SHAPE")?;
+    Some((shape.optional(2)?, e.optional(1)?))
+}
+
+/// Units and tolerance.
+fn context(entities: &Entities, id: u64) -> Option<Context> {
+    let units = entities.part(id, "GLOBAL_UNIT_ASSIGNED_CONTEXT")?;
+    let mut found = Context {
+        units: Units::None,
+        angle: 1.0,
+        tolerance: None,
+    };
+    for unit in units.references(0).ok()? {
+        if entities.is(unit, "LENGTH_UNIT") {
+            found.units = length(entities, unit, 0);
+        } else if entities.is(unit, "PLANE_ANGLE_UNIT")
+            && let Some(c) = entities.part(unit, "CONVERSION_BASED_UNIT")
+            && let Some(measure) = c.optional(1)
+            && let Some(m) = measured(entities, measure)
+        {
+            found.angle = m.0;
+        }
+    }
+    if let Some(u) = entities.part(id, "GLOBAL_UNCERTAINTY_ASSIGNED_CONTEXT") {
+        for m in u.references(0).ok()? {
+            if let Some(e) = entities.part(m, "UNCERTAINTY_MEASURE_WITH_UNIT")
+                && let Ok(x) = e.number(0)
+                && x > 0.0
+            {
+                found.tolerance = Some(x);
+            }
+        }
+    }
+    Some(found)
+}
+
+/// A value and the unit it is in.
+fn measured(entities: &Entities, id: u64) -> Option<(f64, u64)> {
+    let kinds = [
+        "LENGTH_MEASURE_WITH_UNIT",
+        "PLANE_ANGLE_MEASURE_WITH_UNIT",
+        "MEASURE_WITH_UNIT",
+    ];
+    let all = kinds.iter().filter_map(|k| entities.part(id, k));
+    let mut values = all.filter_map(|e| Some((e.number(0).ok()?, e.optional(1)?)));
+    values.next().filter(|(x, _)| *x > 0.0)
+}
+
+/// A unit of length.
+fn length(entities: &Entities, id: u64, depth: u32) -> Units {
+    if let Some(si) = entities.part(id, "SI_UNIT") {
+        // In one part the dimensions come first.
+        let at = usize::from(entities.simple(id).is_some());
+        let factor = match si.word(at) {
+            None => 1.0,
+            Some("EXA") => 1e18,
+            Some("PETA") => 1e15,
+            Some("TERA") => 1e12,
+            Some("GIGA") => 1e9,
+            Some("MEGA") => 1e6,
+            Some("KILO") => 1e3,
+            Some("HECTO") => 1e2,
+            Some("DECA") => 1e1,
+            Some("DECI") => 1e-1,
+            Some("CENTI") => 1e-2,
+            Some("MILLI") => 1e-3,
+            Some("MICRO") => 1e-6,
+            Some("NANO") => 1e-9,
+            Some("PICO") => 1e-12,
+            Some(_) => return Units::None,
+        };
+        let name = si.word(at).unwrap_or("").to_lowercase() + "metre";
+        return known(factor, name);
+    }
+    if let Some(c) = entities.part(id, "CONVERSION_BASED_UNIT") {
+        let at = usize::from(entities.simple(id).is_some());
+        if let Some((value, unit)) = c.optional(at + 1).and_then(|m| measured(entities, m))
+            && depth < 4
+            && let Some(metres) = length(entities, unit, depth + 1).metres()
+        {
+            return known(value * metres, c.text(at).to_lowercase());
+        }
+    }
+    Units::None
+}
+
+/// The named unit that is this long up to rounding, or one of its own.
+fn known(metres: f64, name: String) -> Units {
+    let named = (1..=10).map(Units::from_code);
+    let near = |u: &Units| {
+        u.metres()
+            .is_some_and(|m| (m - metres).abs() <= 4.0 * f64::EPSILON * metres)
+    };
+    { named }.find(near).unwrap_or(Units::Custom {
+        name,
+        metres: Some(metres),
+    })
+}
