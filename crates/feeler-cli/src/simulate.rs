@@ -6,7 +6,7 @@ use std::path::PathBuf;
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct Args {
-    /// Which experiment: `ball-joint` (the thesis's, 5.1) or `rolling` (without bumps).
+    /// Which experiment: `ball-joint` and `shift-gate` (the thesis's, 5.1 and 5.2), `rolling` (without bumps), `stiff` (penalty contact), `balls` (time per step).
     #[arg(value_parser = NAMES)]
     name: String,
     /// Where the page (`NAME.md`) and its plots go.

@@ -1,7 +1,7 @@
 //! Bars of uses as SVG.
 
 use super::{Census, Subject};
-use crate::study::colour;
+use crate::plot::colour;
 use plotters::coord::Shift;
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};

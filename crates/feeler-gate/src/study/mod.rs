@@ -33,8 +33,6 @@ pub use left_out::LeftOut;
 pub use measure::{Plan, Point, TOLERANCE};
 pub use numbers::Spread;
 
-pub(crate) use plot::colour;
-
 use crate::cases::{Models, cases};
 use feeler_corpus::{CorpusError, suites};
 use measure::{measure, sample, truth_width};

@@ -1,9 +1,10 @@
 //! The page: one HTML file that needs nothing else.
 
 use super::contender::LESS;
-use super::plot::{Curve, Mark, Plot, colour};
+use super::plot::{Curve, Mark, Plot};
 use super::table::{Table, balls, errors, extremes, left_out, verdicts};
 use super::{Point, Study, SuiteStudy};
+use crate::plot::colour;
 use feeler_corpus::Fault;
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 

@@ -1,5 +1,6 @@
 //! Plots as SVG.
 
+use crate::plot::{Frame, chart, colour};
 use plotters::coord::Shift;
 use plotters::prelude::*;
 
@@ -37,23 +38,6 @@ pub(crate) struct Plot {
     pub(crate) floor: Option<(f64, String)>,
     /// Values below this are drawn on it.
     pub(crate) least: f64,
-}
-
-/// Colours that people who confuse red and green can tell apart (Okabe and Ito, 2008), in the order of first use.
-const COLOURS: [RGBColor; 8] = [
-    RGBColor(0, 114, 178),
-    RGBColor(213, 94, 0),
-    RGBColor(0, 158, 115),
-    RGBColor(204, 121, 167),
-    RGBColor(86, 180, 233),
-    RGBColor(230, 159, 0),
-    RGBColor(90, 90, 90),
-    RGBColor(0, 0, 0),
-];
-
-/// The colour of the k-th name.
-pub(crate) fn colour(k: usize) -> RGBColor {
-    COLOURS[k % COLOURS.len()]
 }
 
 const SIZE: (u32, u32) = (760, 470);
@@ -122,23 +106,13 @@ impl Plot {
         let Some([y0, y1]) = Self::range(ys) else {
             return Ok(());
         };
-        root.fill(&WHITE)?;
-        let mut chart = ChartBuilder::on(root)
-            .margin(14)
-            .x_label_area_size(44)
-            .y_label_area_size(70)
-            .build_cartesian_2d((x0..x1).log_scale(), (y0..y1).log_scale())?;
-        chart
-            .configure_mesh()
-            .light_line_style(RGBColor(245, 245, 245))
-            .bold_line_style(RGBColor(225, 225, 225))
-            .x_desc(&self.x)
-            .y_desc(&self.y)
-            .x_label_formatter(&|v| power(*v))
-            .y_label_formatter(&|v| power(*v))
-            .label_style(("sans-serif", 15))
-            .axis_desc_style(("sans-serif", 16))
-            .draw()?;
+        let frame = Frame {
+            x: &self.x,
+            y: &self.y,
+            ..Frame::default()
+        };
+        let axes = ((x0..x1).log_scale(), (y0..y1).log_scale());
+        let mut chart = chart(root, &frame, axes, power)?;
         if let Some((y, what)) = floor {
             let y = *y;
             let line = RGBColor(150, 150, 150);

@@ -4,7 +4,7 @@
 //! wall is as steep as the friction bears, at the angle atan mu, and slides: friction is then m g sin(atan mu), and the motor
 //! needs m g R sin(atan mu), R the hole's radius, whatever that of the ball.
 
-use super::plot::{Line, Plot};
+use super::plot::{Line, Marks, Plot};
 use super::world::{Body, DAMPING, Edges, HERTZ, brep_body, mesh_body, world};
 use super::{Extent, Finding, median, short, spread, table};
 use crate::{BrepDispatcher, BrepShape, ball_gap};
@@ -66,7 +66,57 @@ struct Track {
     cut_short: bool,
 }
 
+/// A setting of the engine's solver, as it is changed from that of the experiment.
+struct Solver {
+    name: &'static str,
+    set: fn(&mut IntegrationParameters),
+}
+
+/// The experiment's.
+const USUAL: Solver = Solver {
+    name: "as above",
+    set: |_| {},
+};
+
+/// What the growth of the depth might hang on.
+const SOLVERS: [Solver; 9] = [
+    USUAL,
+    Solver {
+        name: "softness of 4000 Hz",
+        set: |p| p.contact_softness.natural_frequency = 4.0 * HERTZ,
+    },
+    Solver {
+        name: "softness of 250 Hz",
+        set: |p| p.contact_softness.natural_frequency = 0.25 * HERTZ,
+    },
+    Solver {
+        name: "no limit of the corrective velocity",
+        set: |p| p.normalized_max_corrective_velocity = Real::MAX,
+    },
+    Solver {
+        name: "steps half as long",
+        set: |p| p.dt *= 0.5,
+    },
+    Solver {
+        name: "16 solver iterations for 4",
+        set: |p| p.num_solver_iterations = 16,
+    },
+    Solver {
+        name: "8 internal iterations for 1",
+        set: |p| p.num_internal_pgs_iterations = 8,
+    },
+    Solver {
+        name: "joints warm-started",
+        set: |p| p.warmstart_joints = true,
+    },
+    Solver {
+        name: "friction in the bias pass, too",
+        set: |p| p.friction_in_bias_pass = true,
+    },
+];
+
 struct Run<'a> {
+    solver: &'a Solver,
     body: &'a Body,
     brep: &'a BrepShape,
     radius: f64,
@@ -77,6 +127,8 @@ struct Run<'a> {
 
 fn simulate(run: &Run<'_>) -> Track {
     let mut w = world(GRAVITY, UNIT, STEP, run.body);
+    (run.solver.set)(&mut w.integration_parameters);
+    let dt = w.integration_parameters.dt;
     let iterations = w.integration_parameters.num_solver_iterations as f64;
     let ground = w.insert_body(RigidBodyBuilder::fixed());
     let inertia = Vector::splat(INERTIA);
@@ -130,13 +182,13 @@ fn simulate(run: &Run<'_>) -> Track {
             .impulse_joints
             .get(joint)
             .map(|j| j.data.motors[JointAxis::AngX as usize].impulse);
-        track.time.push((k + 1) as f64 * STEP);
+        track.time.push((k + 1) as f64 * dt);
         track.depth.push(deepest.map_or(f64::NAN, |(_, c)| -c.dist));
         track.gap.push(gap.value);
         track.width.push(gap.bounds.width());
         track
             .torque
-            .push(motor.unwrap_or(f64::NAN).abs() * iterations / STEP * NEWTON_MM);
+            .push(motor.unwrap_or(f64::NAN).abs() * iterations / dt * NEWTON_MM);
         track.speed.push(w.bodies[part].angvel().x / TAU);
         if begun.elapsed().as_secs_f64() > SECONDS {
             track.cut_short = true;
@@ -211,6 +263,7 @@ pub(super) fn run(
         for body in &bodies {
             progress(&format!("ball of {radius} mm, {}", body.name));
             let run = Run {
+                solver: &USUAL,
                 body,
                 brep: &shape,
                 radius,
@@ -225,7 +278,7 @@ pub(super) fn run(
                 Line {
                     name: body.name.clone(),
                     points: points.filter(|p| p.1 > LEAST).collect(),
-                    marked: false,
+                    marks: Marks::None,
                 }
             };
             depth.push(line(&t.depth));
@@ -235,7 +288,7 @@ pub(super) fn run(
         torque.push(Line {
             name: "closed form (sliding)".to_owned(),
             points: vec![(0.0, analytic), (last, analytic)],
-            marked: false,
+            marks: Marks::None,
         });
         for (what, y, lines) in [
             ("depth", "engine's depth, mm", depth),
@@ -262,6 +315,7 @@ pub(super) fn run(
             "ball of 2.472 mm, torque limited to {share} of what is needed"
         ));
         let run = Run {
+            solver: &USUAL,
             body: &bodies[0],
             brep: &shape,
             radius: BALLS[0],
@@ -273,7 +327,7 @@ pub(super) fn run(
         limited.push(Line {
             name: format!("{share} of m g R sin(atan mu)"),
             points: t.time.into_iter().zip(t.speed).collect(),
-            marked: false,
+            marks: Marks::None,
         });
     }
     let plot = Plot {
@@ -287,7 +341,67 @@ pub(super) fn run(
         .plots
         .push(("ball-joint-limited.svg".to_owned(), plot.svg()));
     finding.page = page(&rows, analytic, steps, &reached, &finding.plots);
+    finding.page += &creeps(&bodies, &shape, steps, analytic, progress);
     Ok(finding)
+}
+
+/// How fast the depth grows over the last part of a run, mm/s: of the line from its first to its last value.
+fn creep(t: &Track) -> f64 {
+    let from = (t.time.len() as f64 * EVEN) as usize;
+    let last = t.time.len() - 1;
+    (t.depth[last] - t.depth[from]) / (t.time[last] - t.time[from])
+}
+
+/// What the growth of the depth hangs on.
+fn creeps(
+    bodies: &[Body],
+    brep: &BrepShape,
+    steps: usize,
+    analytic: f64,
+    progress: &mut dyn FnMut(&str),
+) -> String {
+    let mut rows = Vec::new();
+    for solver in &SOLVERS {
+        // The finest mesh takes its time, and the others tell the same.
+        for body in &bodies[..bodies.len().min(3)] {
+            progress(&format!(
+                "growth of the depth, {}, {}",
+                solver.name, body.name
+            ));
+            let t = simulate(&Run {
+                solver,
+                body,
+                brep,
+                radius: BALLS[0],
+                steps,
+                most: 1e9,
+            });
+            let [torque, noise] = spread(&even(&t.torque));
+            rows.push(vec![
+                solver.name.to_owned(),
+                body.name.clone(),
+                short(creep(&t)),
+                short(t.depth.last().copied().unwrap_or(f64::NAN)),
+                format!("{} ± {}", short(torque), short(noise)),
+                format!("{:+.2} %", 100.0 * (torque / analytic - 1.0)),
+            ]);
+        }
+    }
+    let head = [
+        "solver",
+        "shape of the hole",
+        "growth of the depth mm/s",
+        "depth at the end mm",
+        "torque N mm",
+        "torque off the closed form",
+    ];
+    format!(
+        "## What the growth of the depth hangs on\n\n\
+        The depth grows as long as the part turns, on meshes as on the BREP. The same run (ball of {} mm) with one setting of the engine's solver changed at a time; the growth is that of the engine's depth over the \
+        second half.\n\n{}",
+        BALLS[0],
+        table(&head, &rows)
+    )
 }
 
 fn page(

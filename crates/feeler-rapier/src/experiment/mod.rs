@@ -1,10 +1,15 @@
-//! Experiments in Rapier: the ball joint of the 2014 thesis, and rolling without bumps.
+//! Experiments: the ball joint and the shift gate of the 2014 thesis, and rolling without bumps, in Rapier; stiff contact by an integrator of
+//! its own.
 //!
 //! Each gives a [`Finding`]: a page of Markdown, plots, and nothing that is not measured or a closed form.
 
 mod ball_joint;
+mod balls;
 mod plot;
 mod rolling;
+mod sheet;
+mod shift_gate;
+mod stiff;
 mod world;
 
 use std::path::Path;
@@ -28,7 +33,7 @@ pub enum Extent {
 }
 
 /// The names of the experiments.
-pub const NAMES: [&str; 2] = ["ball-joint", "rolling"];
+pub const NAMES: [&str; 5] = ["ball-joint", "balls", "rolling", "shift-gate", "stiff"];
 
 /// Runs an experiment; `models` is the folder `corpora/models`, `progress` hears of each run.
 ///
@@ -42,7 +47,10 @@ pub fn run(
 ) -> Result<Finding, String> {
     match name {
         "ball-joint" => ball_joint::run(models, extent, progress),
+        "balls" => balls::run(extent, progress),
         "rolling" => rolling::run(extent, progress),
+        "shift-gate" => shift_gate::run(models, extent, progress),
+        "stiff" => stiff::run(models, extent, progress),
         _ => Err(format!(
             "there is no experiment {name}: give one of {}",
             NAMES.join(", ")

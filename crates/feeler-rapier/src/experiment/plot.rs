@@ -1,19 +1,9 @@
 //! Lines over time, and marks over the number of triangles, as SVG.
 
-use plotters::coord::ranged1d::Ranged;
-use plotters::coord::ranged1d::{AsRangedCoord, ValueFormatter};
+use feeler_gate::plot::{Frame, chart, colour};
+use plotters::coord::ranged1d::{AsRangedCoord, Ranged, ValueFormatter};
 use plotters::prelude::*;
 
-/// Colours that people who confuse red and green can tell apart (Okabe and Ito, 2008).
-const COLOURS: [RGBColor; 7] = [
-    RGBColor(0, 114, 178),
-    RGBColor(213, 94, 0),
-    RGBColor(0, 158, 115),
-    RGBColor(204, 121, 167),
-    RGBColor(230, 159, 0),
-    RGBColor(86, 180, 233),
-    RGBColor(90, 90, 90),
-];
 const SIZE: (u32, u32) = (1040, 460);
 /// Room on the right for names.
 const NAMES: u32 = 270;
@@ -21,12 +11,22 @@ const NAMES: u32 = 270;
 const ROW: i32 = 22;
 const STROKE: i32 = 18;
 
+/// Whether points are marked.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Marks {
+    /// A line alone.
+    None,
+    /// Marks on the line.
+    Too,
+    /// Small marks without a line.
+    Only,
+}
+
 /// A named line.
 pub(super) struct Line {
     pub(super) name: String,
     pub(super) points: Vec<(f64, f64)>,
-    /// Marks at the points, too.
-    pub(super) marked: bool,
+    pub(super) marks: Marks,
 }
 
 /// A plot of lines.
@@ -97,32 +97,22 @@ impl Plot {
         X::CoordDescType: Ranged<ValueType = f64> + ValueFormatter<f64>,
         Y::CoordDescType: Ranged<ValueType = f64> + ValueFormatter<f64>,
     {
-        root.fill(&WHITE)?;
-        let mut chart = ChartBuilder::on(root)
-            .caption(&self.title, ("sans-serif", 17))
-            .margin(12)
-            .margin_right(NAMES)
-            .x_label_area_size(44)
-            .y_label_area_size(78)
-            .build_cartesian_2d(x, y)?;
-        chart
-            .configure_mesh()
-            .light_line_style(WHITE)
-            .bold_line_style(RGBColor(225, 225, 225))
-            .x_desc(&self.x)
-            .y_desc(&self.y)
-            .x_label_formatter(&|v| tick(*v))
-            .y_label_formatter(&|v| tick(*v))
-            .label_style(("sans-serif", 14))
-            .axis_desc_style(("sans-serif", 15))
-            .draw()?;
+        let frame = Frame {
+            title: &self.title,
+            x: &self.x,
+            y: &self.y,
+            right: NAMES,
+        };
+        let mut chart = chart(root, &frame, (x, y), tick)?;
         for (k, line) in self.lines.iter().enumerate() {
-            let colour = COLOURS[k % COLOURS.len()];
+            let colour = colour(k);
             let points = line.points.iter().copied();
             let points: Vec<_> = points
                 .filter(|p| p.0.is_finite() && p.1.is_finite())
                 .collect();
-            chart.draw_series(LineSeries::new(points.clone(), colour.stroke_width(2)))?;
+            if line.marks != Marks::Only {
+                chart.draw_series(LineSeries::new(points.clone(), colour.stroke_width(2)))?;
+            }
             let (x, y) = ((SIZE.0 - NAMES) as i32 + 12, 50 + ROW * k as i32);
             let stroke = [(x, y), (x + STROKE, y)];
             root.draw(&PathElement::new(stroke, colour.stroke_width(3)))?;
@@ -132,12 +122,15 @@ impl Plot {
                 ("sans-serif", 14),
             );
             root.draw(&name)?;
-            if line.marked {
-                let marks = points
-                    .into_iter()
-                    .map(|p| Circle::new(p, 4, colour.filled()));
-                chart.draw_series(marks)?;
-            }
+            let size = match line.marks {
+                Marks::None => continue,
+                Marks::Too => 4,
+                Marks::Only => 2,
+            };
+            let marks = points
+                .into_iter()
+                .map(|p| Circle::new(p, size, colour.filled()));
+            chart.draw_series(marks)?;
         }
         root.present()?;
         Ok(())

@@ -6,7 +6,7 @@
 //! energy is constant, its velocity turns evenly, and its centre runs along a circle. What a run deviates from that is the
 //! engine's own time steps, and the shape.
 
-use super::plot::{Line, Plot};
+use super::plot::{Line, Marks, Plot};
 use super::world::{Body, DAMPING, Edges, HERTZ, brep_body, mesh_body, world};
 use super::{Extent, Finding, median, short, table};
 use ::nalgebra::{Point3, Vector3};
@@ -150,7 +150,7 @@ pub(super) fn run(extent: Extent, progress: &mut dyn FnMut(&str)) -> Result<Find
     let brep = groove()?;
     let degrees: &[f64] = match extent {
         Extent::Quick => &[30.0],
-        Extent::Whole => &[60.0, 30.0, 10.0, 3.0, 1.0],
+        Extent::Whole => &[60.0, 30.0, 10.0, 3.0, 1.0, 0.5],
     };
     let mut bodies = vec![brep_body(brep.clone())?.0];
     for edges in [Edges::Plain, Edges::Fixed { turned: true }] {
@@ -192,7 +192,7 @@ pub(super) fn run(extent: Extent, progress: &mut dyn FnMut(&str)) -> Result<Find
                     .copied()
                     .zip(values.iter().map(|v| v.max(1e-12)))
                     .collect(),
-                marked: false,
+                marks: Marks::None,
             };
             path.push(line(&t.path));
             bump.push(line(&t.bump));
@@ -212,13 +212,13 @@ pub(super) fn run(extent: Extent, progress: &mut dyn FnMut(&str)) -> Result<Find
             against.push(Line {
                 name: format!("{what}: {name}"),
                 points: marks[kind][k].clone(),
-                marked: true,
+                marks: Marks::Too,
             });
         }
         against.push(Line {
             name: format!("BREP: {name}"),
             points: vec![(from, own[k]), (to, own[k])],
-            marked: false,
+            marks: Marks::None,
         });
     }
     let plots = [
@@ -255,7 +255,7 @@ pub(super) fn run(extent: Extent, progress: &mut dyn FnMut(&str)) -> Result<Find
             },
         ),
     ];
-    let plots: Vec<_> = plots
+    let mut plots: Vec<_> = plots
         .into_iter()
         .map(|(n, p)| (n.to_owned(), p.svg()))
         .collect();
@@ -285,5 +285,8 @@ pub(super) fn run(extent: Extent, progress: &mut dyn FnMut(&str)) -> Result<Find
     for (name, _) in &plots {
         let _ = writeln!(page, "![{name}]({name})\n");
     }
+    let sheet = super::sheet::run(extent, progress)?;
+    page += &sheet.page;
+    plots.extend(sheet.plots);
     Ok(Finding { page, plots })
 }

@@ -52,3 +52,56 @@ fn rolling() {
     assert!(number(mesh, 4) > 3.0 * number(brep, 4), "{brep:?} {mesh:?}");
     assert!(number(mesh, 7) > 3.0 * number(brep, 7), "{brep:?} {mesh:?}");
 }
+
+#[test]
+fn stiff() {
+    let models = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../corpora/models");
+    let found = run("stiff", &models, Extent::Quick, &mut |_| {}).unwrap();
+    let number = |row: &[String], k: usize| row[k].parse::<f64>().unwrap();
+    // The tables in detail have 11 columns, of which the third is the drift; in order: sliding, rolling, seams.
+    let detailed = |word: &str| {
+        let all = rows(&found.page, word).into_iter();
+        all.filter(|r| r.len() == 13).collect::<Vec<_>>()
+    };
+    let breps = detailed("BREP, NURBS, full");
+    let meshes = detailed("10 degree mesh");
+    assert_eq!((breps.len(), meshes.len()), (4, 8));
+    // Steps of 1e-4 s are 0.014 of the pendulum's time sqrt(L / g): errors of a method of order 3 or better go with its cube.
+    let pendulum = (9810.0f64 / 0.5).sqrt();
+    let bound = (1e-4 * pendulum).powi(3);
+    for brep in breps.iter().filter(|r| r[2] == "1e12") {
+        assert!(number(brep, 3) < bound, "{brep:?}");
+    }
+    // Each edge of the mesh costs some sin^2 of its angle.
+    for mesh in meshes[..2].iter().filter(|r| r[2] == "1e12") {
+        let loss = 10f64.to_radians().sin().powi(2);
+        assert!(number(mesh, 3) > loss, "{mesh:?}");
+    }
+    for (name, svg) in &found.plots {
+        assert!(
+            found.page.contains(name) && svg.contains("<polyline"),
+            "{name}"
+        );
+    }
+}
+
+#[test]
+fn shift_gate() {
+    let models = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../corpora/models");
+    let found = run("shift-gate", &models, Extent::Quick, &mut |_| {}).unwrap();
+    let brep = &rows(&found.page, "BREP")[0];
+    assert_eq!(brep[3], "1 2 3 4 5", "{brep:?}");
+    // The wall bears a spring that is drawn beyond it, and is not passed: depths stay below what is left of the ball's play.
+    assert!(brep[8].parse::<f64>().unwrap() < 0.1, "{brep:?}");
+}
+
+#[test]
+fn balls() {
+    let found = run("balls", Path::new(""), Extent::Quick, &mut |_| {}).unwrap();
+    let brep = &rows(&found.page, "BREP |")[0];
+    // All lie on the ground, no deeper than the softness lets them: some g / (2 pi f)^2 = 0.25 um.
+    assert!(brep[4].contains("(10 touch"), "{brep:?}");
+    let depth = brep[4].split(", ").nth(1).unwrap();
+    let depth: f64 = depth.trim_end_matches(" mm)").parse().unwrap();
+    assert!((5e-5..5e-4).contains(&depth), "{brep:?}");
+}
