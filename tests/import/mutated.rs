@@ -1,7 +1,7 @@
-//! Five thousand files of the corpus, each damaged in its own way: truncated, bits flipped, lengths and counts and numbers replaced, pieces moved,
+//! Six thousand files of the corpus, each damaged in its own way: truncated, bits flipped, lengths and counts and numbers replaced, pieces moved,
 //! said twice or blanked. Each loads or gives one clear line, at once. (`memory.rs` watches allocation.)
 
-use feeler_io::{Document, ObjectKind, Problem, ReadError, read_3dm, read_brep};
+use feeler_io::{Document, ObjectKind, Problem, ReadError, read_3dm, read_brep, read_step};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
@@ -9,6 +9,7 @@ use std::time::{Duration, Instant};
 const OF_3DM: u32 = 1_500;
 const OF_3DM_MENDED: u32 = 1_500;
 const OF_BREP: u32 = 2_000;
+const OF_STEP: u32 = 1_000;
 
 /// Files of at most this many bytes are damaged: reading them takes some milliseconds.
 const SMALL: u64 = 50_000;
@@ -195,16 +196,12 @@ fn mend(bytes: &mut [u8]) {
 }
 
 #[test]
-fn five_thousand_damaged_files_load_or_say_one_line() {
+fn six_thousand_damaged_files_load_or_say_one_line() {
     let rhino = files("3dm");
-    let occt = files("brep");
-    assert!(
-        rhino.len() >= 15 && occt.len() >= 15,
-        "{} and {}",
-        rhino.len(),
-        occt.len()
-    );
-    let (mut raw, mut mended, mut text) = (Tally::default(), Tally::default(), Tally::default());
+    let (occt, step) = (files("brep"), files("step"));
+    let found = [rhino.len(), occt.len(), step.len()];
+    assert!(found.iter().all(|n| *n >= 15), "{found:?}");
+    let [mut raw, mut mended, mut text, mut entities] = [(); 4].map(|()| Tally::default());
     for i in 0..OF_3DM + OF_3DM_MENDED {
         let mut r = Random(u64::from(i));
         r.next();
@@ -227,10 +224,19 @@ fn five_thousand_damaged_files_load_or_say_one_line() {
         damage(&mut bytes, &mut r);
         text.take(&format!("{} {i}", path.display()), || read_brep(&bytes));
     }
+    for i in 0..OF_STEP {
+        let mut r = Random(u64::from(i) + (1 << 33));
+        r.next();
+        let (path, whole) = &step[r.below(step.len())];
+        let mut bytes = whole.clone();
+        damage(&mut bytes, &mut r);
+        entities.take(&format!("{} {i}", path.display()), || read_step(&bytes));
+    }
     for (name, tally) in [
         (".3dm", &raw),
         (".3dm, checksums mended", &mended),
         (".brep", &text),
+        (".step", &entities),
     ] {
         let Tally {
             errors,
@@ -242,5 +248,8 @@ fn five_thousand_damaged_files_load_or_say_one_line() {
         assert!(*errors > 20 && *loaded > 20, "{name}");
     }
     assert!(raw.refusals > 20 && mended.refusals > 20);
-    assert_eq!(raw.all() + mended.all() + text.all(), 5_000);
+    assert_eq!(
+        raw.all() + mended.all() + text.all() + entities.all(),
+        6_000
+    );
 }

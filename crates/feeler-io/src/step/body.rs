@@ -71,8 +71,8 @@ pub(super) struct Body<'g, 'e> {
     keys: Vec<u64>,
     /// How far images are from their edges, as far as that is known by formula.
     bound: f64,
-    /// Trims whose bound the kernel must find.
-    unbounded: Vec<usize>,
+    /// Trims whose bound the kernel must find, and what that costs.
+    unbounded: Vec<(usize, usize)>,
     fitted: usize,
 }
 
@@ -226,6 +226,7 @@ fn edge(b: &mut Builder, key: usize, curve: Option<(Curve3, Interval)>, vertices
 impl Body<'_, '_> {
     fn finish(self, id: u64) -> Result<Made3, ReadError> {
         let Self {
+            geometry,
             b,
             unbounded,
             mut bound,
@@ -236,19 +237,24 @@ impl Body<'_, '_> {
         kinds(&mut parts);
         let brep = Brep::new(parts).map_err(|e| problem(id, StepProblem::Brep(e)))?;
         let mut warnings: Vec<String> = odd.iter().map(|(what, n)| format!("{n} {what}")).collect();
+        let mut left = 0;
         if !unbounded.is_empty() {
-            let mut edges: Vec<usize> = unbounded
-                .iter()
-                .filter_map(|t| brep.parts().trims.get(*t)?.edge)
-                .collect();
-            edges.sort_unstable();
-            edges.dedup();
             let prepared = PreparedBrep::new(brep.clone());
-            let trims: std::collections::HashSet<usize> = unbounded.into_iter().collect();
-            for e in edges {
-                let offsets = prepared.edge_offsets(e);
-                let own = offsets.iter().filter(|o| trims.contains(&o.trim));
-                bound = own.map(|o| o.at_most).fold(bound, f64::max);
+            let mut known = HashMap::new();
+            for (trim, cost) in unbounded {
+                let Some(rest) = geometry.proofs.checked_sub(cost) else {
+                    left += 1;
+                    continue;
+                };
+                geometry.proofs = rest;
+                let Some(edge) = brep.parts().trims.get(trim).and_then(|t| t.edge) else {
+                    continue;
+                };
+                let offsets = known
+                    .entry(edge)
+                    .or_insert_with(|| prepared.edge_offsets(edge));
+                let own = offsets.iter().find(|o| o.trim == trim);
+                bound = own.map_or(bound, |o| bound.max(o.at_most));
             }
         }
         let fit = if fitted > 0 {
@@ -257,8 +263,14 @@ impl Body<'_, '_> {
             String::new()
         };
         if !brep.parts().trims.is_empty() {
+            let all = if left > 0 { "other" } else { "all" };
             warnings.push(format!(
-                "curves in uv are made here where the file's are not used: all images are within {bound:.2e} of the edges' curves (proven){fit}"
+                "curves in uv are made here where the file's are not used: {all} images are within {bound:.2e} of the edges' curves (proven){fit}"
+            ));
+        }
+        if left > 0 {
+            warnings.push(format!(
+                "{left} more are too many to be proven while reading: `inspect --health` does"
             ));
         }
         warnings.extend(jumps(&brep));
@@ -610,13 +622,19 @@ impl Body<'_, '_> {
         let has_loops = !done.is_empty();
         let mut loops: Vec<Vec<EdgeUse>> = Vec::new();
         let mut trim = self.b.parts.trims.len();
+        // The degree of an image, against that on a bicubic patch; products of polynomials cost its square.
+        let weight = match surface {
+            Form3::Spline([u, v], _) => ((u.degree + v.degree).pow(2)).div_ceil(36),
+            _ => 1,
+        };
         for uses in done {
             let mut own = Vec::with_capacity(uses.len());
             for u in uses {
                 let curve = self.b.parts.curves2.len();
+                let cost = u.curve.breaks().len().saturating_mul(weight);
                 self.b.parts.curves2.push(u.curve);
                 if !u.proven {
-                    self.unbounded.push(trim);
+                    self.unbounded.push((trim, cost));
                 }
                 trim += 1;
                 own.push(EdgeUse {

@@ -292,17 +292,14 @@ impl Chart {
         matches!(self.kind, Kind::Turned(_, Meridian::Line { .. }))
     }
 
-    /// The v of poles, where all u are one point: of spheres both, of cones the apex.
+    /// The v of poles, where all u are one point: of spheres both, of cones the apex, which bounds either half.
     pub(super) fn poles(&self) -> [Option<f64>; 2] {
         match self.kind {
             Kind::Turned(_, Meridian::Circle { major: 0.0, .. }) => {
                 [Some(-0.25 * TAU), Some(0.25 * TAU)]
             }
-            Kind::Turned(_, Meridian::Line { radius, sin, .. }) if sin > 0.0 => {
-                [Some(-radius / sin), None]
-            }
-            Kind::Turned(_, Meridian::Line { radius, sin, .. }) if sin < 0.0 => {
-                [None, Some(-radius / sin)]
+            Kind::Turned(_, Meridian::Line { radius, sin, .. }) if sin != 0.0 => {
+                [Some(-radius / sin); 2]
             }
             _ => [None, None],
         }

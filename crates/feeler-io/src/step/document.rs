@@ -18,6 +18,9 @@ use std::collections::HashMap;
 const NUMBERS: usize = 1 << 23;
 const NUMBERS_PER_BYTE: usize = 8;
 
+/// How much proof of images there may be: see [`Geometry::proofs`]. Beyond, the model's report says for how many there is none yet.
+const PROOFS: usize = 2048;
+
 /// A file's tolerance counts no further than to this part of the model's size.
 const MOST_TOLERANCE: f64 = 1.0 / (1 << 14) as f64;
 
@@ -29,13 +32,13 @@ const MOST_TOLERANCE: f64 = 1.0 / (1 << 14) as f64;
 /// **Numbers.** Points, radii and control points are the file's; weights, directions that are no unit vectors, ends of lines,
 /// half angles of cones in degrees and what is placed are rounded to a few units in the last place of the model's size. Curves in uv are made
 /// from the edges' curves in space, or taken from the file on B-spline surfaces where they fit; each object's warnings have the proven bound on
-/// how far their images are from the edges. Lengths stay in the file's unit.
+/// how far their images are from the edges, or, of files with very many fitted curves, for how many that is left to the health report. Lengths stay in the file's unit.
 ///
 /// # Errors
 /// [`ReadError`]: no STEP file, or one whose structure does not hold.
 ///
 /// # Cost
-/// O(size) and the projection of edges: some 100 us for one that must be fitted.
+/// O(size) and the projection of edges: some milliseconds for one that must be fitted, with its proof.
 pub fn read_step(bytes: &[u8]) -> Result<Document, ReadError> {
     if bytes.is_empty() {
         return Err(ReadError::Empty);
@@ -65,6 +68,7 @@ pub fn read_step(bytes: &[u8]) -> Result<Document, ReadError> {
     let mut geometry = Geometry {
         entities: &entities,
         angle: 1.0,
+        proofs: PROOFS,
         numbers: Budget::new(NUMBERS.saturating_add(NUMBERS_PER_BYTE.saturating_mul(bytes.len()))),
     };
     let products = Products::read(&geometry)?;

@@ -31,6 +31,8 @@ pub(super) struct Geometry<'e> {
     /// Radians in the file's unit of angle.
     pub(super) angle: f64,
     pub(super) numbers: Budget,
+    /// How much proof the kernel may still be asked for, in pieces of cubics on bicubic patches: some 1 ms each.
+    pub(super) proofs: usize,
 }
 
 /// The curve of an edge: in space, whether the file's runs with it, and the curves in uv beside it.

@@ -285,7 +285,7 @@ pub(super) fn closed(
 /// The domain of a surface that bounds a solid alone.
 fn whole(chart: &Chart) -> Option<[f64; 2]> {
     match (chart.poles(), chart.periods, chart.domain) {
-        ([Some(lo), Some(hi)], ..) => Some([lo, hi]),
+        ([Some(lo), Some(hi)], ..) if lo < hi => Some([lo, hi]),
         (_, [Some(_), Some(period)], None) => Some([0.0, period]),
         _ => None,
     }
