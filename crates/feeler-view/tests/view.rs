@@ -380,11 +380,15 @@ fn faces_without_loops_are_whole() {
 
 #[test]
 fn a_suite_says_what_its_answers_earn() {
-    let view = feeler_view::suite(&corpora(), "thesis", &Fineness::default()).unwrap();
-    assert!(view.overview && view.parts.len() == 2);
-    assert_eq!(view.queries.len(), 150);
+    let view = feeler_view::suite(&corpora(), "functionality", &Fineness::default()).unwrap();
+    assert!(view.overview && view.parts.len() == 8);
+    assert_eq!(view.queries.len(), 64);
     for q in &view.queries {
         assert_eq!(q.state, "right", "{}: {:?}", q.label, q.judged);
+        // Each is drawn with its probe, about its own part.
+        assert!(q.probe.is_some(), "{}", q.label);
+        let nurbs = view.parts[q.part].name.contains("_nurbs");
+        assert_eq!(nurbs, q.label.ends_with("(NURBS)"), "{}", q.label);
     }
     assert!(feeler_view::suite(&corpora(), "no such", &Fineness::default()).is_err());
 }
