@@ -78,6 +78,9 @@ impl View {
         let Some(part) = self.parts.first() else {
             return Ok(0);
         };
+        if lines.is_empty() {
+            return Ok(0);
+        }
         engine.open(model)?;
         let (mut refused, mut others) = (0, 0);
         for (number, line) in lines {

@@ -3,7 +3,7 @@
 use feeler::brep::Brep;
 use feeler::nurbs::Surface;
 use feeler_corpus::Model;
-use feeler_gate::tessellate::{Mesh, Rule, expected_triangles, tessellate, tessellate_with_uv};
+use feeler_gate::tessellate::{Mesh, Rule, tessellate_with_uv};
 use nalgebra::{Point2, Point3, Vector3};
 use std::collections::HashMap;
 
@@ -109,7 +109,7 @@ impl Part {
         if !(fineness.chord > 0.0 && fineness.degrees > 0.0) {
             return Err("the chord and the angle must be above 0".into());
         }
-        let size = size(model)?;
+        let size = size(model);
         let mut rule = Rule {
             degrees: fineness.degrees,
             chord: fineness.chord * size,
@@ -119,23 +119,14 @@ impl Part {
             rule.chord = f64::INFINITY;
         }
         let asked = rule.chord;
-        let expected = |rule: &Rule| {
-            let each = model.breps.iter().map(|b| expected_triangles(b, rule));
-            each.fold(0usize, usize::saturating_add)
-        };
         for _ in 0..COARSER {
-            if expected(&rule) <= fineness.most {
-                let meshes = model.breps.iter().map(|b| tessellate_with_uv(b, &rule));
-                let meshes = meshes.collect::<Result<Vec<Mesh>, String>>()?;
-                let count: usize = meshes.iter().map(|m| m.triangles.len()).sum();
-                if count <= fineness.most {
-                    let mut part = Self::of(name, model, &meshes, size, rule.chord);
-                    if rule.chord > asked {
-                        let n = fineness.most;
-                        part.notes.push(format!("cut more coarsely than asked (chords within {asked:.3e}): it would have more than {n} triangles"));
-                    }
-                    return Ok(part);
+            if let Some(meshes) = meshes(model, &rule, fineness.most)? {
+                let mut part = Self::of(name, model, &meshes, size, rule.chord);
+                if rule.chord > asked {
+                    let n = fineness.most;
+                    part.notes.push(format!("cut more coarsely than asked (chords within {asked:.3e}): it would have more than {n} triangles"));
                 }
+                return Ok(part);
             }
             rule.chord *= COARSER_BY;
             rule.degrees = (rule.degrees * COARSER_BY.sqrt()).min(WIDEST);
@@ -233,20 +224,63 @@ impl Part {
     }
 }
 
-/// The longest side of the box of all faces, off by a few parts in a hundred.
-fn size(model: &Model) -> Result<f64, String> {
-    let coarse = Rule {
-        degrees: 30.0,
-        chord: f64::INFINITY,
-    };
+/// All BREPs cut; none where there are more triangles than allowed.
+fn meshes(model: &Model, rule: &Rule, most: usize) -> Result<Option<Vec<Mesh>>, String> {
+    let mut all = Vec::with_capacity(model.breps.len());
+    let mut left = most;
+    for brep in &model.breps {
+        let Some(mesh) = tessellate_with_uv(brep, rule, left)? else {
+            return Ok(None);
+        };
+        left -= mesh.triangles.len().min(left);
+        all.push(mesh);
+    }
+    Ok(Some(all))
+}
+
+/// The longest side of the box of all faces, from samples: off by a few parts in a hundred, and by more only where a face
+/// of few trims is far from flat between them.
+fn size(model: &Model) -> f64 {
+    /// Samples a trim, and each way across the trims' box in uv.
+    const SAMPLES: usize = 8;
+    let part = |k: usize| k as f64 / SAMPLES as f64;
     let mut lo = Vector3::repeat(f64::INFINITY);
     let mut hi = -lo;
     for brep in &model.breps {
-        for p in tessellate(brep, &coarse)?.vertices {
-            (lo, hi) = (lo.inf(&p.into()), hi.sup(&p.into()));
+        let parts = brep.parts();
+        for (index, face) in brep.faces().iter().enumerate() {
+            let surface = brep.surface(index);
+            let mut box_uv = surface.domain().map(|d| [d.start, d.end]);
+            let mut uv = Vec::new();
+            if let Some(loops) = &face.loops {
+                for trim in loops.iter().flat_map(|l| &parts.loops[*l].trims) {
+                    let trim = &parts.trims[*trim];
+                    let curve = &parts.curves2[trim.curve];
+                    uv.extend((0..=SAMPLES).map(|k| curve.point(trim.span.lerp(part(k)))));
+                }
+                for axis in 0..2 {
+                    let [from, to] = box_uv[axis];
+                    let along = uv.iter().map(|p| p[axis]);
+                    let least = along.clone().fold(to, f64::min).max(from);
+                    box_uv[axis] = [least, along.fold(from, f64::max).min(to)];
+                }
+            }
+            let at = |axis: usize, k: usize| {
+                let [from, to] = box_uv[axis];
+                from + (to - from) * part(k)
+            };
+            let grid = (0..=SAMPLES).flat_map(|i| (0..=SAMPLES).map(move |j| (i, j)));
+            // Trimmed away at the corners, perhaps; of a face of few trims the middle counts.
+            if uv.len() <= 4 * (SAMPLES + 1) {
+                uv.extend(grid.map(|(i, j)| Point2::new(at(0, i), at(1, j))));
+            }
+            for p in uv {
+                let p = surface.point(p.x, p.y).coords;
+                (lo, hi) = (lo.inf(&p), hi.sup(&p));
+            }
         }
     }
-    Ok((hi - lo).max().max(0.0))
+    (hi - lo).max().max(0.0)
 }
 
 fn kind(surface: &Surface) -> &'static str {

@@ -4,7 +4,7 @@
 //! spread linearly. There triangles are well shaped where cells are.
 
 use super::edges::TrimPoints;
-use super::{MOST_TRIANGLES, Mesh, Rule, steps};
+use super::{Mesh, Rule, Stopped, steps};
 use feeler::brep::Brep;
 use feeler::nurbs::Surface;
 use nalgebra::{Matrix2, Point2, Point3, Vector2};
@@ -248,18 +248,18 @@ pub(super) fn triangulate(
     face: usize,
     rule: &Rule,
     trims: &[TrimPoints],
+    most: usize,
     mesh: &mut Mesh,
-) -> Result<bool, String> {
+) -> Result<bool, Stopped> {
     let surface = brep.surface(face);
     let grid = Grid {
         surface,
         cuts: steps::grid(surface, rule),
     };
     let size = [grid.cells(0), grid.cells(1)];
-    if mesh.triangles.len() + 2 * size[0] * size[1] > MOST_TRIANGLES {
-        return Err(format!(
-            "more than {MOST_TRIANGLES} triangles: ask for a larger angle"
-        ));
+    let cells = 2usize.saturating_mul(size[0]).saturating_mul(size[1]);
+    if mesh.triangles.len().saturating_add(cells) > most {
+        return Err(Stopped::TooMany);
     }
     let loops = polygons(brep, face, &grid, trims, mesh);
     let marks = Marks::new(size, &loops);
@@ -275,7 +275,7 @@ pub(super) fn triangulate(
         mesh,
     };
     work.cells(&marks);
-    let crossed = work.strip(&marks, &loops)?;
+    let crossed = work.strip(&marks, &loops).map_err(Stopped::Face)?;
     let found = work.chord_error();
     mesh.chord_error = mesh.chord_error.max(found);
     Ok(crossed)

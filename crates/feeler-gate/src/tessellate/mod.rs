@@ -82,31 +82,42 @@ pub const MOST_TRIANGLES: usize = 40_000_000;
 /// In one line: the rule is no rule, or asks for more than [`MOST_TRIANGLES`]; a face cannot be
 /// triangulated.
 pub fn tessellate(brep: &Brep, rule: &Rule) -> Result<Mesh, String> {
-    made(brep, rule, false)
+    made(brep, rule, false, MOST_TRIANGLES).map_err(|why| match why {
+        Stopped::TooMany => {
+            format!("more than {MOST_TRIANGLES} triangles: ask for a larger angle")
+        }
+        Stopped::Face(why) => why,
+    })
 }
 
 /// The same, and where on their surfaces the triangles' corners lie: for normals that do not depend on the triangles. Costs 48 bytes a
-/// triangle.
+/// triangle. `None` where there would be more than `most` triangles, those included that trims cut off of the faces' grids.
 ///
 /// # Errors
 /// As [`tessellate`].
-pub fn tessellate_with_uv(brep: &Brep, rule: &Rule) -> Result<Mesh, String> {
-    made(brep, rule, true)
+pub fn tessellate_with_uv(brep: &Brep, rule: &Rule, most: usize) -> Result<Option<Mesh>, String> {
+    let limit = most.min(MOST_TRIANGLES);
+    match made(brep, rule, true, limit) {
+        Ok(mesh) => Ok((mesh.triangles.len() <= limit).then_some(mesh)),
+        Err(Stopped::TooMany) => Ok(None),
+        Err(Stopped::Face(why)) => Err(why),
+    }
 }
 
-/// How many triangles the grids of a BREP's faces would have if no trim cut anything off; what lies along the trims comes on top.
-/// To be asked before [`tessellate`] where the size of the answer matters; a small part of its cost.
-pub fn expected_triangles(brep: &Brep, rule: &Rule) -> usize {
-    let cells = |face: usize| {
-        let [u, v] = steps::grid(brep.surface(face), rule);
-        2usize.saturating_mul(u.len()).saturating_mul(v.len())
-    };
-    (0..brep.faces().len()).fold(0, |sum, face| sum.saturating_add(cells(face)))
+/// Why there is no mesh.
+#[derive(Debug)]
+enum Stopped {
+    /// More triangles than are allowed.
+    TooMany,
+    /// A face cannot be triangulated.
+    Face(String),
 }
 
-fn made(brep: &Brep, rule: &Rule, keep_uv: bool) -> Result<Mesh, String> {
+fn made(brep: &Brep, rule: &Rule, keep_uv: bool, most: usize) -> Result<Mesh, Stopped> {
     if !(rule.degrees > 0.0 && rule.chord > 0.0) {
-        return Err("the angle and the chord must be above 0".into());
+        return Err(Stopped::Face(
+            "the angle and the chord must be above 0".into(),
+        ));
     }
     let mut finer = *rule;
     for attempt in 0..=FINER {
@@ -117,8 +128,13 @@ fn made(brep: &Brep, rule: &Rule, keep_uv: bool) -> Result<Mesh, String> {
         let edges = edges::cut(brep, &finer, &mut mesh);
         let mut crossed = false;
         for face in 0..brep.faces().len() {
-            crossed |= face::triangulate(brep, face, rule, &edges, &mut mesh)
-                .map_err(|why| format!("face {face}: {why}"))?;
+            crossed |=
+                face::triangulate(brep, face, rule, &edges, most, &mut mesh).map_err(|why| {
+                    match why {
+                        Stopped::TooMany => Stopped::TooMany,
+                        Stopped::Face(why) => Stopped::Face(format!("face {face}: {why}")),
+                    }
+                })?;
         }
         // Loops of an open sheet may well cross; those of a solid do so since their chords are too coarse.
         if !crossed || !brep.is_closed() || attempt == FINER {
