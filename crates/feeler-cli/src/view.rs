@@ -12,7 +12,7 @@ use std::path::{Path, PathBuf};
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct Args {
-    /// The .3dm or .brep (OCCT, text) file, or a model file of our own (.json, .json.gz).
+    /// The .3dm, .brep (OCCT, text) or .step file, or a model file of our own (.json, .json.gz).
     #[arg(required_unless_present = "suite", conflicts_with = "suite")]
     file: Option<PathBuf>,
     /// The file to write: one page by the name .html, binary glTF by .glb.
