@@ -332,7 +332,6 @@ pub(super) fn run(
         "whole step us",
     ];
     let way = Way::new();
-    let out = (1.0f64 - (GAP / SINK).powi(2)).sqrt() * SINK / GAP;
     let mut page = format!(
         "# Shift gate\n\n\
         A stick of {} connected balls ({} kg, the lowest of radius {} mm) stands in the gate of the thesis, an H of channels of radius 1.5 mm with a spherical hole of radius 2.5 mm in \
@@ -350,10 +349,10 @@ pub(super) fn run(
     page += &table(&head, &rows);
     let _ = write!(
         page,
-        "\nThe peaks where the stick leaves the middle are the hole's: the lowest ball climbs a sphere of radius {SINK} mm to {GAP:.1} mm below its centre, where the wall stands at {:.1} degrees, and the pull \
-        along must there be {out:.1} times what the floor carries. Times are medians of one run on a machine that did other work, too. Queries that fell short of their accuracy or \
+        "\nThe pull is that of the spring and its damper. In the middle, where the floor is deep, the stick hangs in the spring, and the pull is its weight, {:.3} N; on the floor of a channel \
+        the spring carries {CARRIED} of it, and the rest of the pull presses the ball on the channel's end. Times are medians of one run on a machine that did other work, too. Queries that fell short of their accuracy or \
         left the side open: {}.\n\n",
-        (GAP / SINK).acos().to_degrees(),
+        MASS * GRAVITY * NEWTON,
         shape.undecided()
     );
     for (name, _) in &plots {
