@@ -7,7 +7,8 @@ use feeler::nurbs::{
 };
 use feeler::prepare::{PreparedBrep, Shortcuts};
 use feeler::query::{
-    Accuracy, Contacts, Feature, HalfSpace, Options, Probe, Sphere, Workspace, contact,
+    Accuracy, ContactAnswer, Contacts, Feature, HalfSpace, Options, Probe, Sphere, Workspace,
+    contact,
 };
 use nalgebra::{Point3, Vector3, Vector4};
 
@@ -445,5 +446,42 @@ fn recognised_spheres_bound_truly() {
                 );
             }
         }
+    }
+}
+
+/// A list of contacts that reaches beyond the far side of a ball: tops of the distance, the pole (one point along a whole border) and seams
+/// are no contacts, and hold up no search.
+#[test]
+fn tops_and_poles_of_a_sphere_are_no_contacts() {
+    let ball = sheet(nurbs_sphere(2.5));
+    let all = |probe: &Probe| {
+        let options = Options {
+            contacts: Contacts::All,
+            prediction: 100.0,
+            node_budget: 4000,
+            ..Options::default()
+        };
+        contact(&ball, probe, &options, &mut Workspace::default())
+    };
+    let is_alone_at = |answer: &ContactAnswer, at: Vector3<f64>| {
+        assert_eq!(answer.undecided, None, "{answer:#?}");
+        assert_eq!(answer.contacts.len(), 1, "{answer:#?}");
+        let off = (answer.contacts[0].on_brep.coords - at).norm();
+        assert!(off < 1e-12, "{off:e}: {answer:#?}");
+    };
+    for c in [
+        [0.7, -0.5, -0.1],
+        [0.3, 0.2, 1.1],
+        [0.0, 0.5, 0.25],
+        [4.0, 3.0, -1.0],
+    ] {
+        let c = Vector3::from(c);
+        let probe = Probe::Sphere(Sphere::new(Point3::from(c), 1.0).unwrap());
+        is_alone_at(&all(&probe), c.normalize() * 2.5);
+    }
+    for n in [[0.6, 0.48, 0.64], [0.0, 0.6, -0.8], [0.0, 0.0, 1.0]] {
+        let n = Vector3::from(n);
+        let probe = Probe::HalfSpace(HalfSpace::new(n, 0.0).unwrap());
+        is_alone_at(&all(&probe), -n * 2.5);
     }
 }

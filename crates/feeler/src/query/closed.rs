@@ -124,6 +124,7 @@ impl Search<'_> {
             spread: None,
             extent,
             local_minimum: true,
+            flat: false,
         });
     }
 

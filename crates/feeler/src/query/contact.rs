@@ -515,6 +515,16 @@ fn other_contact(
                 uv: place.uv,
             };
             let trim = place.trim.or_else(|| trim_at(brep, &place));
+            // Where all of a node is one value up to rounding, its minimum is elsewhere on it, and a way falls only if it falls by more.
+            let f = if s.flat {
+                let range = (f.mid - s.lo).magnitude();
+                Ball {
+                    mid: f.mid,
+                    rad: f.rad + range,
+                }
+            } else {
+                f
+            };
             if around.is_minimum(own, trim, &c.on_brep, f) {
                 out.push(c);
             }

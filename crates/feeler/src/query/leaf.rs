@@ -132,6 +132,7 @@ impl Search<'_> {
             }),
             extent: Extent::Root(leaf.reach * size),
             local_minimum: !leaf.empty,
+            flat: false,
         });
         true
     }

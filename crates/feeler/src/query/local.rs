@@ -43,13 +43,47 @@ impl Surroundings<'_> {
         point: &Point3<f64>,
         f: Ball<Dd>,
     ) -> bool {
-        if self.falls_from(own, f, f) {
+        if self.falls_from(own, f, f) || self.falls_at_border(own, point, f) {
             return false;
         }
         !self
             .trims_at(own.face, trim, point)
             .into_iter()
             .any(|t| self.falls_at_trim(t, point, f))
+    }
+
+    /// Whether a way leads down from where else a face without loops has a point of its domain's border: across a seam, or around a pole.
+    fn falls_at_border(&self, own: Spot, point: &Point3<f64>, f: Ball<Dd>) -> bool {
+        let brep = self.brep.brep();
+        if brep.parts().faces[own.face].loops.is_some() {
+            return false;
+        }
+        let near = FIRST_STEP * self.brep.size();
+        let domain = brep.surface(own.face).domain();
+        let own_uv = [own.uv.x, own.uv.y];
+        // A side where it is one point is met at any parameter, others at the same one.
+        let along = |k: usize| {
+            let around =
+                (0..=AROUND_POLE).map(move |i| domain[k].lerp(i as f64 / AROUND_POLE as f64));
+            std::iter::once(own_uv[k]).chain(around)
+        };
+        (0..2).any(|across| {
+            [domain[across].start, domain[across].end]
+                .into_iter()
+                .any(|end| {
+                    along(1 - across).any(|at| {
+                        let uv = if across == 0 { [end, at] } else { [at, end] };
+                        let there = Spot {
+                            face: own.face,
+                            uv: uv.into(),
+                        };
+                        (self.point(there) - point).norm() <= near
+                            && self
+                                .value(there)
+                                .is_some_and(|v| self.falls_from(there, v, f))
+                    })
+                })
+        })
     }
 
     /// All trims that meet at a point: those of its vertex, those of the edge of the trim that it lies on, or those

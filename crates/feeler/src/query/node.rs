@@ -24,6 +24,8 @@ pub(crate) struct Node<T> {
 pub(crate) struct Shape {
     /// The sign of `f`'s derivative along each direction, where it is proven not to vanish.
     pub(crate) monotone: [i8; 2],
+    /// Whether `f` provably has no minimum along each direction but at the ends of the box.
+    pub(crate) capped: [bool; 2],
     /// The least eigenvalue of the Hessian of `G` is at least this.
     pub(crate) convexity: f64,
     /// Its norm is at most this.
@@ -142,9 +144,8 @@ impl<T: Real> Node<T> {
         }
     }
 
-    /// The position of the smallest quotient of coefficients: a first guess of the minimum.
-    pub(crate) fn guess(&self) -> [f64; 2] {
-        let width = self.f.degree.v + 1;
+    /// Which quotient of coefficients is the smallest.
+    fn least_index(&self) -> usize {
         let mut best = (f64::INFINITY, 0);
         for (i, n) in self.f.n.iter().enumerate() {
             let q = match self.f.c.get(i) {
@@ -155,6 +156,23 @@ impl<T: Real> Node<T> {
                 best = (q, i);
             }
         }
+        best.1
+    }
+
+    /// The smallest quotient of coefficients, nearly.
+    pub(crate) fn least_quotient(&self) -> T {
+        let i = self.least_index();
+        match (self.f.n.get(i), self.f.c.get(i)) {
+            (Some(n), Some(c)) => *n / *c,
+            (Some(n), None) => *n,
+            (None, _) => T::ZERO,
+        }
+    }
+
+    /// The position of the smallest quotient of coefficients: a first guess of the minimum.
+    pub(crate) fn guess(&self) -> [f64; 2] {
+        let width = self.f.degree.v + 1;
+        let best = self.least_index();
         let at = |range: [f64; 2], k: usize, degree: usize| {
             if degree == 0 {
                 range[0]
@@ -163,8 +181,8 @@ impl<T: Real> Node<T> {
             }
         };
         [
-            at(self.u, best.1 / width, self.f.degree.u),
-            at(self.v, best.1 % width, self.f.degree.v),
+            at(self.u, best / width, self.f.degree.u),
+            at(self.v, best % width, self.f.degree.v),
         ]
     }
 
@@ -265,6 +283,10 @@ impl<T: Real> Node<T> {
     /// Monotone: `f_u = (N_u C - N C_u) / C^2 = (G_u C - G C_u) / C^2` for *any* tau, so it is enough that
     /// `min G_u min C > max|G| max|C_u|`; tau near `f` makes `G` small. This does not depend on
     /// how good tau is, unlike the sign of `G_u` alone.
+    ///
+    /// Capped: where `f_u = 0`, `N_u = f C_u`, hence `f_uu = (N_uu - f C_uu) / C = (G_uu + (tau - f) C_uu) / C`, and `|tau - f| =
+    /// |G| / C`. If `max G_uu + max|G| / min C max|C_uu| < 0` on the box, all stationary points of `f` along u are strict maxima along u, thus
+    /// there is one at most on every line `v = const`, and the least `f` of any part of it is at an end of that part.
     pub(crate) fn shape(&self, tau: T) -> Shape {
         let d = self.f.degree;
         let g = self.g(tau);
@@ -318,11 +340,32 @@ impl<T: Real> Node<T> {
                 (0, 2) => d.v * d.v.saturating_sub(1),
                 _ => d.u * d.v,
             } as f64;
-            ((low - slack) * factor, (size + slack) * factor * UP, size)
+            let highest = high + slack * UP;
+            (
+                (low - slack) * factor,
+                (size + slack) * factor * UP,
+                size,
+                highest,
+            )
         };
-        let (a, a_max, bend_u) = second(2, 0);
-        let (b, b_max, bend_v) = second(0, 2);
-        let (_, c_cross, _) = second(1, 1);
+        let (a, a_max, bend_u, high_u) = second(2, 0);
+        let (b, b_max, bend_v, high_v) = second(0, 2);
+        let (_, c_cross, _, _) = second(1, 1);
+        // Second differences throughout: the factor from them to derivatives is the same for `G` and `C`.
+        let capped =
+            [(d.u, high_u, (2, 0)), (d.v, high_v, (0, 2))].map(|(degree, high, (du, dv))| {
+                if degree < 2 || !(high < 0.0) || c_range[0] <= 0.0 {
+                    return false;
+                }
+                if constant {
+                    return true;
+                }
+                let (low, most) = Self::second_differences(&self.f.c, d, du, dv);
+                // Four coefficients with their errors, and the roundings of the difference.
+                let slack = 4.0 * (self.f.c_error + 8.0 * T::UNIT) * c_most;
+                let bent = (low.abs().max(most.abs()) + slack) * UP;
+                high + g_max / c_range[0] * bent * UP < 0.0
+            });
         let convexity = match (d.u, d.v) {
             (0, 0) => 0.0,
             (_, 0) => a,
@@ -335,6 +378,7 @@ impl<T: Real> Node<T> {
         };
         Shape {
             monotone,
+            capped,
             convexity,
             curvature: (a_max + b_max + 2.0 * c_cross) * UP,
             c_slope: (c_slopes[0] + c_slopes[1]) * UP,
@@ -529,6 +573,87 @@ mod tests {
         assert!(lo <= least);
         let far = 64.0 * (1.0 + q.iter().map(|x| x * x).sum::<f64>());
         assert!(least - lo <= exact(far * 4096.0 * T::UNIT));
+    }
+
+    /// The value of a polynomial, exactly.
+    fn value(c: &[Q], d: Bidegree, at: [&Q; 2]) -> Q {
+        let along = |mut row: Vec<Q>, t: &Q| {
+            while row.len() > 1 {
+                let pairs = row.windows(2);
+                row = pairs.map(|p| &p[0] + (&p[1] - &p[0]) * t).collect();
+            }
+            row.swap_remove(0)
+        };
+        let rows = c.chunks(d.v + 1).map(|row| along(row.to_vec(), at[1]));
+        along(rows.collect(), at[0])
+    }
+
+    /// Between two points of a line along a direction in which the box is capped, `f` is nowhere below both: exactly.
+    fn check_capped(net: [Vec<f64>; 2], tau: f64, lines: &[[f64; 4]]) -> [bool; 2] {
+        let degree = Bidegree { u: 2, v: 3 };
+        let exactly = |c: &[f64]| c.iter().map(|x| exact(*x)).collect::<Vec<_>>();
+        let [n, c] = [&net[0], &net[1]].map(|c| exactly(c));
+        let [own_n, own_c] = net;
+        let f = Quotient {
+            degree,
+            n: own_n,
+            c: own_c,
+            n_error: 0.0,
+            c_error: 0.0,
+            tiny: 0.0,
+        };
+        let capped = Node::root(f, false).shape(tau).capped;
+        for (k, _) in capped.iter().enumerate().filter(|(_, is)| **is) {
+            for [across, a, b, share] in lines {
+                let [across, a, b, share] = [across, a, b, share].map(|x| exact(*x));
+                let between = &a + (&b - &a) * share;
+                let [left, middle, right] = [&a, &between, &b].map(|along| {
+                    let at = if k == 0 {
+                        [along, &across]
+                    } else {
+                        [&across, along]
+                    };
+                    value(&n, degree, at) / value(&c, degree, at)
+                });
+                assert!(middle >= left.min(right));
+            }
+        }
+        capped
+    }
+
+    #[test]
+    fn where_a_box_is_capped_is_seen() {
+        // f = (1 - (2u - 1)^2) / C over C from 1 to 1.03: a ridge along v.
+        let row = |x: f64| vec![x; 4];
+        let n = [row(0.0), row(2.0), row(0.0)].concat();
+        let c: Vec<f64> = (0..12).map(|i| 1.0 + 0.01 * f64::from(i % 4)).collect();
+        let lines = [[0.25, 0.0, 1.0, 0.5], [0.75, 0.125, 0.625, 0.25]];
+        assert_eq!(check_capped([n.clone(), c], 0.5, &lines), [true, false]);
+        // With weights that bend more than the ridge it is no longer proven.
+        let c: Vec<f64> = [row(1.0), row(8.0), row(1.0)].concat();
+        assert_eq!(check_capped([n, c], 0.5, &lines), [false, false]);
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig { cases: 256, failure_persistence: None, ..ProptestConfig::default() })]
+
+        #[test]
+        fn capped_boxes_have_no_minimum_inside(
+            n in prop::collection::vec(-1.0..1.0f64, 12),
+            c in prop::collection::vec(0.5..2.0f64, 12),
+            bend in (0.0..8.0f64, 0.0..8.0f64),
+            flat in 0.0..1.0f64,
+            tau in -2.0..2.0f64,
+            lines in prop::collection::vec([0.0..1.0f64, 0.0..1.0f64, 0.0..1.0f64, 0.0..1.0f64], 8),
+        ) {
+            let place = |i: usize| [(i / 4) as f64 / 2.0, (i % 4) as f64 / 3.0];
+            let n = n.iter().enumerate().map(|(i, x)| {
+                let [u, v] = place(i).map(|x| 4.0 * x * (1.0 - x));
+                x * flat + bend.0 * u + bend.1 * v
+            });
+            let c = c.iter().map(|x| 1.0 + (x - 1.0) * flat);
+            check_capped([n.collect(), c.collect()], tau, &lines);
+        }
     }
 
     proptest! {

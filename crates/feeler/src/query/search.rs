@@ -22,6 +22,9 @@
 //! - *monotone*: `f_u` has one sign on the whole closed box: case 2 is impossible, and case 3 is possible only on
 //!   the border of the patch that `f` decreases towards, which is searched as a node of lower dimension
 //!   if the box touches it;
+//! - *capped*: all stationary points of `f` along one direction are strict maxima along it (see [`Node::shape`]): case 2 is impossible, and
+//!   case 3 is possible only on the borders of the patch across that direction, which are searched as nodes of lower dimension where the
+//!   box touches them;
 //! - *no critical point in the region*: `G = N - tau C` is strictly convex on the box; all critical points of
 //!   `f` in it lie in a certified ball (see [`Leaf`]) that does not meet R: case 2 is impossible, and
 //!   the borders of the patch that the box touches are searched in their own right (case 3).
@@ -95,6 +98,8 @@ pub(crate) struct Settled {
     pub(crate) extent: Extent,
     /// Whether the minimum of the node is a local minimum of the face (not cut off by the node).
     pub(crate) local_minimum: bool,
+    /// Whether no arithmetic tells `f` on the node from one value: a minimum on it may be anywhere.
+    pub(crate) flat: bool,
 }
 
 /// Where on a settled node `f` can be as low as a given value.
@@ -741,14 +746,12 @@ impl Search<'_> {
             _ => false,
         };
         // Any tau will do; one near f on the node proves most: where all minima are asked for, that is not
-        // the least f so far.
+        // the least f so far. It has all digits of this arithmetic, lest what is constant looks as if it were not.
         let tau = if self.out.hi.hi.is_finite() && self.goal.all_below.is_none() {
-            self.out.hi
+            T::from_dd(self.out.hi).0
         } else {
-            let p = node.guess();
-            Dd::from(self.guide_value(source, p))
+            node.least_quotient()
         };
-        let (tau, _) = T::from_dd(tau);
         let shape = node.shape(tau);
         let shortcuts = self.brep.shortcuts();
         for (k, sign) in shape.monotone.into_iter().enumerate() {
@@ -764,6 +767,21 @@ impl Search<'_> {
             if touches {
                 let border = node.border(k == 0, end, self.objective.is_squared());
                 self.enqueue(heap, source, inside, border, true);
+            }
+            self.leave(node.lo, covered, part);
+            return;
+        }
+        // Tops, saddles and whole ridges of them hold no minimum, but where only the least one is asked for their bounds say that sooner.
+        if self.goal.all_below.is_some()
+            && !crosses
+            && let Some(k) = shape.capped.iter().position(|c| *c)
+        {
+            let range = if k == 0 { node.u } else { node.v };
+            for (end, touches) in [(false, range[0] == 0.0), (true, range[1] == 1.0)] {
+                if touches {
+                    let border = node.border(k == 0, end, self.objective.is_squared());
+                    self.enqueue(heap, source, inside, border, true);
+                }
             }
             self.leave(node.lo, covered, part);
             return;
@@ -881,6 +899,7 @@ impl Search<'_> {
             spread: point.then_some(Spread::POINT),
             extent: Extent::Root(if point { 0.0 } else { f64::INFINITY }),
             local_minimum: true,
+            flat: false,
         });
     }
 
@@ -916,7 +935,13 @@ impl Search<'_> {
         self.run(&mut heap);
         heap.clear();
         self.memory.fine_tasks = heap.into_vec();
-        for (.., lo) in std::mem::take(&mut self.noisy) {
+        for (source, u, v, lo) in std::mem::take(&mut self.noisy) {
+            if self.goal.all_below.is_some() && !self.hopeless(lo) {
+                self.settle_unshaped(source, u, v, lo);
+                if let Some(last) = self.out.settled.last_mut() {
+                    last.flat = true;
+                }
+            }
             self.lower_unsettled(lo);
         }
     }
