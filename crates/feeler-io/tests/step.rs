@@ -251,3 +251,551 @@ fn normals_point_out_of_the_material() {
         assert!(hits > 20, "{name}: {hits}");
     }
 }
+
+/// Writes the entities of small files.
+#[derive(Default)]
+struct Writer {
+    text: String,
+    count: usize,
+}
+
+impl Writer {
+    fn put(&mut self, entity: impl AsRef<str>) -> String {
+        self.count += 1;
+        self.text
+            .push_str(&format!("#{}={};\n", self.count, entity.as_ref()));
+        format!("#{}", self.count)
+    }
+
+    fn point(&mut self, [x, y, z]: [f64; 3]) -> String {
+        self.put(format!("CARTESIAN_POINT('',({x:?},{y:?},{z:?}))"))
+    }
+
+    fn direction(&mut self, [x, y, z]: [f64; 3]) -> String {
+        self.put(format!("DIRECTION('',({x:?},{y:?},{z:?}))"))
+    }
+
+    fn axes(&mut self, at: [f64; 3], z: [f64; 3], x: [f64; 3]) -> String {
+        let (at, z, x) = (self.point(at), self.direction(z), self.direction(x));
+        self.put(format!("AXIS2_PLACEMENT_3D('',{at},{z},{x})"))
+    }
+
+    fn circle(&mut self, at: [f64; 3], z: [f64; 3], x: [f64; 3], radius: f64) -> String {
+        let axes = self.axes(at, z, x);
+        self.put(format!("CIRCLE('',{axes},{radius:?})"))
+    }
+
+    fn vertex(&mut self, at: [f64; 3]) -> String {
+        let p = self.point(at);
+        self.put(format!("VERTEX_POINT('',{p})"))
+    }
+
+    fn edge(&mut self, from: &str, to: &str, curve: &str) -> String {
+        self.put(format!("EDGE_CURVE('',{from},{to},{curve},.T.)"))
+    }
+
+    /// A whole circle as an edge from its start to its start.
+    fn round(&mut self, at: [f64; 3], z: [f64; 3], x: [f64; 3], radius: f64) -> String {
+        let curve = self.circle(at, z, x, radius);
+        let start = [0, 1, 2].map(|i| at[i] + radius * x[i]);
+        let v = self.vertex(start);
+        self.edge(&v, &v, &curve)
+    }
+
+    fn bound(&mut self, edges: &[(&str, bool)]) -> String {
+        let uses: Vec<String> = { edges.iter() }
+            .map(|(e, forward)| {
+                let sense = if *forward { "T" } else { "F" };
+                self.put(format!("ORIENTED_EDGE('',*,*,{e},.{sense}.)"))
+            })
+            .collect();
+        let l = self.put(format!("EDGE_LOOP('',({}))", uses.join(",")));
+        self.put(format!("FACE_BOUND('',{l},.T.)"))
+    }
+
+    fn face(&mut self, surface: &str, bounds: &[String]) -> String {
+        self.put(format!(
+            "ADVANCED_FACE('',({}),{surface},.T.)",
+            bounds.join(",")
+        ))
+    }
+
+    fn sheet(&mut self, faces: &[String]) -> String {
+        let shell = self.put(format!("OPEN_SHELL('',({}))", faces.join(",")));
+        self.put(format!("SHELL_BASED_SURFACE_MODEL('',({shell}))"))
+    }
+
+    /// A whole ball: no loop bounds it.
+    fn ball(&mut self, at: [f64; 3], radius: f64) -> String {
+        let axes = self.axes(at, [0., 0., 1.], [1., 0., 0.]);
+        let s = self.put(format!("SPHERICAL_SURFACE('',{axes},{radius:?})"));
+        let pole = self.vertex([at[0], at[1], at[2] - radius]);
+        let l = self.put(format!("VERTEX_LOOP('',{pole})"));
+        let bound = self.put(format!("FACE_BOUND('',{l},.T.)"));
+        let face = self.face(&s, &[bound]);
+        let shell = self.put(format!("CLOSED_SHELL('',({face}))"));
+        self.put(format!("MANIFOLD_SOLID_BREP('',{shell})"))
+    }
+
+    fn millimetres(&mut self) -> String {
+        self.put("(LENGTH_UNIT()NAMED_UNIT(*)SI_UNIT(.MILLI.,.METRE.))")
+    }
+
+    fn inches(&mut self) -> String {
+        let mm = self.millimetres();
+        let m = self.put(format!(
+            "LENGTH_MEASURE_WITH_UNIT(LENGTH_MEASURE(25.4),{mm})"
+        ));
+        self.put(format!(
+            "(CONVERSION_BASED_UNIT('INCH',{m})LENGTH_UNIT()NAMED_UNIT($))"
+        ))
+    }
+
+    /// With what is said of its uncertainty.
+    fn context(&mut self, units: &str, uncertainty: &str) -> String {
+        self.put(format!(
+            "(GEOMETRIC_REPRESENTATION_CONTEXT(3)GLOBAL_UNCERTAINTY_ASSIGNED_CONTEXT(({uncertainty}))\
+             GLOBAL_UNIT_ASSIGNED_CONTEXT(({units}))REPRESENTATION_CONTEXT('',''))"
+        ))
+    }
+
+    fn representation(&mut self, items: &str, context: &str) -> String {
+        self.put(format!("SHAPE_REPRESENTATION('',({items}),{context})"))
+    }
+
+    fn document(&self) -> Document {
+        self.read().unwrap_or_else(|e| panic!("{e}"))
+    }
+
+    fn read(&self) -> Result<Document, feeler_io::ReadError> {
+        let text = format!(
+            "ISO-10303-21;HEADER;FILE_SCHEMA(('AUTOMOTIVE_DESIGN'));ENDSEC;DATA;\n{}ENDSEC;END-ISO-10303-21;",
+            self.text
+        );
+        feeler_io::read_step(text.as_bytes())
+    }
+}
+
+/// How far a point is from the one body of a document.
+fn distance(document: &Document, p: [f64; 3]) -> f64 {
+    let all = breps("it", document);
+    assert_eq!(all.len(), 1);
+    let prepared = PreparedBrep::new(all[0].clone());
+    let ball = Probe::Sphere(Sphere::new(Point3::from(p), 0.0).unwrap());
+    let answer = contact(&prepared, &ball, &options(1e-9), &mut Workspace::default());
+    assert!(answer.undecided.is_none(), "{answer:?}");
+    answer.separation.value.abs()
+}
+
+/// Why the one body is refused.
+fn refusal(document: &Document) -> String {
+    let [object] = &document.objects[..] else {
+        panic!("{} objects", document.objects.len());
+    };
+    match &object.kind {
+        ObjectKind::Refused { reason, .. } => reason.to_string(),
+        other => panic!("{}", other.name()),
+    }
+}
+
+#[track_caller]
+fn near(found: f64, expected: f64, slack: f64) {
+    assert!((found - expected).abs() <= slack, "{found}, not {expected}");
+}
+
+const X: [f64; 3] = [1., 0., 0.];
+const Y: [f64; 3] = [0., 1., 0.];
+const Z: [f64; 3] = [0., 0., 1.];
+
+/// Both coordinates of a torus come back: two rims without a seam bound what is on their left, not the rest.
+#[test]
+fn two_rims_on_a_torus_bound_what_is_on_their_left() {
+    for (around, order) in [(0, 0), (0, 1), (1, 0), (1, 1)] {
+        let mut w = Writer::default();
+        let axes = w.axes([0.; 3], Z, X);
+        let torus = w.put(format!("TOROIDAL_SURFACE('',{axes},5.,1.5)"));
+        let mut rims = if around == 0 {
+            // The inner half, from the top of the tube to its bottom.
+            let top = w.round([0., 0., 1.5], Z, X, 5.);
+            let bottom = w.round([0., 0., -1.5], Z, X, 5.);
+            [w.bound(&[(&top, true)]), w.bound(&[(&bottom, false)])]
+        } else {
+            // The half of negative x.
+            let first = w.round([0., 5., 0.], X, Y, 1.5);
+            let last = w.round([0., -5., 0.], [-1., 0., 0.], [0., -1., 0.], 1.5);
+            [w.bound(&[(&first, false)]), w.bound(&[(&last, true)])]
+        };
+        rims.rotate_left(order);
+        let face = w.face(&torus, &rims);
+        w.sheet(&[face]);
+        let document = w.document();
+        let (on, away, to_rim) = if around == 0 {
+            ([3.5, 0., 0.], [0., 6.5, 0.], 1.5_f64.hypot(1.5))
+        } else {
+            ([-6.5, 0., 0.], [6.5, 0., 0.], 6.5_f64.hypot(3.5))
+        };
+        near(distance(&document, on), 0.0, 1e-8);
+        near(distance(&document, away), to_rim, 1e-8);
+    }
+}
+
+/// The seam that closes a cap avoids its holes.
+#[test]
+fn a_cap_keeps_the_hole_that_lies_where_its_rim_starts() {
+    let mut w = Writer::default();
+    let axes = w.axes([0.; 3], Z, X);
+    let sphere = w.put(format!("SPHERICAL_SURFACE('',{axes},3.)"));
+    let rim = w.round([0.; 3], Z, X, 3.);
+    let (c, d) = (0.5_f64.sqrt(), 2.9_f64);
+    let r = (9.0 - d * d).sqrt();
+    let hole = w.round([d * c, 0., d * c], [c, 0., c], Y, r);
+    let bounds = [w.bound(&[(&rim, true)]), w.bound(&[(&hole, false)])];
+    let face = w.face(&sphere, &bounds);
+    w.sheet(&[face]);
+    let document = w.document();
+    // In the hole, at either side of its middle: as far as its circle is.
+    for side in [-0.1_f64, 0.0, 0.1] {
+        let (sin, cos) = side.sin_cos();
+        let to = ((3.0 * cos - d).powi(2) + (r - 3.0 * sin.abs()).powi(2)).sqrt();
+        let found = distance(&document, [3.0 * cos * c, 3.0 * sin, 3.0 * cos * c]);
+        near(found, to, 1e-6);
+    }
+    near(distance(&document, [-3. * c, 0., 3. * c]), 0.0, 1e-6);
+}
+
+/// A half ball whose border is one circle through both poles.
+#[test]
+fn an_edge_through_poles_is_split_there() {
+    let mut w = Writer::default();
+    let axes = w.axes([0.; 3], Z, X);
+    let sphere = w.put(format!("SPHERICAL_SURFACE('',{axes},3.)"));
+    // Not at any sample.
+    let (sin, cos) = 0.3_f64.sin_cos();
+    let border = w.round([0.; 3], X, [0., cos, sin], 3.);
+    let bound = w.bound(&[(&border, true)]);
+    let half = w.face(&sphere, &[bound]);
+    let axes = w.axes([0.; 3], [-1., 0., 0.], Y);
+    let plane = w.put(format!("PLANE('',{axes})"));
+    let bound = w.bound(&[(&border, false)]);
+    let disc = w.face(&plane, &[bound]);
+    let shell = w.put(format!("CLOSED_SHELL('',({half},{disc}))"));
+    w.put(format!("MANIFOLD_SOLID_BREP('',{shell})"));
+    let document = w.document();
+    near(distance(&document, [4., 0., 0.]), 1.0, 1e-8);
+    near(distance(&document, [-1., 1., 0.]), 1.0, 1e-8);
+    near(distance(&document, [-4., 0., 3.]), 4.0, 1e-8);
+    near(
+        distance(&document, [1., 2., 1.]),
+        3.0 - 6.0_f64.sqrt(),
+        1e-8,
+    );
+    let brep = breps("it", &document).remove(0);
+    assert!(brep.is_closed());
+    let prepared = PreparedBrep::new(brep);
+    let mut work = Workspace::default();
+    for (x, side) in [(1.0, Side::Inside), (-1.0, Side::Outside)] {
+        let found = inside(&prepared, Point3::new(x, 0.5, 0.25), &mut work).side;
+        assert_eq!(found, Some(side));
+    }
+}
+
+/// A cylinder's piece over `[-0.5, 2]` along z, its profile a circle of radius 2 that is passed at its start.
+fn wall(w: &mut Writer, profile: &str, direction: &str, off: f64) {
+    let surface = w.put(format!(
+        "SURFACE_OF_LINEAR_EXTRUSION('',{profile},{direction})"
+    ));
+    let s = 2.0 * 0.5_f64.sqrt();
+    let corner = |y: f64, z: f64| [s + off, y, z];
+    let [a, b, c, d] =
+        [(-s, -0.5), (s, -0.5), (s, 2.0), (-s, 2.0)].map(|(y, z)| w.vertex(corner(y, z)));
+    let low = w.circle([off, 0., -0.5], Z, X, 2.);
+    let high = w.circle([off, 0., 2.0], Z, X, 2.);
+    let up = |w: &mut Writer, y: f64| {
+        let (p, z) = (w.point(corner(y, 0.0)), w.direction(Z));
+        let v = w.put(format!("VECTOR('',{z},1.)"));
+        w.put(format!("LINE('',{p},{v})"))
+    };
+    let (right, left) = (up(w, s), up(w, -s));
+    let (low, high) = (w.edge(&a, &b, &low), w.edge(&d, &c, &high));
+    let (right, left) = (w.edge(&b, &c, &right), w.edge(&a, &d, &left));
+    let bound = w.bound(&[(&low, true), (&right, true), (&high, false), (&left, false)]);
+    let face = w.face(&surface, &[bound]);
+    w.sheet(&[face]);
+}
+
+#[test]
+fn extrusions_go_past_the_start_of_their_profile() {
+    let mut w = Writer::default();
+    let circle = w.circle([0.; 3], Z, X, 2.);
+    let z = w.direction(Z);
+    let along = w.put(format!("VECTOR('',{z},1.)"));
+    wall(&mut w, &circle, &along, 0.0);
+    let document = w.document();
+    near(distance(&document, [2.0, 0., 1.]), 0.0, 1e-8);
+    near(distance(&document, [3.0, 0., 1.]), 1.0, 1e-8);
+    near(distance(&document, [2.0, 0., -1.5]), 1.0, 1e-8);
+    let s = 2.0_f64.sqrt();
+    near(
+        distance(&document, [-2.0, 0., 1.]),
+        (2.0 + s).hypot(s),
+        1e-8,
+    );
+}
+
+#[test]
+fn edges_that_are_not_on_their_faces_are_refused() {
+    let mut w = Writer::default();
+    let circle = w.circle([0.; 3], Z, X, 2.);
+    let z = w.direction(Z);
+    let along = w.put(format!("VECTOR('',{z},1.)"));
+    wall(&mut w, &circle, &along, 0.25);
+    let why = refusal(&w.document());
+    assert!(why.contains("from the surface of a face"), "{why}");
+}
+
+#[test]
+fn profiles_against_their_basis_are_refused() {
+    for sense in ["T", "F"] {
+        let mut w = Writer::default();
+        let circle = w.circle([0.; 3], Z, X, 2.);
+        let trimmed = w.put(format!(
+            "TRIMMED_CURVE('',{circle},(PARAMETER_VALUE(0.)),(PARAMETER_VALUE(3.)),.{sense}.,.PARAMETER.)"
+        ));
+        let z = w.direction(Z);
+        let along = w.put(format!("VECTOR('',{z},1.)"));
+        wall(&mut w, &trimmed, &along, 0.0);
+        let document = w.document();
+        if sense == "T" {
+            near(distance(&document, [3.0, 0., 1.]), 1.0, 1e-8);
+        } else {
+            assert!(refusal(&document).contains("against its basis"));
+        }
+    }
+    for (u, v) in [("T", "T"), ("F", "F"), ("T", "F"), ("F", "T")] {
+        let mut w = Writer::default();
+        let axes = w.axes([0.; 3], Z, X);
+        let plane = w.put(format!("PLANE('',{axes})"));
+        let part = w.put(format!(
+            "RECTANGULAR_TRIMMED_SURFACE('',{plane},-5.,5.,-5.,5.,.{u}.,.{v}.)"
+        ));
+        let rim = w.round([0.; 3], Z, X, 2.);
+        let bound = w.bound(&[(&rim, true)]);
+        let face = w.face(&part, &[bound]);
+        w.sheet(&[face]);
+        let document = w.document();
+        if u == v {
+            near(distance(&document, [0., 0., 1.]), 1.0, 1e-9);
+        } else {
+            assert!(refusal(&document).contains("turns its basis over"));
+        }
+    }
+}
+
+/// A profile that is a line counts in its vector's length.
+#[test]
+fn a_profile_with_a_short_vector_reaches_as_far() {
+    let mut w = Writer::default();
+    let (p, x) = (w.point([0.; 3]), w.direction(X));
+    let v = w.put(format!("VECTOR('',{x},1.E-3)"));
+    let line = w.put(format!("LINE('',{p},{v})"));
+    let y = w.direction(Y);
+    let along = w.put(format!("VECTOR('',{y},1.)"));
+    let surface = w.put(format!("SURFACE_OF_LINEAR_EXTRUSION('',{line},{along})"));
+    let rim = w.round([0.; 3], Z, X, 2.);
+    let bound = w.bound(&[(&rim, true)]);
+    let face = w.face(&surface, &[bound]);
+    w.sheet(&[face]);
+    let document = w.document();
+    near(distance(&document, [0., 0., 1.]), 1.0, 1e-6);
+    near(distance(&document, [3., 0., 0.]), 1.0, 1e-6);
+}
+
+/// An assembly: the relation of a part to it, plain or with a placement, in the units of each.
+#[test]
+fn parts_of_assemblies_are_placed_in_their_own_units() {
+    for plain in [false, true] {
+        let mut w = Writer::default();
+        let (mm, inch) = (w.millimetres(), w.inches());
+        let (mm, inch) = (w.context(&mm, ""), w.context(&inch, ""));
+        let ball = w.ball([0.; 3], 1.0);
+        let from = w.axes([1., 0., 0.], Z, X);
+        let to = w.axes([0., 0., 254.], Z, X);
+        let part = w.representation(&format!("{from},{ball}"), &inch);
+        let whole = w.representation(&to, &mm);
+        let relation = if plain {
+            w.put(format!(
+                "SHAPE_REPRESENTATION_RELATIONSHIP('','',{part},{whole})"
+            ))
+        } else {
+            let t = w.put(format!("ITEM_DEFINED_TRANSFORMATION('','',{from},{to})"));
+            w.put(format!(
+                "(REPRESENTATION_RELATIONSHIP('','',{part},{whole})\
+                 REPRESENTATION_RELATIONSHIP_WITH_TRANSFORMATION({t})SHAPE_REPRESENTATION_RELATIONSHIP())"
+            ))
+        };
+        let shape = w.put("PRODUCT_DEFINITION_SHAPE('','',$)");
+        w.put(format!(
+            "CONTEXT_DEPENDENT_SHAPE_REPRESENTATION({relation},{shape})"
+        ));
+        let document = w.document();
+        assert_eq!(document.units, Units::Inches);
+        // One inch to the left of where 254 mm are, which is at 10 inches.
+        let centre = if plain { [0.; 3] } else { [-1., 0., 10.] };
+        let p = [centre[0], centre[1] + 3.0, centre[2]];
+        near(distance(&document, p), 2.0, 1e-9);
+        near(distance(&document, [p[0], -2.0, p[2]]), 1.0, 1e-9);
+    }
+}
+
+#[test]
+fn assemblies_that_are_part_of_themselves_are_refused() {
+    let mut w = Writer::default();
+    let mm = w.millimetres();
+    let mm = w.context(&mm, "");
+    let ball = w.ball([0.; 3], 1.0);
+    let from = w.axes([0.; 3], Z, X);
+    let to = w.axes([0., 0., 5.], Z, X);
+    let a = w.representation(&ball, &mm);
+    let b = w.representation(&to, &mm);
+    let t = w.put(format!("ITEM_DEFINED_TRANSFORMATION('','',{from},{to})"));
+    let shape = w.put("PRODUCT_DEFINITION_SHAPE('','',$)");
+    for (child, parent) in [(&a, &b), (&b, &a)] {
+        let relation = w.put(format!(
+            "(REPRESENTATION_RELATIONSHIP('','',{child},{parent})\
+             REPRESENTATION_RELATIONSHIP_WITH_TRANSFORMATION({t})SHAPE_REPRESENTATION_RELATIONSHIP())"
+        ));
+        w.put(format!(
+            "CONTEXT_DEPENDENT_SHAPE_REPRESENTATION({relation},{shape})"
+        ));
+    }
+    let why = w.read().unwrap_err().to_string();
+    assert!(
+        why.starts_with('#') && why.contains("part of itself"),
+        "{why}"
+    );
+}
+
+#[test]
+fn units_and_tolerances_are_those_of_lengths() {
+    let mut w = Writer::default();
+    let unit = w.inches();
+    let angle = w.put("(NAMED_UNIT(*)PLANE_ANGLE_UNIT()SI_UNIT($,.RADIAN.))");
+    let length = w.put(format!(
+        "UNCERTAINTY_MEASURE_WITH_UNIT(LENGTH_MEASURE(1.E-5),{unit},'','')"
+    ));
+    let other = w.put(format!(
+        "UNCERTAINTY_MEASURE_WITH_UNIT(PLANE_ANGLE_MEASURE(0.5),{angle},'','')"
+    ));
+    let context = w.context(&format!("{unit},{angle}"), &format!("{length},$,{other}"));
+    let ball = w.ball([0.; 3], 1.0);
+    w.representation(&ball, &context);
+    let document = w.document();
+    assert_eq!(document.units, Units::Inches);
+    assert_eq!(document.tolerance, Some(1e-5));
+}
+
+/// The size is that of the body: a point of nothing, far off, changes nothing; coordinates may be written as integers.
+#[test]
+fn the_size_is_that_of_what_bodies_are_made_of() {
+    let mut w = Writer::default();
+    let circle = w.circle([0.; 3], Z, X, 2.);
+    let z = w.direction(Z);
+    let along = w.put(format!("VECTOR('',{z},1.)"));
+    w.point([0., 0., 1e15]);
+    wall(&mut w, &circle, &along, 0.25);
+    let why = refusal(&w.document());
+    assert!(why.contains("from the surface of a face"), "{why}");
+}
+
+#[test]
+fn few_bytes_do_not_unfold_to_much() {
+    // Shells that list each other.
+    let mut w = Writer::default();
+    for k in 0..8 {
+        let next = vec![format!("#{}", k + 2); 100].join(",");
+        w.put(format!("OPEN_SHELL('',({next}))"));
+    }
+    w.put("OPEN_SHELL('',())");
+    w.put("SHELL_BASED_SURFACE_MODEL('',(#2))");
+    let why = refusal(&w.document());
+    assert!(why.contains("numbers"), "{why}");
+    // A long name, and more bodies than may be.
+    let mut w = Writer::default();
+    let mm = w.millimetres();
+    let mm = w.context(&mm, "");
+    let ball = w.ball([0.; 3], 1.0);
+    let long = w.text.replace(
+        "SOLID_BREP(''",
+        &format!("SOLID_BREP('{}'", "n".repeat(1 << 16)),
+    );
+    w.text = long;
+    w.representation(&ball, &mm);
+    assert_eq!(w.document().objects[0].name.len(), 256);
+    let all = vec![ball; 100_001].join(",");
+    w.representation(&all, &mm);
+    let why = w.read().unwrap_err().to_string();
+    assert!(why.contains("placed parts"), "{why}");
+}
+
+/// A torus as a B-spline, closed both ways, bounded by its two seams: wherever the loop starts.
+#[test]
+fn a_face_bounded_by_seams_alone_is_where_its_surface_is() {
+    // Nine points of the square about a circle, and their weights.
+    let h = 0.5_f64.sqrt();
+    let square = [
+        (1, 0),
+        (1, 1),
+        (0, 1),
+        (-1, 1),
+        (-1, 0),
+        (-1, -1),
+        (0, -1),
+        (1, -1),
+        (1, 0),
+    ];
+    let square = square.map(|(x, y)| (f64::from(x), f64::from(y)));
+    let weight = |i: usize| if i % 2 == 1 { h } else { 1.0 };
+    for first in 0..4 {
+        let mut w = Writer::default();
+        let (mut net, mut weights) = (Vec::new(), Vec::new());
+        for (i, (cu, su)) in square.iter().enumerate() {
+            let mut row = Vec::new();
+            let mut row_weights = Vec::new();
+            for (j, (cv, sv)) in square.iter().enumerate() {
+                let r = 5.0 + 1.5 * cv;
+                row.push(w.point([r * cu, r * su, 1.5 * sv]));
+                row_weights.push(format!("{:?}", weight(i) * weight(j)));
+            }
+            net.push(format!("({})", row.join(",")));
+            weights.push(format!("({})", row_weights.join(",")));
+        }
+        let knots = "(3,2,2,2,3),(3,2,2,2,3),(0.,1.,2.,3.,4.),(0.,1.,2.,3.,4.),.UNSPECIFIED.";
+        let surface = w.put(format!(
+            "(BOUNDED_SURFACE()B_SPLINE_SURFACE(2,2,({}),.UNSPECIFIED.,.T.,.T.,.F.)\
+             B_SPLINE_SURFACE_WITH_KNOTS({knots})GEOMETRIC_REPRESENTATION_ITEM()\
+             RATIONAL_B_SPLINE_SURFACE(({}))REPRESENTATION_ITEM('')SURFACE())",
+            net.join(","),
+            weights.join(",")
+        ));
+        let v = w.vertex([6.5, 0., 0.]);
+        let around = w.circle([0.; 3], Z, X, 6.5);
+        let around = w.edge(&v, &v, &around);
+        let tube = w.circle([5., 0., 0.], [0., -1., 0.], X, 1.5);
+        let tube = w.edge(&v, &v, &tube);
+        let mut uses = [
+            (&*around, true),
+            (&*tube, true),
+            (&*around, false),
+            (&*tube, false),
+        ];
+        uses.rotate_left(first);
+        let bound = w.bound(&uses);
+        let face = w.face(&surface, &[bound]);
+        let shell = w.put(format!("CLOSED_SHELL('',({face}))"));
+        w.put(format!("MANIFOLD_SOLID_BREP('',{shell})"));
+        let document = w.document();
+        near(distance(&document, [-7., 0., 0.]), 0.5, 1e-6);
+        near(distance(&document, [0., 3., 0.]), 0.5, 1e-6);
+        near(distance(&document, [0., 5., 2.]), 0.5, 1e-6);
+    }
+}

@@ -4,20 +4,20 @@ use super::chart::{Chart, nearest};
 use super::entities::{Entities, form, problem, shape, unsupported};
 use super::geometry::{EdgeForm, Geometry};
 use super::loops::{Maker, Trouble, Use, closed, lifted};
-use super::pcurve::{Made, made, taken};
+use super::pcurve::{Made, made, pole, taken};
 use crate::error::ReadError;
 use crate::occt::builder::{Builder, EdgeUse};
-use crate::occt::curves::Form;
+use crate::occt::curves::{Budget, Form};
 use crate::occt::motion::{Motion, Place};
 use crate::occt::surfaces::{Form3, wide};
 use crate::sheets::{ROUNDING, jumps, kinds, reach};
 use crate::step_problem::StepProblem;
 use feeler::brep::{Brep, Edge, Vertex};
 use feeler::numeric::Interval;
-use feeler::nurbs::{Curve2, Curve3};
+use feeler::nurbs::{Curve, Curve2, Curve3};
 use feeler::prepare::PreparedBrep;
 use nalgebra::{Point2, Point3};
-use std::collections::HashMap;
+use std::collections::{BTreeMap, HashMap};
 use std::f64::consts::TAU;
 
 /// A face, or a set of them, with whether it is used as it stands.
@@ -77,13 +77,19 @@ pub(super) struct Body<'g, 'e> {
 }
 
 /// The faces of a set: of a shell, a body or a model.
-pub(super) fn faces(entities: &Entities, id: u64) -> Result<Vec<FaceUse>, ReadError> {
+pub(super) fn faces(
+    entities: &Entities,
+    id: u64,
+    numbers: &mut Budget,
+) -> Result<Vec<FaceUse>, ReadError> {
     let mut open = vec![(id, true, 0)];
     let mut faces = Vec::new();
     while let Some((id, forward, depth)) = open.pop() {
         if depth > 8 {
             return Err(shape(id, "shells within each other too deep"));
         }
+        // Each may list all others, and again.
+        numbers.take(USE).map_err(form(id))?;
         let mut push = |ids: Vec<u64>, forward: bool| {
             open.extend(ids.into_iter().rev().map(|id| (id, forward, depth + 1)));
         };
@@ -240,21 +246,31 @@ impl Body<'_, '_> {
         let mut left = 0;
         if !unbounded.is_empty() {
             let prepared = PreparedBrep::new(brep.clone());
-            let mut known = HashMap::new();
+            // The kernel bounds all trims of an edge at once.
+            let mut of_edges: BTreeMap<usize, (usize, Vec<usize>)> = BTreeMap::new();
             for (trim, cost) in unbounded {
-                let Some(rest) = geometry.proofs.checked_sub(cost) else {
-                    left += 1;
-                    continue;
-                };
-                geometry.proofs = rest;
                 let Some(edge) = brep.parts().trims.get(trim).and_then(|t| t.edge) else {
                     continue;
                 };
-                let offsets = known
-                    .entry(edge)
-                    .or_insert_with(|| prepared.edge_offsets(edge));
-                let own = offsets.iter().find(|o| o.trim == trim);
-                bound = own.map_or(bound, |o| bound.max(o.at_most));
+                let (all, trims) = of_edges.entry(edge).or_default();
+                *all = all.saturating_add(cost);
+                trims.push(trim);
+            }
+            for (edge, (cost, trims)) in of_edges {
+                let others = brep.parts().edges.get(edge).map_or(0, |e| e.trims.len());
+                let cost = cost.saturating_add(others.saturating_sub(trims.len()));
+                let Some(rest) = geometry.proofs.checked_sub(cost) else {
+                    left += trims.len();
+                    continue;
+                };
+                geometry.proofs = rest;
+                let offsets = prepared.edge_offsets(edge);
+                for own in offsets
+                    .iter()
+                    .filter(|o| trims.binary_search(&o.trim).is_ok())
+                {
+                    bound = bound.max(own.at_most);
+                }
             }
         }
         let fit = if fitted > 0 {
@@ -447,7 +463,7 @@ impl Body<'_, '_> {
                             return bounds[k];
                         }
                     }
-                    let t = nearest(&whole, None, |c, d| (c - p.coords, *d));
+                    let t = nearest(&whole, None, None, |c, d| (c - p.coords, *d));
                     let own = (whole.point(t) - p).norm();
                     for k in [first, 1 - first] {
                         if (ends[k] - p).norm() <= 2.0 * own + slack {
@@ -522,7 +538,15 @@ impl Body<'_, '_> {
                     pieces.reverse();
                 }
                 for piece in pieces {
-                    self.work(edge_id, USE)?;
+                    // Its image may have as many numbers.
+                    let held = match &piece.curve {
+                        Curve::Nurbs(n) => 4 * n.control_points().len() + n.knots().knots().len(),
+                        _ => 0,
+                    };
+                    self.work(edge_id, USE.saturating_add(held))?;
+                    if let Some(at) = pole(&chart, &piece.curve, piece.span) {
+                        return Ok(Some((edge_id, at)));
+                    }
                     let made = self.pcurve(edge_id, &chart, &surface, surface_id, &edge, &piece)?;
                     if let Some(bound) = made.bound {
                         self.bound = self.bound.max(bound);
@@ -607,7 +631,8 @@ impl Body<'_, '_> {
                 }
             }
         }
-        made(edge_id, chart, &piece.curve, piece.span, self.size)
+        let (size, tolerance) = (self.size, self.tolerance);
+        made(edge_id, chart, &piece.curve, piece.span, size, tolerance)
     }
 
     /// Puts a face's loops into the BREP.

@@ -74,9 +74,11 @@ fn local(a: &Axes, v: &Vector3<f64>) -> Vector3<f64> {
 
 /// The parameter of a curve at which a residual is least: from `near`, or of all its spans. `residual` gives it and its derivative, of a point and
 /// a derivative of the curve.
+/// `period`: of a curve that goes on beyond its domain's ends.
 pub(super) fn nearest(
     curve: &Curve3,
     near: Option<f64>,
+    period: Option<f64>,
     residual: impl Fn(&Vector3<f64>, &Vector3<f64>) -> (Vector3<f64>, Vector3<f64>),
 ) -> f64 {
     let domain = curve.domain();
@@ -85,8 +87,12 @@ pub(super) fn nearest(
         let zero = Vector3::zeros();
         residual(d.first().unwrap_or(&zero), d.get(1).unwrap_or(&zero))
     };
+    let within = |t: f64| match period {
+        Some(period) => domain.start + (t - domain.start).rem_euclid(period),
+        None => t.clamp(domain.start, domain.end),
+    };
     let refine = |start: f64| {
-        let mut t = start;
+        let mut t = within(start);
         let (mut r, mut dr) = at(t);
         for _ in 0..STEPS {
             let square = dr.norm_squared();
@@ -99,7 +105,7 @@ pub(super) fn nearest(
             }
             let mut moved = false;
             for _ in 0..HALVINGS {
-                let next = (t + step).clamp(domain.start, domain.end);
+                let next = within(t + step);
                 if next == t {
                     break;
                 }
@@ -146,7 +152,11 @@ impl Chart {
         let mut domain = None;
         let mut periods = surface.periods();
         let mut profile = |form3: &Form<3, 4>| -> Result<Curve3, ReadError> {
-            let far = 16.0 * size.max(1.0);
+            let mut far = 16.0 * size.max(1.0);
+            if let Form::Line { from, direction } = form3 {
+                // Its parameter counts directions, from anywhere.
+                far = (far + from.coords.norm()) / direction.norm();
+            }
             let range = form3.bounds().unwrap_or([-far, far]);
             let (curve, _) = form3.part(range, numbers).map_err(form(entity))?;
             Ok(curve)
@@ -305,12 +315,25 @@ impl Chart {
         }
     }
 
+    /// The parameter at which a closed profile is looked up: its curve ends where it started.
+    fn wrapped(&self, c: usize, t: f64) -> f64 {
+        let profile = match &self.kind {
+            Kind::Extruded(_, p) | Kind::Turned(_, Meridian::Curve(p)) => p,
+            _ => return t,
+        };
+        let start = profile.domain().start;
+        match (self.periods[c], self.domain) {
+            (Some(period), None) => start + (t - start).rem_euclid(period),
+            _ => t,
+        }
+    }
+
     /// The point, and the derivatives by u and v.
     pub(super) fn derivatives(&self, uv: &Point2<f64>) -> [Vector3<f64>; 3] {
         match &self.kind {
             Kind::Plane(a) => [a.origin.coords + a.x * uv.x + a.y * uv.y, a.x, a.y],
             Kind::Turned(a, meridian) => {
-                let (q, dq) = meridian_at(a, meridian, uv.y);
+                let (q, dq) = meridian_at(a, meridian, self.wrapped(1, uv.y));
                 let (sin, cos) = sin_cos(Ball::exact(uv.x));
                 let (sin, cos) = (sin.mid.hi, cos.mid.hi);
                 let turn = |v: &Vector3<f64>| {
@@ -320,7 +343,7 @@ impl Chart {
                 [a.origin.coords + turn(&q), turn(&along), turn(&dq)]
             }
             Kind::Extruded(direction, p) => {
-                let d = p.derivatives(uv.x, 1);
+                let d = p.derivatives(self.wrapped(0, uv.x), 1);
                 let get = |i: usize| d.get(i).copied().unwrap_or_default();
                 [get(0) + direction * uv.y, get(1), *direction]
             }
@@ -335,9 +358,19 @@ impl Chart {
         Point3::from(self.derivatives(uv)[0])
     }
 
+    /// How far a point is from the axis of revolution, and how far it may be to be on it.
+    pub(super) fn off_axis(&self, p: &Point3<f64>) -> Option<[f64; 2]> {
+        let Kind::Turned(a, meridian) = &self.kind else {
+            return None;
+        };
+        let l = local(a, &(p - a.origin));
+        Some([l.x.hypot(l.y), ON_AXIS * l.norm().max(meridian.size())])
+    }
+
     /// The uv nearest to a point; `near`: that of a point close by, from which it goes on.
     pub(super) fn locate(&self, p: &Point3<f64>, near: Option<Point2<f64>>) -> Located {
         let mut on_axis = false;
+        let round = |c: usize| self.periods[c].filter(|_| self.domain.is_none());
         let mut uv = match &self.kind {
             Kind::Plane(a) => {
                 let l = local(a, &(p - a.origin));
@@ -350,7 +383,7 @@ impl Chart {
                     Meridian::Line { radius, sin, cos } => ((rho - radius) * sin + l.z * cos, 0.0),
                     Meridian::Circle { major, .. } => (libm::atan2(l.z, rho - major), 0.0),
                     Meridian::Curve(c) => {
-                        let v = nearest(c, near.map(|n| n.y), |q, dq| {
+                        let v = nearest(c, near.map(|n| n.y), round(1), |q, dq| {
                             let (q, dq) = (local(a, &(q - a.origin.coords)), local(a, dq));
                             let h = q.x.hypot(q.y);
                             let slope = if h > 0.0 {
@@ -373,7 +406,7 @@ impl Chart {
             Kind::Extruded(direction, c) => {
                 let square = direction.norm_squared();
                 let flat = |v: &Vector3<f64>| v - direction * (v.dot(direction) / square);
-                let u = nearest(c, near.map(|n| n.x), |q, dq| {
+                let u = nearest(c, near.map(|n| n.x), round(0), |q, dq| {
                     (flat(&(q - p.coords)), flat(dq))
                 });
                 Point2::new(u, (p - c.point(u)).dot(direction) / square)

@@ -12,7 +12,7 @@ use crate::occt::curves::Budget;
 use crate::threedm::blocks::numbers;
 use crate::units::Units;
 use feeler::brep::Brep;
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 
 /// Numbers that may be made of a file of no bytes, and for each byte, as of a .brep file.
 const NUMBERS: usize = 1 << 23;
@@ -85,11 +85,13 @@ pub fn read_step(bytes: &[u8]) -> Result<Document, ReadError> {
     for (what, count) in &products.others {
         warnings.push(format!("{count} items of kind {what} are not read"));
     }
-    let size = extent(&entities);
+    let size = extent(&entities, placed.iter().map(|p| p.id));
     let mut made: HashMap<u64, Result<(Brep, Vec<String>), ReadError>> = HashMap::new();
     let mut objects = Vec::new();
     for (p, context) in placed.into_iter().zip(contexts) {
-        let scale = context.as_ref().and_then(|c| {
+        // Placements end in the units of the assembly that is in no other.
+        let top = products.context(&entities, p.top);
+        let scale = top.as_ref().and_then(|c| {
             (c.units != units)
                 .then(|| c.units.ratio(&units))
                 .flatten()
@@ -99,7 +101,7 @@ pub fn read_step(bytes: &[u8]) -> Result<Document, ReadError> {
             geometry.angle = context.as_ref().map_or(1.0, |c| c.angle);
             let given = context.as_ref().and_then(|c| c.tolerance).unwrap_or(0.0);
             let tolerance = given.min(MOST_TOLERANCE * size);
-            let list = faces(&entities, p.id)?;
+            let list = faces(&entities, p.id, &mut geometry.numbers)?;
             let made = brep(p.id, &mut geometry, &list, size, tolerance)?;
             Ok((made.brep, made.warnings))
         });
@@ -107,10 +109,9 @@ pub fn read_step(bytes: &[u8]) -> Result<Document, ReadError> {
         let mut own = Vec::new();
         let kind = match result {
             Ok((brep, said)) => {
-                own.clone_from(said);
                 // A copy costs what it holds.
                 let map = match (&p.map, &scale) {
-                    (Some(a), Some(b)) => Some(a.after(b)),
+                    (Some(a), Some(b)) => Some(b.after(a)),
                     (a, b) => a.clone().or_else(|| b.clone()),
                 };
                 let copied = geometry.numbers.take(numbers(brep));
@@ -130,7 +131,10 @@ pub fn read_step(bytes: &[u8]) -> Result<Document, ReadError> {
                             .map_err(|e| super::entities::shape(p.id, e.to_string())),
                     });
                 match placed {
-                    Ok(brep) => ObjectKind::Brep(brep),
+                    Ok(brep) => {
+                        own.splice(0..0, said.iter().cloned());
+                        ObjectKind::Brep(brep)
+                    }
                     Err(reason) => ObjectKind::Refused { class, reason },
                 }
             }
@@ -161,20 +165,33 @@ pub fn read_step(bytes: &[u8]) -> Result<Document, ReadError> {
     })
 }
 
-/// The largest coordinate of the vertices.
-fn extent(entities: &Entities) -> f64 {
+/// The largest coordinate of the points that bodies are made of.
+fn extent(entities: &Entities, bodies: impl Iterator<Item = u64>) -> f64 {
     let mut size: f64 = 0.0;
-    for id in entities.graph().entities.keys() {
-        if let Some(e) = entities.part(*id, "CARTESIAN_POINT")
-            && let Some(Attribute::List(xs)) = e.get(1)
-            && xs.len() == 3
-        {
-            for x in xs {
-                if let Attribute::Real(x) = x
-                    && x.is_finite()
-                {
-                    size = size.max(x.abs());
-                }
+    let mut open: Vec<u64> = bodies.collect();
+    let mut seen: HashSet<u64> = HashSet::new();
+    while let Some(id) = open.pop() {
+        if !seen.insert(id) {
+            continue;
+        }
+        if let Some(e) = entities.part(id, "CARTESIAN_POINT") {
+            if let Ok(xs) = e.numbers(1)
+                && xs.len() == 3
+            {
+                size = xs.iter().fold(size, |s, x| s.max(x.abs()));
+            }
+            continue;
+        }
+        let Some(raw) = entities.graph().entities.get(&id) else {
+            continue;
+        };
+        let mut attributes: Vec<&Attribute> =
+            raw.parts.iter().flat_map(|p| &p.attributes).collect();
+        while let Some(a) = attributes.pop() {
+            match a {
+                Attribute::EntityRef(id) => open.push(*id),
+                Attribute::List(list) => attributes.extend(list),
+                _ => {}
             }
         }
     }

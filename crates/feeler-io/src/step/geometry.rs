@@ -112,7 +112,14 @@ impl Geometry<'_> {
             } else {
                 v - z * along
             };
-            (rest.norm() > LEAST).then(|| unit(rest)).flatten()
+            let x = (rest.norm() > LEAST).then(|| unit(rest)).flatten()?;
+            // Where little was left, that has much of the axis' rounding: once more is enough.
+            let along = x.dot(&z);
+            if along.abs() <= UNIT {
+                Some(x)
+            } else {
+                unit(x - z * along)
+            }
         };
         // What the standard says where none is given, or none that tells.
         let choices = [given, Some(Vector3::x()), Some(Vector3::y())];
@@ -254,6 +261,12 @@ impl Geometry<'_> {
             | "BEZIER_CURVE"
             | "UNIFORM_CURVE"
             | "QUASI_UNIFORM_CURVE" => self.spline(id, e, 1),
+            // Edges see to their own; of a profile it turns the surface over.
+            "TRIMMED_CURVE" if !e.flag(4)? => Err(unsupported(
+                id,
+                "a TRIMMED_CURVE against its basis, as part of a surface,",
+                nurbs_remedy(),
+            )),
             "TRIMMED_CURVE" | "SURFACE_CURVE" | "SEAM_CURVE" | "INTERSECTION_CURVE" => {
                 self.curve(id, e.reference(1)?, depth + 1)
             }
@@ -424,6 +437,13 @@ impl Geometry<'_> {
                 Form3::Revolution(origin, axis, Box::new(profile))
             }
             "RECTANGULAR_TRIMMED_SURFACE" => {
+                if e.flag(6)? != e.flag(7)? {
+                    return Err(unsupported(
+                        id,
+                        "a RECTANGULAR_TRIMMED_SURFACE that turns its basis over",
+                        nurbs_remedy(),
+                    ));
+                }
                 return self.surface(id, e.reference(1)?, depth + 1);
             }
             "B_SPLINE_SURFACE_WITH_KNOTS"
@@ -526,5 +546,34 @@ impl Geometry<'_> {
         let u = self.knots(id, "SURFACE", degrees[0], counts[0], u)?;
         let v = self.knots(id, "SURFACE", degrees[1], counts[1], v)?;
         Ok(Form3::Spline([u, v], net))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Also where the reference direction is nearly the axis, of which little is left.
+    #[test]
+    fn axes_are_orthogonal_to_the_last_digit() {
+        for z in ["1.,2.,3.", "0.3,-0.7,0.2", "-5.,1.,0.4"] {
+            let first: f64 = z.split(',').next().unwrap().parse().unwrap();
+            let rest = z.split_once(',').unwrap().1;
+            let text = format!(
+                "ISO-10303-21;HEADER;ENDSEC;DATA;#1=CARTESIAN_POINT('',(0.,0.,0.));#2=DIRECTION('',({z}));\
+                 #3=DIRECTION('',({:?},{rest}));#4=AXIS2_PLACEMENT_3D('',#1,#2,#3);ENDSEC;",
+                first * (1.0 + 1e-6)
+            );
+            let graph = super::super::part21::parse(text.as_bytes()).unwrap();
+            let geometry = Geometry {
+                entities: &Entities::new(graph),
+                angle: 1.0,
+                proofs: 0,
+                numbers: Budget::new(0),
+            };
+            let a = geometry.axes(4, 4).unwrap();
+            assert!(a.x.dot(&a.z).abs() <= UNIT, "{:e}", a.x.dot(&a.z));
+            assert!((a.x.norm() - 1.0).abs() <= UNIT);
+        }
     }
 }

@@ -19,6 +19,9 @@ use std::f64::consts::TAU;
 /// How far apart uv may be and still be the same, in parts of a period.
 const SAME: f64 = 1.0 / (1 << 20) as f64;
 
+/// What rounding makes of whole turns, in radians: proven bounds have room for it.
+const CLOSING: f64 = 4.0 * f64::EPSILON;
+
 /// An edge as a loop uses it.
 #[derive(Clone)]
 pub(super) struct Use {
@@ -158,6 +161,22 @@ pub(super) fn lifted(chart: &Chart, uses: &mut Vec<Use>) -> Result<[i32; 2], Tro
             }
         }
     }
+    // Where all lie along borders the first may lie at the other end: back to where there is something.
+    if let Some(domain) = chart.domain {
+        for c in 0..2 {
+            let Some(period) = chart.periods[c] else {
+                continue;
+            };
+            let [lo, hi] = range(&all, c);
+            let is_out = lo < domain[c][0] - SAME * period || hi > domain[c][1] + SAME * period;
+            if is_out && hi - lo <= (1.0 + SAME) * period {
+                let by = ((domain[c][0] - lo) / period).round() * period;
+                for u in &mut all {
+                    u.shift(c, by);
+                }
+            }
+        }
+    }
     *uses = all;
     Ok(turns)
 }
@@ -209,7 +228,12 @@ fn join(chart: &Chart, last: &Use, u: &mut Use, all: &mut Vec<Use>) {
             (true, by) => by - TAU,
             (false, by) => by,
         };
-        u.shift(0, end.x + by - u.start().x);
+        let turned = end.x + by - u.start().x;
+        u.shift(0, turned);
+        // Made to close by more than rounding: what was proven was proven of another curve.
+        if (turned - (turned / TAU).round() * TAU).abs() > CLOSING {
+            u.proven = false;
+        }
         if by != 0.0 {
             let to = Point2::new(u.start().x, end.y);
             all.extend(Use::straight(None, end, to, [last.vertices[1]; 2]));
@@ -269,7 +293,7 @@ pub(super) fn closed(
             Ok(done)
         }
         (Some(rim), None, _) => {
-            done.push(to_pole(chart, rim, maker)?);
+            done.push(to_pole(chart, rim, &done, maker)?);
             Ok(done)
         }
         (Some(b), Some(a), true) => {
@@ -369,6 +393,7 @@ type Rim = (Vec<Use>, [i32; 2]);
 fn to_pole(
     chart: &Chart,
     (mut uses, turns): Rim,
+    holes: &[Vec<Use>],
     maker: &mut impl Maker,
 ) -> Result<Vec<Use>, Trouble> {
     let nothing =
@@ -381,6 +406,13 @@ fn to_pole(
     let Some(pole) = pole else {
         return Err(nothing);
     };
+    let Some(at) = clear(holes, 0, TAU, &starts(&uses, 0)) else {
+        return Err(Trouble::Unbounded("no seam avoids its holes"));
+    };
+    let Some(k) = { uses.iter() }.position(|u| same(u.start().x, at, TAU)) else {
+        return Err(split(&uses, 0, TAU, at));
+    };
+    rotate(&mut uses, k, 0, TAU);
     let (Some(first), Some(last)) = (uses.first(), uses.last()) else {
         return Err(nothing);
     };
@@ -394,6 +426,18 @@ fn to_pole(
     uses.extend(Use::straight(None, a, b, [top; 2]));
     uses.extend(reversed(Use::straight(seam, start, b, [vertex, top])));
     Ok(uses)
+}
+
+/// Where the edges of a loop start.
+fn starts(uses: &[Use], c: usize) -> Vec<f64> {
+    let own = uses.iter().filter(|u| u.key.is_some());
+    own.map(|u| u.start()[c]).collect()
+}
+
+/// Whether two coordinates are the same but for whole periods.
+fn same(x: f64, y: f64, period: f64) -> bool {
+    let by = (x - y) / period;
+    (by - by.round()).abs() <= SAME
 }
 
 /// Two rims and a seam between them.
@@ -416,15 +460,8 @@ fn between(
     };
     let (mut a, mut b, turn) = (a.0, b.0, f64::from(a.1[c]));
     // Where both have a vertex, or at least one has.
-    let starts = |uses: &[Use]| -> Vec<f64> {
-        let own = uses.iter().filter(|u| u.key.is_some());
-        own.map(|u| u.start()[c]).collect()
-    };
-    let same = |x: f64, y: f64| {
-        let by = (x - y) / period;
-        (by - by.round()).abs() <= SAME
-    };
-    let (own, theirs) = (starts(&a), starts(&b));
+    let same = |x: f64, y: f64| same(x, y, period);
+    let (own, theirs) = (starts(&a, c), starts(&b, c));
     let both = own.iter().filter(|x| theirs.iter().any(|y| same(**x, *y)));
     let preferred: Vec<f64> = both.chain(&own).chain(&theirs).copied().collect();
     let Some(at) = clear(holes, c, period, &preferred) else {
@@ -437,9 +474,30 @@ fn between(
         rotate(rim, k, c, period);
     }
     // The second goes back from where the first ends.
-    let (Some(p), Some(q)) = (a.first().map(Use::start), b.first().map(Use::start)) else {
+    let (Some(p), Some(mut q)) = (a.first().map(Use::start), b.first().map(Use::start)) else {
         return Err(Trouble::Unbounded("an empty loop"));
     };
+    // Both coordinates may come back: the face is on the first's left, which is towards larger v where u grows and smaller u where v does,
+    // up to the first copy of the second.
+    let o = 1 - c;
+    if let Some(period) = chart.periods[o] {
+        let left = if c == 0 { turn } else { -turn };
+        let mut gap = left * (q[o] - p[o]);
+        gap -= (gap / period).floor() * period;
+        if gap <= SAME * period {
+            gap += period;
+        }
+        let by = ((p[o] + left * gap - q[o]) / period).round() * period;
+        if by != 0.0 && chart.domain.is_some() {
+            return Err(Trouble::Unbounded(
+                "one crosses the line where its closed surface starts, and has no edge there",
+            ));
+        }
+        for u in &mut b {
+            u.shift(o, by);
+        }
+        q[o] += by;
+    }
     let (Some(va), Some(vb)) = (
         a.first().map(|u| u.vertices[0]),
         b.first().map(|u| u.vertices[0]),

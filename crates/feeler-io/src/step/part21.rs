@@ -13,6 +13,8 @@ use std::collections::BTreeMap;
 
 /// How deep lists may nest: files have three levels.
 const MOST_NESTED: usize = 32;
+/// How many parts an entity may have, which are looked through one by one: files have a dozen.
+const MOST_PARTS: usize = 64;
 /// How many attributes may be left blank, which the standard does not allow and some programs do.
 const MOST_BLANK: usize = 1000;
 
@@ -232,6 +234,9 @@ impl Parser<'_> {
             if is_complex {
                 self.byte(b'(')?;
                 while self.peek() != Some(b')') {
+                    if parts.len() >= MOST_PARTS {
+                        return Err(self.fail("the end of an entity of so many parts"));
+                    }
                     parts.push(self.part()?);
                 }
                 self.byte(b')')?;
@@ -443,6 +448,7 @@ mod tests {
             ("#1=A(", "the file ends"),
             ("#1=A();#1=B();", "another number"),
             ("#1=A(&);", "an attribute expected"),
+            (&format!("#1=({});", "A()".repeat(65)), "so many parts"),
             ("#1=A('", "a string that ends"),
             ("#1 A();", "`=` expected"),
             (&format!("#1=A({}", "(".repeat(100_000)), "nested so deep"),

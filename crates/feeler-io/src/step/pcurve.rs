@@ -28,6 +28,8 @@ use std::f64::consts::TAU;
 const ROUNDED: f64 = 1.0 / (1_u64 << 32) as f64;
 /// How near fitted curves come at the middle of each piece, relative to the size.
 pub(super) const FIT: f64 = 1.0 / (1_u64 << 29) as f64;
+/// What is farther from a surface, relative to the size and beyond twice the file's tolerance, is not on it.
+const FAR: f64 = 1.0 / (1 << 14) as f64;
 /// Samples of each span of an edge's curve, and in all.
 const SAMPLES: usize = 16;
 const MOST_SAMPLES: usize = 2048;
@@ -104,6 +106,52 @@ fn straight(from: Point2<f64>, to: Point2<f64>, span: Interval) -> Option<Curve2
     Line::new(from, to, span).ok().map(Curve::Line)
 }
 
+/// Where an edge goes through the axis of its surface, between its ends: it must be split there. Between samples that are farther from the axis, by
+/// golden section of the distance, which falls and rises there.
+pub(super) fn pole(chart: &Chart, curve: &Curve3, span: Interval) -> Option<f64> {
+    chart.off_axis(&curve.point(span.start))?;
+    let off = |t: f64| {
+        chart
+            .off_axis(&curve.point(t))
+            .unwrap_or([f64::INFINITY, 0.0])
+    };
+    let is_on = |t: f64| {
+        let [rho, most] = off(t);
+        rho <= most
+    };
+    let n = MOST_SAMPLES.min(SAMPLES * curve.breaks().len());
+    let at: Vec<(f64, Point3<f64>, f64)> = (0..=n)
+        .map(|k| span.lerp(k as f64 / n as f64))
+        .map(|t| (t, curve.point(t), off(t)[0]))
+        .collect();
+    for w in at.windows(3) {
+        let [(mut lo, p, before), (t, q, own), (mut hi, r, after)] = [w[0], w[1], w[2]];
+        // The axis is no farther than the curve goes from here: twice the chord has room for its bends.
+        let goes = 2.0 * (q - p).norm().max((r - q).norm());
+        if own > before || own > after || own > goes || is_on(lo) || is_on(hi) {
+            continue;
+        }
+        if is_on(t) {
+            return Some(t);
+        }
+        let ratio = 0.5 * (5.0_f64.sqrt() - 1.0);
+        for _ in 0..96 {
+            let by = ratio * (hi - lo);
+            let (a, b) = (hi - by, lo + by);
+            if off(a)[0] <= off(b)[0] {
+                hi = b;
+            } else {
+                lo = a;
+            }
+        }
+        let t = 0.5 * (lo + hi);
+        if is_on(t) {
+            return Some(t);
+        }
+    }
+    None
+}
+
 /// Whether the image of a curve in uv is as near the edge as the surface is.
 fn fits(chart: &Chart, curve: &Curve3, trace: &Trace, made: &Curve2, slack: f64) -> bool {
     trace.t.iter().zip(&trace.at).all(|(t, uv)| {
@@ -120,10 +168,19 @@ pub(super) fn made(
     curve: &Curve3,
     span: Interval,
     size: f64,
+    tolerance: f64,
 ) -> Result<Made, ReadError> {
+    let most = (2.0 * tolerance).max(FAR * size);
     if let Some(axes) = chart.plane() {
         let normal = axes.x.cross(&axes.y).normalize();
         let off = |p: &Point3<f64>| (p - axes.origin).dot(&normal).abs();
+        let samples = SAMPLES;
+        let worst = (0..=samples)
+            .map(|k| off(&curve.point(span.lerp(k as f64 / samples as f64))))
+            .fold(0.0, f64::max);
+        if !(worst <= most) {
+            return Err(astray(entity, worst));
+        }
         let bound = match curve {
             Curve::Line(l) => off(&l.from).max(off(&l.to)),
             Curve::Arc(a) => {
@@ -150,6 +207,13 @@ pub(super) fn made(
     };
     let middle = trace.at.get(trace.at.len() / 2).copied().unwrap_or(from);
     let slack = ROUNDED * size;
+    let worst = { trace.t.iter().zip(&trace.at) }
+        .map(|(t, uv)| (chart.point(uv) - curve.point(*t)).norm())
+        // No number is the worst there is.
+        .fold(0.0, |a: f64, b| if b <= a { a } else { b });
+    if !(worst <= most) {
+        return Err(astray(entity, worst));
+    }
     let candidates = [
         // Lines of u and v first: what they are they are exactly.
         (Point2::new(middle.x, from.y), Point2::new(middle.x, to.y)),
@@ -176,7 +240,7 @@ pub(super) fn made(
             on_axis: trace.on_axis,
         });
     }
-    let fitted = fitted(chart, curve, &trace, size)
+    let fitted = fitted(chart, curve, &trace, size, most)
         .ok_or_else(|| super::entities::shape(entity, "an edge that could not be projected"))?;
     Ok(Made {
         curve: fitted,
@@ -184,6 +248,12 @@ pub(super) fn made(
         fitted: true,
         on_axis: trace.on_axis,
     })
+}
+
+/// An edge that is not on its face.
+fn astray(entity: u64, off: f64) -> ReadError {
+    let what = format!("an edge that is {off:.2e} from the surface of a face that it bounds");
+    super::entities::shape(entity, what)
 }
 
 /// An angle runs as an arc's does, to the last digit, where it nearly does: a full turn is one.
@@ -252,7 +322,8 @@ struct Knot {
     uv: Point2<f64>,
 }
 
-fn fitted(chart: &Chart, curve: &Curve3, trace: &Trace, size: f64) -> Option<Curve2> {
+/// `None`: it comes no nearer than `most`.
+fn fitted(chart: &Chart, curve: &Curve3, trace: &Trace, size: f64, most: f64) -> Option<Curve2> {
     let knots: Vec<Knot> = { trace.t.iter().zip(&trace.at) }
         .map(|(t, uv)| Knot { t: *t, uv: *uv })
         .collect();
@@ -262,11 +333,19 @@ fn fitted(chart: &Chart, curve: &Curve3, trace: &Trace, size: f64) -> Option<Cur
     breaks.retain(|b| first.t < *b && *b < last.t);
     let mut stack: Vec<(Knot, Knot, u32)> = Vec::new();
     let mut ends = vec![first];
-    ends.extend(knots.iter().filter(|k| breaks.contains(&k.t)));
+    // Both grow.
+    let mut rest = breaks.iter().peekable();
+    for k in &knots {
+        while rest.next_if(|b| **b < k.t).is_some() {}
+        if rest.next_if(|b| **b == k.t).is_some() {
+            ends.push(*k);
+        }
+    }
     ends.push(last);
     for w in ends.windows(2).rev() {
         stack.push((w[0], w[1], 0));
     }
+    let most_pieces = stack.len() + MOST_PIECES;
     let mut control: Vec<Vector3<f64>> = vec![first.uv.coords.push(1.0)];
     let mut written = vec![first.t; 4];
     let mut pieces = 0;
@@ -293,16 +372,18 @@ fn fitted(chart: &Chart, curve: &Curve3, trace: &Trace, size: f64) -> Option<Cur
         let middle = 0.5 * (a.t + b.t);
         let located = chart.locate(&curve.point(middle), Some(cubic(0.5)));
         let own = chart.point(&located.uv);
-        let mut good = (chart.point(&chart.clamped(cubic(0.5))) - own).norm() <= FIT * size;
+        let mut worst = (chart.point(&chart.clamped(cubic(0.5))) - own).norm();
+        let mut good = worst <= FIT * size;
         for s in [0.25, 0.75] {
             if good {
                 let q = curve.point(a.t + (b.t - a.t) * s);
                 let near = chart.locate(&q, Some(cubic(s)));
                 let off = chart.point(&chart.clamped(cubic(s))) - chart.point(&near.uv);
-                good = off.norm() <= FIT * size;
+                worst = off.norm();
+                good = worst <= FIT * size;
             }
         }
-        let can = depth < HALVINGS && pieces + stack.len() < MOST_PIECES;
+        let can = depth < HALVINGS && pieces + stack.len() < most_pieces;
         if !good && can && a.t < middle && middle < b.t {
             let m = Knot {
                 t: middle,
@@ -311,6 +392,9 @@ fn fitted(chart: &Chart, curve: &Curve3, trace: &Trace, size: f64) -> Option<Cur
             stack.push((m, b, depth + 1));
             stack.push((a, m, depth + 1));
             continue;
+        }
+        if !(worst <= most) {
+            return None;
         }
         pieces += 1;
         control.extend(p.iter().skip(1).map(|q| q.coords.push(1.0)));

@@ -5,7 +5,7 @@
 //! `SHAPE_REPRESENTATION_RELATIONSHIP` says that two are of one thing, in one frame. What is in no other is placed as it
 //! stands.
 
-use super::entities::{Entities, problem, unsupported};
+use super::entities::{Entities, Entity, problem, unsupported};
 use super::geometry::Geometry;
 use super::part21::Attribute;
 use crate::affine::Affine;
@@ -15,6 +15,8 @@ use crate::step_problem::StepProblem;
 use crate::units::Units;
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 
+/// The longest name of an object, in bytes: each placed part has its own.
+const LONGEST_NAME: usize = 256;
 /// Bodies that a file may place, and how deep assemblies may nest.
 const MOST_BODIES: usize = 100_000;
 const MOST_NESTED: usize = 64;
@@ -44,6 +46,8 @@ const OTHERS: [(&str, &str); 9] = [
 pub(super) struct Placed {
     pub(super) id: u64,
     pub(super) representation: u64,
+    /// The representation in whose units it is placed.
+    pub(super) top: u64,
     /// `None`: as it stands.
     pub(super) map: Option<Affine>,
     pub(super) name: String,
@@ -61,6 +65,11 @@ pub(super) struct Context {
 
 struct Child {
     of: u64,
+    /// The representation that it is in.
+    within: u64,
+    /// From which placement, in its own units, to which in those of the representation.
+    placement: Option<(Axes, Axes)>,
+    /// From the units of what stands for the one to those of what stands for the other.
     map: Option<Affine>,
 }
 
@@ -70,6 +79,8 @@ struct Representation {
     others: Vec<&'static str>,
     children: Vec<Child>,
     context: Option<u64>,
+    /// From its units to those of what stands for it.
+    scale: Option<Affine>,
 }
 
 /// The representations of a file.
@@ -109,6 +120,23 @@ fn between(from: &Axes, to: &Axes) -> Option<Affine> {
     Some(Affine::from_rows(&forth)?.after(&Affine::from_rows(&back)?))
 }
 
+/// The same where the one has other units than the other.
+fn scaled(from: &Axes, to: &Axes, scale: &Affine) -> Option<Affine> {
+    let [_, back] = matrices(from);
+    let [forth, _] = matrices(to);
+    let inner = scale.after(&Affine::from_rows(&back)?);
+    Some(Affine::from_rows(&forth)?.after(&inner))
+}
+
+/// From the units of one representation to those of another; `None` where they are the same, or one is not known.
+fn scaling(units: &BTreeMap<u64, Units>, from: u64, to: u64) -> Option<Affine> {
+    let (from, to) = (units.get(&from)?, units.get(&to)?);
+    if from == to {
+        return None;
+    }
+    from.ratio(to).map(Affine::scaling)
+}
+
 fn composed(outer: Option<&Affine>, inner: Option<&Affine>) -> Option<Affine> {
     match (outer, inner) {
         (Some(a), Some(b)) => Some(a.after(b)),
@@ -137,8 +165,17 @@ impl Products {
         for &id in &ids {
             products.representation(geometry, id)?;
         }
-        // Relations without a transformation first: two representations of one thing.
+        // Relations without a transformation first: two representations of one thing; but those of an assembly place a part.
+        let placing: BTreeSet<u64> = { ids.iter() }
+            .filter_map(|id| {
+                let e = entities.part(*id, "CONTEXT_DEPENDENT_SHAPE_REPRESENTATION")?;
+                e.optional(0)
+            })
+            .collect();
         for &id in &ids {
+            if placing.contains(&id) {
+                continue;
+            }
             let Some(e) = entities.simple(id) else {
                 continue;
             };
@@ -161,7 +198,34 @@ impl Products {
             products.related(geometry, id)?;
         }
         products.named(entities);
+        products.map(entities);
         Ok(products)
+    }
+
+    /// The maps of children: placements are in the units of their representations.
+    fn map(&mut self, entities: &Entities) {
+        let units: BTreeMap<u64, Units> = { self.all.keys() }
+            .map(|id| {
+                let units = self.context(entities, *id).map_or(Units::None, |c| c.units);
+                (*id, units)
+            })
+            .collect();
+        let mut all = std::mem::take(&mut self.all);
+        for child in all.values_mut().flat_map(|r| &mut r.children) {
+            let turned = match (&child.placement, scaling(&units, child.of, child.within)) {
+                (Some((from, to)), Some(scale)) => scaled(from, to, &scale),
+                (Some((from, to)), None) => between(from, to),
+                (None, scale) => scale,
+            };
+            let first = scaling(&units, self.root(child.of), child.of);
+            let last = scaling(&units, child.within, self.root(child.within));
+            let inner = composed(turned.as_ref(), first.as_ref());
+            child.map = composed(last.as_ref(), inner.as_ref());
+        }
+        for (id, r) in &mut all {
+            r.scale = scaling(&units, *id, self.root(*id));
+        }
+        self.all = all;
     }
 
     fn representation(&mut self, geometry: &Geometry<'_>, id: u64) -> Result<(), ReadError> {
@@ -198,7 +262,9 @@ impl Products {
                 let to = geometry.axes(*item, target)?;
                 own.children.push(Child {
                     of: s.reference(1)?,
-                    map: between(&from, &to),
+                    within: id,
+                    placement: Some((from, to)),
+                    map: None,
                 });
                 continue;
             }
@@ -287,10 +353,18 @@ impl Products {
             std::mem::swap(&mut child, &mut parent);
             map = map.map(|(a, b)| (b, a));
         }
-        let map = map.and_then(|(a, b)| between(&a, &b));
-        let parent = self.root(parent);
-        if let Some(p) = self.all.get_mut(&parent) {
-            p.children.push(Child { of: child, map });
+        let root = self.root(parent);
+        if root == self.root(child) && map.is_none() {
+            // Two of one thing, in one frame.
+            return Ok(());
+        }
+        if let Some(p) = self.all.get_mut(&root) {
+            p.children.push(Child {
+                of: child,
+                within: parent,
+                placement: map,
+                map: None,
+            });
         }
         Ok(())
     }
@@ -312,7 +386,7 @@ impl Products {
                 let formation = entities.simple(d.optional(2)?)?;
                 let product = entities.part(formation.optional(2)?, "PRODUCT")?;
                 let [id, name] = [product.text(0), product.text(1)];
-                Some(if name.is_empty() { id } else { name }.to_string())
+                Some(short(if name.is_empty() { id } else { name }))
             };
             if let Some(name) = name() {
                 let root = self.root(representation);
@@ -340,11 +414,13 @@ impl Products {
             .copied()
             .collect();
         let mut visits = 0;
+        let mut visited = BTreeSet::new();
         for top in tops {
             // The path is on the stack with each: an assembly must not be part of itself.
             let mut open: Vec<(u64, Option<Affine>, Vec<u64>)> = vec![(top, None, Vec::new())];
             while let Some((group, map, path)) = open.pop() {
                 visits += 1;
+                visited.insert(group);
                 if path.contains(&group) || path.len() > MOST_NESTED {
                     return Err(problem(
                         group,
@@ -373,14 +449,25 @@ impl Products {
                 let mut next = Vec::new();
                 for id in groups.get(&group).into_iter().flatten() {
                     let Some(r) = self.all.get(id) else { continue };
+                    let map_here = composed(map.as_ref(), r.scale.as_ref());
                     for body in &r.bodies {
+                        if placed.len() >= MOST_BODIES {
+                            return Err(problem(
+                                *id,
+                                StepProblem::Limit {
+                                    what: "placed parts",
+                                    limit: MOST_BODIES,
+                                },
+                            ));
+                        }
                         let own = entities.simple(*body).map_or("", |e| e.text(0));
                         let plain = own.is_empty() || own == "NONE";
                         placed.push(Placed {
                             id: *body,
                             representation: *id,
-                            map: map.clone(),
-                            name: if plain { name.clone() } else { own.to_string() },
+                            top,
+                            map: map_here.clone(),
+                            name: if plain { name.clone() } else { short(own) },
                         });
                     }
                     for c in &r.children {
@@ -400,6 +487,20 @@ impl Products {
                 open.extend(next.into_iter().rev());
             }
         }
+        // What is only within itself is below no top.
+        for (group, ids) in &groups {
+            let lost = |id: &&u64| self.all.get(id).is_some_and(|r| !r.bodies.is_empty());
+            if !visited.contains(group)
+                && let Some(id) = ids.iter().find(lost)
+            {
+                return Err(problem(
+                    *id,
+                    StepProblem::Shape {
+                        what: "an assembly that is part of itself".into(),
+                    },
+                ));
+            }
+        }
         // What no representation holds.
         let held: BTreeSet<u64> = { self.all.values() }
             .flat_map(|r| r.bodies.iter().copied())
@@ -413,6 +514,7 @@ impl Products {
                 placed.push(Placed {
                     id: *id,
                     representation: 0,
+                    top: 0,
                     map: None,
                     name: String::new(),
                 });
@@ -426,6 +528,28 @@ impl Products {
         let id = self.all.get(&representation)?.context?;
         context(entities, id)
     }
+}
+
+/// A name of at most [`LONGEST_NAME`] bytes.
+fn short(name: &str) -> String {
+    let mut end = 0;
+    for (at, c) in name.char_indices() {
+        if at + c.len_utf8() > LONGEST_NAME {
+            break;
+        }
+        end = at + c.len_utf8();
+    }
+    name.get(..end).unwrap_or_default().to_string()
+}
+
+/// What a list refers to; what else it holds is none of ours.
+fn referred(e: Entity<'_>) -> impl Iterator<Item = u64> {
+    // Of many: files have four units and one uncertainty, and all parts may share the list.
+    let list = e.list(0).unwrap_or_default().iter().take(64);
+    list.filter_map(|a| match a {
+        Attribute::EntityRef(id) => Some(*id),
+        _ => None,
+    })
 }
 
 /// The product definition and the representation that an entity brings together.
@@ -443,7 +567,7 @@ fn context(entities: &Entities, id: u64) -> Option<Context> {
         angle: 1.0,
         tolerance: None,
     };
-    for unit in units.references(0).ok()? {
+    for unit in referred(units) {
         if entities.is(unit, "LENGTH_UNIT") {
             found.units = length(entities, unit, 0);
         } else if entities.is(unit, "PLANE_ANGLE_UNIT")
@@ -455,10 +579,11 @@ fn context(entities: &Entities, id: u64) -> Option<Context> {
         }
     }
     if let Some(u) = entities.part(id, "GLOBAL_UNCERTAINTY_ASSIGNED_CONTEXT") {
-        for m in u.references(0).ok()? {
+        for m in referred(u) {
             if let Some(e) = entities.part(m, "UNCERTAINTY_MEASURE_WITH_UNIT")
                 && let Ok(x) = e.number(0)
                 && x > 0.0
+                && e.optional(1).is_some_and(|u| entities.is(u, "LENGTH_UNIT"))
             {
                 found.tolerance = Some(x);
             }
