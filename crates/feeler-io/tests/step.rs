@@ -489,6 +489,23 @@ fn an_edge_through_poles_is_split_there() {
         3.0 - 6.0_f64.sqrt(),
         1e-8,
     );
+    // The round face alone, close to a pole at either side of its border.
+    w.text = w.text.replace("MANIFOLD_SOLID_BREP", "SKETCH");
+    w.sheet(&[half]);
+    let alone = w.document();
+    for by in [-0.04_f64, -0.02, 0.0, 0.02, 0.04] {
+        for out in [-0.004_f64, 0.004] {
+            let (y, x) = (by.sin(), out.sin());
+            let z = (1.0 - x * x - y * y).sqrt();
+            let to = if out > 0.0 {
+                0.0
+            } else {
+                // The circle's nearest point is straight above, but for its bend.
+                (3.0 * x).hypot(3.0 - 3.0 * y.hypot(z))
+            };
+            near(distance(&alone, [3.0 * x, 3.0 * y, 3.0 * z]), to, 1e-8);
+        }
+    }
     let brep = breps("it", &document).remove(0);
     assert!(brep.is_closed());
     let prepared = PreparedBrep::new(brep);
@@ -525,21 +542,28 @@ fn wall(w: &mut Writer, profile: &str, direction: &str, off: f64) {
 
 #[test]
 fn extrusions_go_past_the_start_of_their_profile() {
-    let mut w = Writer::default();
-    let circle = w.circle([0.; 3], Z, X, 2.);
-    let z = w.direction(Z);
-    let along = w.put(format!("VECTOR('',{z},1.)"));
-    wall(&mut w, &circle, &along, 0.0);
-    let document = w.document();
-    near(distance(&document, [2.0, 0., 1.]), 0.0, 1e-8);
-    near(distance(&document, [3.0, 0., 1.]), 1.0, 1e-8);
-    near(distance(&document, [2.0, 0., -1.5]), 1.0, 1e-8);
-    let s = 2.0_f64.sqrt();
-    near(
-        distance(&document, [-2.0, 0., 1.]),
-        (2.0 + s).hypot(s),
-        1e-8,
-    );
+    // Where in the arc the profile starts.
+    for start in [-0.5_f64, 0.0, 0.35] {
+        let mut w = Writer::default();
+        let circle = w.circle([0.; 3], Z, [start.cos(), start.sin(), 0.], 2.);
+        let z = w.direction(Z);
+        let along = w.put(format!("VECTOR('',{z},1.)"));
+        wall(&mut w, &circle, &along, 0.0);
+        let document = w.document();
+        near(distance(&document, [2.0, 0., 1.]), 0.0, 1e-8);
+        for angle in [-0.7_f64, -0.3, 0.3, 0.7] {
+            let (sin, cos) = angle.sin_cos();
+            near(distance(&document, [2.0 * cos, 2.0 * sin, 1.]), 0.0, 1e-8);
+        }
+        near(distance(&document, [3.0, 0., 1.]), 1.0, 1e-8);
+        near(distance(&document, [2.0, 0., -1.5]), 1.0, 1e-8);
+        let s = 2.0_f64.sqrt();
+        near(
+            distance(&document, [-2.0, 0., 1.]),
+            (2.0 + s).hypot(s),
+            1e-8,
+        );
+    }
 }
 
 #[test]
