@@ -550,6 +550,12 @@ fn extrusions_go_past_the_start_of_their_profile() {
         let along = w.put(format!("VECTOR('',{z},1.)"));
         wall(&mut w, &circle, &along, 0.0);
         let document = w.document();
+        let prepared = PreparedBrep::new(breps("it", &document).remove(0));
+        for edge in 0..prepared.brep().parts().edges.len() {
+            for own in prepared.edge_offsets(edge) {
+                assert!(own.at_most <= 1e-8, "{edge}: {own:?}");
+            }
+        }
         near(distance(&document, [2.0, 0., 1.]), 0.0, 1e-8);
         for angle in [-0.7_f64, -0.3, 0.3, 0.7] {
             let (sin, cos) = angle.sin_cos();
