@@ -75,26 +75,31 @@ fn format(out: &Path) -> Result<Format, Bad> {
     }
 }
 
-/// The queries of a file by their line numbers; blank lines are none.
-fn lines(path: &Path) -> Result<Vec<NumberedLine>, Bad> {
-    let fail = |e: std::io::Error| {
-        let name = path.display();
-        Bad(format!("{name}: {e}; check the path and its permissions"))
-    };
-    let text = if path.as_os_str() == "-" {
-        let mut text = String::new();
-        let limited = std::io::stdin().lock().take(MAX_TEXT);
-        std::io::BufReader::new(limited)
-            .read_to_string(&mut text)
-            .map_err(fail)?;
-        text
-    } else {
-        read_text(path).map_err(fail)?
-    };
+/// The text of a file, or of the standard input.
+fn text(path: &Path) -> Result<String, Bad> {
+    let name = path.display();
+    let fail = |e: std::io::Error| Bad(format!("{name}: {e}; check the path and its permissions"));
+    if path.as_os_str() != "-" {
+        return read_text(path).map_err(fail);
+    }
+    let mut text = String::new();
+    let limited = std::io::stdin().lock().take(MAX_TEXT + 1);
+    std::io::BufReader::new(limited)
+        .read_to_string(&mut text)
+        .map_err(fail)?;
+    if text.len() as u64 > MAX_TEXT {
+        return Err(Bad(format!(
+            "standard input: more than {MAX_TEXT} bytes; give fewer queries"
+        )));
+    }
+    Ok(text)
+}
+
+/// The queries of a text by their line numbers; blank lines are none.
+fn lines(text: &str) -> impl Iterator<Item = NumberedLine> + '_ {
     let numbered = text.lines().enumerate();
     let filled = numbered.filter(|(_, line)| !line.trim().is_empty());
-    let all = filled.map(|(i, line)| (i + 1, QueryLine::parse(line).map_err(|e| e.to_string())));
-    Ok(all.collect())
+    filled.map(|(i, line)| (i + 1, QueryLine::parse(line).map_err(|e| e.to_string())))
 }
 
 fn one(args: &Args, file: &Path, fineness: &Fineness) -> Result<(View, usize), Bad> {
@@ -105,9 +110,8 @@ fn one(args: &Args, file: &Path, fineness: &Fineness) -> Result<(View, usize), B
             .map_err(|e| Bad(format!("{flag}: {e}; nothing was written")))?;
         asked.push((asked.len() + 1, Ok(line)));
     }
-    if let Some(path) = &args.queries {
-        asked.extend(lines(path)?);
-    }
+    let text = args.queries.as_deref().map(text).transpose()?;
+    let text = text.unwrap_or_default();
     let model = match args.object {
         Some(_) => Model::load(file, args.object),
         None => Model::load_chosen(
@@ -123,7 +127,9 @@ fn one(args: &Args, file: &Path, fineness: &Fineness) -> Result<(View, usize), B
     let name = file.file_name().unwrap_or(file.as_os_str());
     let mut view = View::new(&name.to_string_lossy(), &model, fineness).map_err(named)?;
     let mut engine = FeelerEngine::new(Options::default());
-    let refused = view.ask(&model, &mut engine, &asked).map_err(named)?;
+    let refused = view
+        .ask(&model, &mut engine, asked.into_iter().chain(lines(&text)))
+        .map_err(named)?;
     Ok((view, refused))
 }
 

@@ -37,7 +37,7 @@ use parry3d_f64::shape::PackedFeatureId;
 const CRACKS: f64 = 2.0;
 /// Feet nearer to each other than this times the size are one contact: as in the kernel.
 const SAME: f64 = 1.0 / (1u64 << 24) as f64;
-/// Steps from a foot on an edge, in sizes, to look for lower points of the faces that meet there.
+/// Steps from a foot on an edge, in sizes, to look for lower points of the faces that meet there; besides one that is short enough for any slope.
 const STEPS: [f64; 2] = [1.0 / (1u64 << 12) as f64, 1.0 / (1u64 << 20) as f64];
 /// What counts as lower, in sizes: above the rounding of the feet.
 const LOWER: f64 = 1.0 / (1u64 << 44) as f64;
@@ -270,15 +270,26 @@ impl Faces<'_> {
 
     /// Whether no face that meets at a contact's place goes on to lower points, as far as steps tell.
     fn is_lowest(&mut self, c: &Contact) -> bool {
-        let neighbours = match c.feature {
-            Feature::Face(_) => return true,
+        let joined = match c.feature {
+            Feature::Face(_) => Vec::new(),
             Feature::Edge(edge) => self.shape.faces_at_edge(edge),
             Feature::Vertex(vertex) => self.shape.faces_at_vertex(vertex),
         };
-        neighbours.into_iter().all(|face| !self.falls(face, c))
+        // Faces may meet without an edge that says so.
+        let near = SAME * self.shape.brep().size();
+        let faces = 0..self.shape.brep().brep().faces().len();
+        faces.into_iter().all(|face| {
+            if joined.contains(&face) {
+                return !self.falls(face, c, f64::INFINITY);
+            }
+            face == c.face
+                || !self.shape.is_face_near(face, &c.on_brep, near)
+                || !self.falls(face, c, near)
+        })
     }
 
-    fn falls(&mut self, face: usize, c: &Contact) -> bool {
+    /// Whether a face that comes as near as this to a contact's place goes on to lower points.
+    fn falls(&mut self, face: usize, c: &Contact, near: f64) -> bool {
         let Some(alone) = self.shape.face_alone(face) else {
             return false;
         };
@@ -288,6 +299,9 @@ impl Faces<'_> {
         let Some(own) = self.foot(alone.brep(), c.on_brep) else {
             return false;
         };
+        if (own.on_brep - c.on_brep).norm() > near {
+            return false;
+        }
         let surface = self.shape.brep().brep().surface(face);
         let at = surface.first_derivatives_with_bound(own.uv.x, own.uv.y);
         let normal = at.du.cross(&at.dv);
@@ -302,8 +316,10 @@ impl Faces<'_> {
         if !(slope > LOWER * size) {
             return false;
         }
-        STEPS.iter().any(|step| {
-            let to = c.on_brep + along * (step * size / slope);
+        // A step is lower while it is shorter than about twice the slope.
+        let steps = STEPS.map(|step| step * size).into_iter();
+        steps.chain([0.5 * slope]).any(|length| {
+            let to = c.on_brep + along * (length / slope);
             let foot = self.foot(alone.brep(), to);
             foot.is_some_and(|f| (center - f.on_brep).norm() < away - LOWER * size)
         })

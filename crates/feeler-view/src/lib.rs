@@ -73,12 +73,13 @@ impl View {
         &mut self,
         model: &Model,
         engine: &mut FeelerEngine,
-        lines: &[NumberedLine],
+        lines: impl IntoIterator<Item = NumberedLine>,
     ) -> Result<usize, String> {
         let Some(part) = self.parts.first() else {
             return Ok(0);
         };
-        if lines.is_empty() {
+        let mut lines = lines.into_iter().peekable();
+        if lines.peek().is_none() {
             return Ok(0);
         }
         engine.open(model)?;
@@ -94,7 +95,7 @@ impl View {
                 self.notes.push(note);
                 break;
             }
-            let shown = Shown::ask(model, part, engine, *number, line);
+            let shown = Shown::ask(model, part, engine, number, &line);
             refused += usize::from(shown.state == "refused");
             self.queries.push(shown);
         }

@@ -100,14 +100,20 @@ const COARSER_BY: f64 = 4.0;
 /// No coarser angle than this.
 const WIDEST: f64 = 90.0;
 
+/// No chord below this part of the size, and no angle below this, is drawn: edges are cut before triangles can be counted.
+const LEAST_CHORD: f64 = 1e-9;
+const LEAST_DEGREES: f64 = 1e-2;
+
 impl Part {
     /// Cuts a model.
     ///
     /// # Errors
     /// In one line: the fineness is none, a face cannot be cut, or there are too many triangles even coarsely.
     pub fn new(name: &str, model: &Model, fineness: &Fineness) -> Result<Self, String> {
-        if !(fineness.chord > 0.0 && fineness.degrees > 0.0) {
-            return Err("the chord and the angle must be above 0".into());
+        if !(fineness.chord >= LEAST_CHORD && fineness.degrees >= LEAST_DEGREES) {
+            return Err(format!(
+                "no chord below {LEAST_CHORD:e} of the size and no angle below {LEAST_DEGREES} degrees is drawn"
+            ));
         }
         let size = size(model);
         let mut rule = Rule {

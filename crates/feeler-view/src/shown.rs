@@ -25,6 +25,31 @@ pub enum ProbeShape {
     Line(Stretch),
 }
 
+fn is_finite(v: &[f32; 3]) -> bool {
+    v.iter().all(|x| x.is_finite())
+}
+
+impl ProbeShape {
+    fn is_drawable(&self) -> bool {
+        match self {
+            Self::Ball { center, radius } => is_finite(center) && radius.is_finite(),
+            Self::Plane(p) => is_finite(&p.center) && is_finite(&p.normal),
+            Self::Line(l) => is_finite(&l.from) && is_finite(&l.to),
+        }
+    }
+}
+
+impl Mark {
+    /// Without normals that are none (a face has none at an apex) and points that are too far away; nothing where the mark itself is.
+    fn drawable(mut self) -> Option<Self> {
+        let is_unit = |n: &[f32; 3]| n.iter().map(|x| x * x).sum::<f32>() > 0.25;
+        self.normal = self.normal.filter(|n| is_finite(n) && is_unit(n));
+        self.to = self.to.filter(is_finite);
+        self.until = self.until.filter(is_finite);
+        is_finite(&self.at).then_some(self)
+    }
+}
+
 /// A square of the border of a half-space.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Plane {
@@ -164,8 +189,12 @@ impl Shown {
             judged: None,
             query: QueryLine::from(query).to_text(),
             answer: answer.to_text(),
-            probe: probe(part, query),
-            marks: marks(model, part, query, &answer.body),
+            // What is too far away for f32 is not drawn.
+            probe: probe(part, query).filter(ProbeShape::is_drawable),
+            marks: marks(model, part, query, &answer.body)
+                .into_iter()
+                .filter_map(Mark::drawable)
+                .collect(),
         }
     }
 }
@@ -254,8 +283,12 @@ fn probe(part: &Part, query: &Query) -> Option<ProbeShape> {
         }
         Ask::Line(l) => {
             let at = |t: f64| part.local(&(l.origin + l.direction * t).coords.into());
-            let near = (center - l.origin.coords).dot(&l.direction) / l.direction.norm_squared();
-            let reach = BEYOND * part.radius / l.direction.norm();
+            // Scaled first, so that squares of tiny ones survive.
+            let scale = l.direction.amax();
+            let direction = l.direction / scale;
+            let near =
+                (center - l.origin.coords).dot(&direction) / direction.norm_squared() / scale;
+            let reach = BEYOND * part.radius / direction.norm() / scale;
             let (from, to) = match l.kind {
                 LineKind::Line => (near - reach, near + reach),
                 // The whole way to the part, and through it.

@@ -236,11 +236,48 @@ fn many_triangles_are_cut_more_coarsely_and_said() {
         ..fineness
     };
     assert!(Part::new("", &model, &none).is_err());
+    for chord in [f64::NAN, 0.0, 1e-300] {
+        let bad = Fineness { chord, ..fineness };
+        assert!(Part::new("", &model, &bad).is_err());
+    }
+    let degrees = 1e-300;
     let bad = Fineness {
-        chord: f64::NAN,
+        degrees,
         ..fineness
     };
     assert!(Part::new("", &model, &bad).is_err());
+}
+
+/// Lines with a direction whose square is zero are drawn; what is beyond f32 is not, and numbers stay numbers.
+#[test]
+fn far_and_tiny_probes_leave_a_sound_file() {
+    let model = model("thesis/cylinder.3dm");
+    let mut view = View::new("", &model, &Fineness::default()).unwrap();
+    let lines = [
+        r#"{"line":{"origin":[-30,1.5,2.25],"direction":[1e-200,0,0]}}"#,
+        r#"{"sphere":{"center":[1e39,0,0],"radius":1}}"#,
+    ];
+    let lines = lines
+        .iter()
+        .map(|text| (1, Ok(QueryLine::parse(text).unwrap())));
+    assert_eq!(view.ask(&model, &mut FeelerEngine::default(), lines), Ok(0));
+    assert!(
+        matches!(view.queries[0].probe, Some(ProbeShape::Line(l)) if l.from[0] < -5.0 && l.to[0] > 5.0)
+    );
+    assert_eq!(view.queries[1].probe, None);
+    let file = gltf::Gltf::from_slice(&view.glb().unwrap()).unwrap();
+    let numbers = file.blob.unwrap();
+    let nodes = file.document.nodes();
+    for node in nodes {
+        assert!(
+            node.transform()
+                .matrix()
+                .iter()
+                .flatten()
+                .all(|x| x.is_finite())
+        );
+    }
+    assert!(!numbers.is_empty());
 }
 
 fn asked() -> View {
@@ -261,8 +298,7 @@ fn asked() -> View {
         let line = QueryLine::parse(text).map_err(|e| e.to_string());
         (i + 1, line)
     });
-    let lines: Vec<_> = parsed.collect();
-    let refused = view.ask(&model, &mut FeelerEngine::default(), &lines);
+    let refused = view.ask(&model, &mut FeelerEngine::default(), parsed);
     assert_eq!(refused, Ok(1));
     assert_eq!(view.queries.len(), 7);
     assert_eq!(view.notes.len(), 1);

@@ -2,7 +2,9 @@
 
 use crate::scenes::{Random, block, cube, part, shape};
 use feeler::brep::{Brep, BrepBuilder};
+use feeler::nurbs::{NurbsSurface, Surface};
 use feeler_rapier::{BrepDispatcher, BrepShape, Several};
+use nalgebra::Vector4;
 use parry3d_f64::math::{Pose, Vector};
 use parry3d_f64::query::{ContactManifold, ContactManifoldsWorkspace, PersistentQueryDispatcher};
 use parry3d_f64::shape::{Ball, Cuboid, HalfSpace, Shape};
@@ -114,6 +116,43 @@ fn faces_that_go_on_smoothly_give_one_contact() {
     assert_eq!(ball_at(&brep, [1.2, 1.1, 1.2], 0.3, 0.1).len(), 1);
     // A ball that hangs over the edge of a top touches the top alone, though the side is within its reach.
     assert_eq!(ball_at(&brep, [0.95, 0.5, 1.25], 0.3, 0.1).len(), 1);
+}
+
+/// The trough z = x^2 / 8 over [-1, 1]^2 in two halves that share a border, but no edge.
+fn halves() -> Brep {
+    let mut b = BrepBuilder::new();
+    for [from, to] in [[-1.0, 0.0], [0.0, 1.0]] {
+        let mut net = Vec::new();
+        for (x, z) in [
+            (from, from * from),
+            (0.5 * (from + to), from * to),
+            (to, to * to),
+        ] {
+            net.push(Vector4::new(x, -1.0, z / 8.0, 1.0));
+            net.push(Vector4::new(x, 1.0, z / 8.0, 1.0));
+        }
+        let knots = [vec![0., 0., 0., 1., 1., 1.], vec![0., 0., 1., 1.]];
+        let half = NurbsSurface::new([2, 1], [3, 2], net, knots).unwrap();
+        b.whole_surface(Surface::Nurbs(half));
+    }
+    b.build().unwrap()
+}
+
+/// The nearest point of the other half is on the border that both share, where this half goes on down.
+#[test]
+fn halves_without_a_common_edge_give_one_contact() {
+    for several in [Several::PerFace, Several::All] {
+        let brep = shape(halves()).with_several(several);
+        for x in [-0.05, -1e-3, 1e-4, 0.01, 0.1] {
+            // A ball of radius 1 whose foot is at x, 0.001 deep.
+            let normal = Vector::new(-x / 4.0, 0.0, 1.0).normalize();
+            let center = Vector::new(x, 0.0, x * x / 8.0) + normal * 0.999;
+            let found = ball_at(&brep, center.into(), 1.0, 0.1);
+            assert_eq!(found.len(), 1, "{several:?} {x} {found:?}");
+            assert!((found[0].1 + 0.001).abs() < 1e-9, "{x} {found:?}");
+            assert!((found[0].0 - normal).length() < 1e-5, "{x} {found:?}");
+        }
+    }
 }
 
 #[test]

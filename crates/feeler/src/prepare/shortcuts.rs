@@ -16,7 +16,8 @@ pub struct Shortcuts {
     pub boxes: bool,
     /// The search settles a box at once where the function is convex; without, it halves boxes down to the asked bound.
     pub convex_leaves: bool,
-    /// The search leaves of a box only its lower border where the function is monotone; without, it halves it.
+    /// The search leaves of a box only its lower border where the function is monotone, and for lists of contacts only two borders where
+    /// it has no minimum between them; without, it halves it.
     pub monotone_borders: bool,
     /// The search for a minimum works in f64, and in double-double where f64 no longer suffices; without, in double-double
     /// at once.

@@ -43,7 +43,7 @@ impl Surroundings<'_> {
         point: &Point3<f64>,
         f: Ball<Dd>,
     ) -> bool {
-        if self.falls_from(own, f, f) || self.falls_at_border(own, point, f) {
+        if self.falls_from(own, f, f) || self.falls_at_borders(own, point, f) {
             return false;
         }
         !self
@@ -52,36 +52,53 @@ impl Surroundings<'_> {
             .any(|t| self.falls_at_trim(t, point, f))
     }
 
-    /// Whether a way leads down from where else a face without loops has a point of its domain's border: across a seam, or around a pole.
-    fn falls_at_border(&self, own: Spot, point: &Point3<f64>, f: Ball<Dd>) -> bool {
-        let brep = self.brep.brep();
-        if brep.parts().faces[own.face].loops.is_some() {
-            return false;
-        }
+    /// Whether a way leads down from where else faces without loops, which have no edges to tell, have a point on the border of their
+    /// domain: across a seam, around a pole, on a neighbour.
+    fn falls_at_borders(&self, own: Spot, point: &Point3<f64>, f: Ball<Dd>) -> bool {
         let near = FIRST_STEP * self.brep.size();
-        let domain = brep.surface(own.face).domain();
+        (0..self.brep.brep().faces().len()).any(|face| {
+            let without_loops = self.brep.brep().parts().faces[face].loops.is_none();
+            let holds = |b: &[[f64; 2]; 3]| {
+                (0..3).all(|c| b[c][0] - near <= point[c] && point[c] <= b[c][1] + near)
+            };
+            without_loops
+                && self.brep.face_box(face).is_none_or(holds)
+                && self.falls_at_border(face, own, point, f)
+        })
+    }
+
+    fn falls_at_border(&self, face: usize, own: Spot, point: &Point3<f64>, f: Ball<Dd>) -> bool {
+        let near = FIRST_STEP * self.brep.size();
+        let domain = self.brep.brep().surface(face).domain();
         let own_uv = [own.uv.x, own.uv.y];
-        // A side where it is one point is met at any parameter, others at the same one.
-        let along = |k: usize| {
-            let around =
-                (0..=AROUND_POLE).map(move |i| domain[k].lerp(i as f64 / AROUND_POLE as f64));
-            std::iter::once(own_uv[k]).chain(around)
-        };
         (0..2).any(|across| {
+            let along = domain[1 - across];
             [domain[across].start, domain[across].end]
                 .into_iter()
                 .any(|end| {
-                    along(1 - across).any(|at| {
-                        let uv = if across == 0 { [end, at] } else { [at, end] };
-                        let there = Spot {
-                            face: own.face,
+                    let at = |t: f64| {
+                        let uv = if across == 0 { [end, t] } else { [t, end] };
+                        Spot {
+                            face,
                             uv: uv.into(),
-                        };
-                        (self.point(there) - point).norm() <= near
+                        }
+                    };
+                    let falls = |t: f64| {
+                        (self.point(at(t)) - point).norm() <= near
                             && self
-                                .value(there)
-                                .is_some_and(|v| self.falls_from(there, v, f))
-                    })
+                                .value(at(t))
+                                .is_some_and(|v| self.falls_from(at(t), v, f))
+                    };
+                    // A side that is one point is met at any parameter, the face's own at the same one, others where they come nearest.
+                    let around = |i: usize| along.lerp(i as f64 / AROUND_POLE as f64);
+                    if (0..=AROUND_POLE).any(|i| falls(around(i))) {
+                        return true;
+                    }
+                    if face == own.face {
+                        return falls(own_uv[1 - across]);
+                    }
+                    let (_, s) = nearest(|s| (self.point(at(along.lerp(s))) - point).norm());
+                    falls(along.lerp(s))
                 })
         })
     }

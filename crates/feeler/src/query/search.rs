@@ -771,9 +771,10 @@ impl Search<'_> {
             self.leave(node.lo, covered, part);
             return;
         }
-        // Tops, saddles and whole ridges of them hold no minimum, but where only the least one is asked for their bounds say that sooner.
+        // Tops, ridges and saddles across the parameter lines hold no minimum; where only the least one is asked for their bounds say that sooner.
         if self.goal.all_below.is_some()
             && !crosses
+            && shortcuts.monotone_borders
             && let Some(k) = shape.capped.iter().position(|c| *c)
         {
             let range = if k == 0 { node.u } else { node.v };
