@@ -334,8 +334,8 @@ pub(super) fn run(extent: Extent, progress: &mut dyn FnMut(&str)) -> Result<Find
         GRAVITY / (std::f64::consts::TAU * super::world::HERTZ).powi(2),
     );
     page += &table(&head, &rows);
-    page += "\nAt the seams of the four faces the velocity jumps for a step, on the BREP, too. These faces share no edges, only places; whether the border of a face \
-        that the ball has not reached counts as a contact of its own there, or the engine's warm start is lost, has not been examined.\n\n";
+    page += "\nThe four faces share no edges, only places. The border of a face that the ball has not reached is no contact of its own where another \
+        face goes on below it, so that the ball crosses their seams as it runs over the one face.\n\n";
     for (name, _) in &plots {
         let _ = writeln!(page, "![{name}]({name})\n");
     }
