@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 pub(crate) struct Args {
     /// The .3dm, .brep (OCCT, text) or .step file, or a model file of our own (.json, .json.gz).
     file: PathBuf,
-    /// The file to write: .3dm (version 5) by its name.
+    /// The file to write, by its name: .3dm (version 5) or .brep (OCCT, text).
     out: PathBuf,
     /// Give all lengths in this unit (um, mm, cm, m, km, mil, in, ft, ...): coordinates are multiplied, and how far that rounds is said.
     #[arg(long, value_name = "UNIT", value_parser = unit)]
@@ -33,12 +33,18 @@ fn read(path: &Path) -> Result<Document, Bad> {
 
 pub(crate) fn run(args: &Args) -> Result<Outcome, Bad> {
     let extension = args.out.extension().map(|e| e.to_ascii_lowercase());
-    if extension.is_none_or(|e| e != "3dm") {
+    let is_brep = extension.as_ref().is_some_and(|e| e == "brep");
+    if !is_brep && extension.is_none_or(|e| e != "3dm") {
         return Err(Bad(format!(
-            "{}: the name says no format that is written; end it with .3dm",
+            "{}: the name says no format that is written; end it with .3dm or .brep",
             args.out.display()
         )));
     }
+    let write = if is_brep {
+        feeler_io::write_brep
+    } else {
+        feeler_io::write_3dm
+    };
     let mut document = read(&args.file)?;
     let mut lines = Vec::new();
     if let Some(unit) = &args.unit {
@@ -55,14 +61,18 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Bad> {
         bytes,
         notes,
         objects,
-    } = feeler_io::write_3dm(&document)
-        .map_err(|e| Bad(format!("{}: {e}", args.file.display())))?;
+    } = write(&document).map_err(|e| Bad(format!("{}: {e}", args.file.display())))?;
     std::fs::write(&args.out, &bytes)
         .map_err(|e| Bad(format!("{}: cannot be written: {e}", args.out.display())))?;
+    let units = match (&document.units, is_brep) {
+        (Units::None, true) => "no units".to_owned(),
+        // The format has none.
+        (units, true) => format!("no units (were {units})"),
+        (units, false) => format!("units {units}"),
+    };
     lines.push(format!(
-        "{}: {objects} objects, units {}, {} bytes",
+        "{}: {objects} objects, {units}, {} bytes",
         args.out.display(),
-        document.units,
         bytes.len()
     ));
     lines.extend(notes.into_iter().map(|n| format!("  note: {n}")));

@@ -298,4 +298,12 @@ pub enum WriteError {
         /// The face.
         face: usize,
     },
+    /// Something that the format has no room for.
+    #[error("object {object}: {what}")]
+    Unsupported {
+        /// The object.
+        object: usize,
+        /// What it is, where, and the remedy.
+        what: String,
+    },
 }

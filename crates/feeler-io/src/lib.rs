@@ -18,7 +18,7 @@
 //! # Ok::<(), feeler_io::FileError>(())
 //! ```
 //!
-//! [`write_3dm`] writes a document as .3dm, and [`Document::convert_units`] gives it other units.
+//! [`write_3dm`] writes a document as .3dm, [`write_brep`] as OCCT's `.brep`, and [`Document::convert_units`] gives it other units.
 //!
 //! **Numbers.** Nothing is scaled unless [asked for](Document::convert_units), and lengths stay in the file's [`Units`]. Every f64 of a .3dm file that reaches a
 //! BREP has the bits it has in the file, but for extrusions, whose faces are made here, and what block references move: the object's warnings
@@ -48,7 +48,7 @@ pub use affine::{Affine, MapError, Moved};
 pub use document::{Choice, Document, Format, Object, ObjectKind};
 pub use error::{ChunkId, FileError, FileProblem, Problem, ReadError, WriteError};
 pub use file::{MAX_FILE_SIZE, read_file};
-pub use occt::{TextProblem, read_brep};
+pub use occt::{TextProblem, read_brep, write_brep};
 pub use rescale::UnitsError;
 pub use step::read_step;
 pub use step_problem::StepProblem;

@@ -1,52 +1,11 @@
 //! What is written as .3dm is read back as it was, number by number.
 
+mod models;
+
 use feeler::brep::Iso;
 use feeler_io::{Document, Object, ObjectKind, read_3dm, read_file, write_3dm};
-use std::path::{Path, PathBuf};
-
-fn find(dir: &Path, found: &mut Vec<PathBuf>) {
-    let Ok(entries) = std::fs::read_dir(dir) else {
-        return;
-    };
-    let mut paths: Vec<_> = entries.flatten().map(|e| e.path()).collect();
-    paths.sort();
-    for path in paths {
-        if path.is_dir() {
-            find(&path, found);
-        } else if path.extension().is_some_and(|e| e == "3dm" || e == "brep") {
-            found.push(path);
-        }
-    }
-}
-
-/// The corpus's models, and those of `../shared/models` (or `FEELER_MODELS`) where they are.
-fn models() -> Vec<PathBuf> {
-    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
-    let mut found = Vec::new();
-    find(&root.join("corpora/models"), &mut found);
-    let shared = std::env::var_os("FEELER_MODELS");
-    find(
-        &shared.map_or_else(|| root.join("../shared/models"), PathBuf::from),
-        &mut found,
-    );
-    found
-}
-
-/// The objects that a file is written of.
-fn wanted(document: &Document) -> Vec<&Object> {
-    let own = document.objects.iter().filter(|o| !o.block_member);
-    let all = own.flat_map(|o| match &o.kind {
-        ObjectKind::Block { parts, .. } => parts.as_slice(),
-        _ => std::slice::from_ref(o),
-    });
-    let all = all.filter(|o| {
-        !matches!(
-            o.kind,
-            ObjectKind::Mesh | ObjectKind::Other(_) | ObjectKind::Refused { .. }
-        )
-    });
-    all.collect()
-}
+use models::{models, wanted};
+use std::path::Path;
 
 /// All numbers of a value as it is printed: `{:?}` of an f64 has all its digits and the sign of zero.
 fn print(object: &Object) -> String {
@@ -68,6 +27,9 @@ fn print(object: &Object) -> String {
 fn every_model_comes_back_bit_for_bit() {
     let (mut files, mut objects, mut noted) = (0, 0, Vec::new());
     for path in models() {
+        if path.extension().is_some_and(|e| e == "step") {
+            continue;
+        }
         let Ok(document) = read_file(&path) else {
             continue;
         };

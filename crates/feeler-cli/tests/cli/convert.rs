@@ -29,6 +29,22 @@ fn what_is_written_answers_as_before() {
 }
 
 #[test]
+fn a_brep_answers_as_before() {
+    let path = out("same.brep");
+    let run = feeler(&["convert", PART, &path], "");
+    assert_eq!(run.code, Some(0), "{run:?}");
+    assert!(run.out.contains("1 objects, no units (were mm)"), "{run:?}");
+    let ask = |file: &str| {
+        let run = feeler(&["contact", file, "--sphere", "0.01,0.02,0.03,2.51"], "");
+        assert_eq!(run.code, Some(0), "{run:?}");
+        let answer: serde_json::Value = serde_json::from_str(&run.out).expect("JSON");
+        answer["separation"].clone()
+    };
+    assert_eq!(ask(PART), ask(&path));
+    std::fs::remove_file(path).expect("the file");
+}
+
+#[test]
 fn other_units_are_said_with_their_rounding() {
     let path = out("inches.3dm");
     let run = feeler(&["convert", PART, &path, "--unit", "in"], "");

@@ -12,6 +12,7 @@
 //! | `builder` | a BREP in the making |
 //! | `assembly` | from shapes to BREPs |
 //! | `document` | the whole file |
+//! | `write` | BREPs into such files |
 //!
 //! The format is described in OCCT's documentation, "BRep Format"; where that is silent (periodic splines, the order
 //! of factors in a location, the second curve of a seam) files that OCCT writes decide, and tests hold us to them.
@@ -28,7 +29,9 @@ pub(crate) mod splines;
 pub(crate) mod surfaces;
 mod tokens;
 mod wires;
+mod write;
 
 pub(crate) use document::has_header;
 pub use document::read_brep;
 pub use error::TextProblem;
+pub use write::write_brep;

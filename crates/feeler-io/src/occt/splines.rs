@@ -114,6 +114,11 @@ impl Knots {
         })
     }
 
+    /// Distinct knots with their multiplicities.
+    pub(super) fn distinct(&self) -> &[(f64, usize)] {
+        &self.distinct
+    }
+
     /// From the first knot to the last.
     pub(crate) fn period(&self) -> Option<f64> {
         Some(self.distinct.last()?.0 - self.distinct.first()?.0)

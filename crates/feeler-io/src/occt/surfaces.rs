@@ -254,7 +254,7 @@ impl Form3 {
         Ok(())
     }
 
-    fn over(
+    pub(super) fn over(
         &self,
         ranges: [[f64; 2]; 2],
         motion: &Motion,
