@@ -63,6 +63,9 @@ pub fn answer(brep: &PreparedBrep, query: &Query, workspace: &mut Workspace) -> 
                 undecided: found.undecided.map(|u| u.to_string()),
             }
         }
+        Ask::Arrival(probe, motion) => {
+            (&query::arrival(brep, &probe, &motion, &options, workspace)).into()
+        }
         Ask::Line(l) => (&query::line(brep, &l, &options, workspace)).into(),
         Ask::Side(face, uv) => match query::side(brep, face, uv) {
             Some(found) => found.into(),
@@ -128,6 +131,8 @@ fn one(subject: &mut Subject<'_>, query: &Query, effort: Effort) -> Found {
     match query.ask {
         Ask::Contact(probe) => refute::contact(subject, query, &probe, effort),
         Ask::Line(probe) => line::line(subject, query, &probe, effort),
+        // Nothing else knows the time.
+        Ask::Arrival(..) => Ok(()),
         Ask::Inside(point) => {
             let body = answer(&subject.prepared, query, &mut subject.workspace);
             if effort == Effort::Full

@@ -62,6 +62,17 @@ pub(crate) struct ProbeArgs {
     /// Which part of the line counts.
     #[arg(long, value_enum, default_value_t = Kind::Line, requires = "line")]
     kind: Kind,
+    /// Ask when the sphere or half-space that moves so, in model units a unit of time, first comes within the prediction.
+    #[arg(long, value_name = "VX,VY,VZ", allow_hyphen_values = true, value_parser = numbers::<3>, conflicts_with = "line")]
+    velocity: Option<[f64; 3]>,
+    /// Until when it moves; for ever if not given.
+    #[arg(
+        long,
+        value_name = "TIME",
+        requires = "velocity",
+        allow_hyphen_values = true
+    )]
+    until: Option<f64>,
 }
 
 #[derive(Clone, Copy, Debug, ValueEnum)]
@@ -102,6 +113,11 @@ impl ProbeArgs {
     /// The queries that the command line itself asks, with their flags.
     pub(crate) fn queries(&self) -> Vec<(&'static str, QueryLine)> {
         let mut all = Vec::new();
+        let moving = QueryLine {
+            velocity: self.velocity,
+            until: self.until,
+            ..QueryLine::default()
+        };
         if let Some([x, y, z, radius]) = self.sphere {
             let sphere = Some(SphereLine {
                 center: [x, y, z],
@@ -109,7 +125,7 @@ impl ProbeArgs {
             });
             let line = QueryLine {
                 sphere,
-                ..QueryLine::default()
+                ..moving.clone()
             };
             all.push(("--sphere", line));
         }
@@ -120,7 +136,7 @@ impl ProbeArgs {
             });
             let line = QueryLine {
                 half_space,
-                ..QueryLine::default()
+                ..moving.clone()
             };
             all.push(("--half-space", line));
         }

@@ -5,7 +5,8 @@
 use feeler::numeric::Enclosure;
 use feeler::nurbs::SurfacePoint;
 use feeler::query::{
-    Contact, ContactAnswer, Feature, Hit, LineAnswer, Separation, SideAnswer, Undecided,
+    ArrivalAnswer, Contact, ContactAnswer, Feature, Hit, LineAnswer, Separation, SideAnswer,
+    Undecided,
 };
 use feeler::trim::{AxisSplit, Side, Stationary};
 use serde::{Deserialize, Serialize, Serializer};
@@ -119,6 +120,19 @@ pub enum Body {
         #[serde(skip_serializing_if = "Option::is_none")]
         undecided: Option<String>,
     },
+    /// Of a sphere or half-space with a velocity.
+    Arrival {
+        /// When it first comes within the prediction: not before `lo`, and at `value`, unless `hi` is infinite; `null` if proven never, until
+        /// the time asked about.
+        arrival: Option<Claim>,
+        /// Whether the closest points then reach beyond one foot box.
+        continuum: bool,
+        /// The contacts at `value`, deepest first.
+        contacts: Vec<ContactLine>,
+        /// Why the enclosure is wider than asked.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        undecided: Option<String>,
+    },
     /// Of a query with `"overlap": true`.
     Overlap {
         /// Whether the separation is negative; none where undecided.
@@ -223,6 +237,7 @@ impl Body {
     pub fn undecided(&self) -> Option<&str> {
         match self {
             Self::Contact { undecided, .. }
+            | Self::Arrival { undecided, .. }
             | Self::Overlap { undecided, .. }
             | Self::Line { undecided, .. }
             | Self::Side { undecided, .. }
@@ -279,6 +294,17 @@ impl From<&ContactAnswer> for Body {
     fn from(a: &ContactAnswer) -> Self {
         Self::Contact {
             separation: a.separation.into(),
+            continuum: a.continuum,
+            contacts: a.contacts.iter().map(ContactLine::from).collect(),
+            undecided: why(a.undecided),
+        }
+    }
+}
+
+impl From<&ArrivalAnswer> for Body {
+    fn from(a: &ArrivalAnswer) -> Self {
+        Self::Arrival {
+            arrival: a.time.map(Claim::from),
             continuum: a.continuum,
             contacts: a.contacts.iter().map(ContactLine::from).collect(),
             undecided: why(a.undecided),

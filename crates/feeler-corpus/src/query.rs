@@ -1,7 +1,7 @@
 //! A query, as a line of JSON and as the kernel takes it.
 
 use feeler::query::{
-    Accuracy, Contacts, HalfSpace, LineKind, LineProbe, Probe, ProbeError, Sphere,
+    Accuracy, Contacts, HalfSpace, LineKind, LineProbe, Motion, Probe, ProbeError, Sphere,
 };
 use nalgebra::{Point2, Point3, Quaternion, Vector3};
 use serde::{Deserialize, Serialize};
@@ -55,6 +55,13 @@ pub struct QueryLine {
     /// Where the probe stands.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub pose: Option<Pose>,
+    /// Ask when the ball or half-space that moves so first comes within the prediction; in model units a unit of time, in the model's
+    /// frame: the pose does not turn it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub velocity: Option<[f64; 3]>,
+    /// Until when it moves; for ever if not given.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub until: Option<f64>,
     /// Ask only whether probe and BREP overlap.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub overlap: bool,
@@ -243,6 +250,8 @@ fn json_message(error: &serde_json::Error) -> String {
 pub enum Ask {
     /// Separation and contacts of a sphere or half-space.
     Contact(Probe),
+    /// When a sphere or half-space that moves first comes within the prediction.
+    Arrival(Probe, Motion),
     /// The hits of a line.
     Line(LineProbe),
     /// The side of a point of a face's parameter space.
@@ -305,7 +314,7 @@ impl QueryLine {
         let mut asked: Vec<_> = questions.into_iter().flatten().collect();
         let count = asked.len();
         let ask = match (asked.pop(), count) {
-            (Some(ask), 1) => ask?,
+            (Some(ask), 1) => self.moving(ask?)?,
             _ => return Err(QueryError::Questions(count)),
         };
         if self.prediction.is_some_and(|p| !p.is_finite()) {
@@ -321,6 +330,29 @@ impl QueryLine {
             accuracy,
             overlap: self.overlap,
         })
+    }
+}
+
+impl QueryLine {
+    /// The same question of a probe that moves, if this one does.
+    fn moving(&self, ask: Ask) -> Result<Ask, QueryError> {
+        let Some(velocity) = self.velocity else {
+            return match self.until {
+                Some(_) => Err(QueryError::Number("until without a velocity")),
+                None => Ok(ask),
+            };
+        };
+        let until = self.until.unwrap_or(f64::INFINITY);
+        let motion = Motion::new(velocity.into(), until)?;
+        match ask {
+            Ask::Contact(_) if self.overlap => Err(QueryError::Number(
+                "overlap and a velocity: ask for one of them",
+            )),
+            Ask::Contact(probe) => Ok(Ask::Arrival(probe, motion)),
+            _ => Err(QueryError::Number(
+                "a velocity of what does not move: give it to a sphere or half-space",
+            )),
+        }
     }
 }
 
@@ -353,14 +385,18 @@ impl From<&Query> for QueryLine {
             face,
             uv: uv.coords.into(),
         };
+        if let Ask::Arrival(_, motion) = q.ask {
+            line.velocity = Some(motion.velocity.into());
+            line.until = motion.until.is_finite().then_some(motion.until);
+        }
         match q.ask {
-            Ask::Contact(Probe::Sphere(s)) => {
+            Ask::Contact(Probe::Sphere(s)) | Ask::Arrival(Probe::Sphere(s), _) => {
                 line.sphere = Some(SphereLine {
                     center: s.center.coords.into(),
                     radius: s.radius,
                 });
             }
-            Ask::Contact(Probe::HalfSpace(h)) => {
+            Ask::Contact(Probe::HalfSpace(h)) | Ask::Arrival(Probe::HalfSpace(h), _) => {
                 line.half_space = Some(HalfSpaceLine {
                     normal: h.normal.into(),
                     offset: h.offset,
@@ -390,8 +426,10 @@ impl Ask {
     /// The protocol's word for what is asked.
     pub fn word(&self) -> &'static str {
         match self {
-            Self::Contact(Probe::Sphere(_)) => "sphere",
-            Self::Contact(Probe::HalfSpace(_)) => "half_space",
+            Self::Contact(Probe::Sphere(_)) | Self::Arrival(Probe::Sphere(_), _) => "sphere",
+            Self::Contact(Probe::HalfSpace(_)) | Self::Arrival(Probe::HalfSpace(_), _) => {
+                "half_space"
+            }
             Self::Line(_) => "line",
             Self::Side(..) => "side",
             Self::Inside(_) => "inside",
@@ -600,6 +638,22 @@ mod tests {
                 "unit",
             ),
             (r#"{"inside": {"point": [0,0,1e200]}}"#, "range"),
+            (
+                r#"{"inside": {"point": [0,0,0]}, "velocity": [1,0,0]}"#,
+                "sphere or half-space",
+            ),
+            (
+                r#"{"sphere": {"center": [0,0,0], "radius": 1}, "until": 1}"#,
+                "without a velocity",
+            ),
+            (
+                r#"{"sphere": {"center": [0,0,0], "radius": 1}, "velocity": [1,0,0], "until": -1}"#,
+                "negative",
+            ),
+            (
+                r#"{"sphere": {"center": [0,0,0], "radius": 1}, "velocity": [1,0,0], "overlap": true}"#,
+                "one of them",
+            ),
             (r#"{"side": {"face": -1, "uv": [0,0]}}"#, "invalid value"),
             (
                 r#"{"inside": {"point": [0,0,0]}, "accuracy": 0}"#,

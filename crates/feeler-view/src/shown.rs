@@ -190,7 +190,7 @@ impl Shown {
             query: QueryLine::from(query).to_text(),
             answer: answer.to_text(),
             // What is too far away for f32 is not drawn.
-            probe: probe(part, query).filter(ProbeShape::is_drawable),
+            probe: probe(part, &asked(query, &answer.body)).filter(ProbeShape::is_drawable),
             marks: marks(model, part, query, &answer.body)
                 .into_iter()
                 .filter_map(Mark::drawable)
@@ -234,6 +234,13 @@ fn summary(body: &Body) -> String {
             let spread = if *continuum { ", continuum" } else { "" };
             format!("separation {}, {at}{spread}", number(separation))
         }
+        Body::Arrival {
+            arrival, contacts, ..
+        } => match (arrival, contacts.first()) {
+            (None, _) => "never arrives".to_owned(),
+            (Some(t), Some(c)) => format!("arrives at {}, {}", number(t), feature(c.feature)),
+            (Some(t), None) => format!("arrives at {}", number(t)),
+        },
         Body::Overlap { overlap, .. } => match overlap {
             Some(true) => "overlap".to_owned(),
             Some(false) => "no overlap".to_owned(),
@@ -264,11 +271,30 @@ fn f32s(v: &Vector3<f64>) -> [f32; 3] {
     [0, 1, 2].map(|c| v[c] as f32)
 }
 
-fn probe(part: &Part, query: &Query) -> Option<ProbeShape> {
+/// What was asked; of a probe that moves, where it stands when it arrives.
+fn asked(query: &Query, body: &Body) -> Ask {
+    let Ask::Arrival(mut probe, motion) = query.ask else {
+        return query.ask;
+    };
+    if let Body::Arrival {
+        arrival: Some(time),
+        ..
+    } = body
+    {
+        let way = motion.velocity * time.value;
+        match &mut probe {
+            Probe::Sphere(s) => s.center += way,
+            Probe::HalfSpace(h) => h.offset += h.normal.dot(&way),
+        }
+    }
+    Ask::Contact(probe)
+}
+
+fn probe(part: &Part, ask: &Ask) -> Option<ProbeShape> {
     /// Squares and lines reach beyond the part by this factor.
     const BEYOND: f64 = 1.15;
     let center = Vector3::from(part.center);
-    match query.ask {
+    match *ask {
         Ask::Contact(Probe::Sphere(s)) => Some(ProbeShape::Ball {
             center: part.local(&s.center.coords.into()),
             radius: s.radius as f32,
@@ -328,7 +354,7 @@ fn of_side(side: Option<Side>) -> MarkKind {
 fn marks(model: &Model, part: &Part, query: &Query, body: &Body) -> Vec<Mark> {
     let narrow = |v: [f64; 3]| v.map(|x| x as f32);
     match (body, query.ask) {
-        (Body::Contact { contacts, .. }, _) => {
+        (Body::Contact { contacts, .. } | Body::Arrival { contacts, .. }, _) => {
             let one = |c: &feeler_corpus::ContactLine| Mark {
                 normal: Some(narrow(c.normal)),
                 to: Some(part.local(&c.on_probe)),

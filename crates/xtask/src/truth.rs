@@ -492,6 +492,7 @@ mod with_oracle {
                 };
                 Ok(Truth::Side { side, in_gap: None })
             }
+            Ask::Arrival(..) => Err("the oracle knows nothing of what moves".into()),
             Ask::Split(at) => {
                 let found = oracle
                     .derivative_roots(at.face, at.trim_loop, at.trim)

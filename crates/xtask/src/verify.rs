@@ -210,6 +210,7 @@ fn kind(query: &Query) -> &'static str {
     match query.ask {
         Ask::Contact(Probe::Sphere(_)) => "sphere",
         Ask::Contact(Probe::HalfSpace(_)) => "half_space",
+        Ask::Arrival(..) => "arrival",
         Ask::Line(_) => "line",
         Ask::Side(..) => "side",
         Ask::Inside(_) => "inside",

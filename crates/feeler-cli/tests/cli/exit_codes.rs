@@ -60,6 +60,26 @@ fn good_queries_end_with_0() {
 
 /// The distance is irrational: no enclosure by f64 can be as narrow as asked.
 #[test]
+fn a_ball_that_moves_arrives_or_never_does() {
+    // The hole has radius 2.5 about the origin: half a millimetre at a quarter a second.
+    const JOINT: &str = "corpora/models/thesis/ball_joint_cavity_nurbs.3dm";
+    let ball = ["contact", JOINT, "--sphere", "0,0,0,2", "--velocity"];
+    let run = feeler(&[&ball[..], &["0,0,-0.25"]].concat(), "");
+    assert_eq!((run.code, run.err.as_str()), (Some(0), ""), "{run:?}");
+    let answer = &answers(&run)[0];
+    let time = |bound: &str| answer["arrival"][bound].as_f64().unwrap();
+    assert!((time("value") - 2.0).abs() < 1e-9, "{run:?}");
+    assert!(time("lo") <= time("hi") && time("hi") - time("lo") < 1e-9);
+    assert_eq!(answer["contacts"].as_array().unwrap().len(), 1);
+    let never = feeler(&[&ball[..], &["0,0,-0.25", "--until", "1.75"]].concat(), "");
+    assert_eq!(never.code, Some(0));
+    let silent = "{\"arrival\":null,\"continuum\":false,\"contacts\":[]}\n";
+    assert_eq!(never.out, silent);
+    let bad = feeler(&[&ball[..], &["0,0,nan"]].concat(), "");
+    refused(&bad, &[JOINT, "velocity", "not finite"]);
+}
+
+#[test]
 fn an_undecided_answer_ends_with_1() {
     let arguments = [
         "contact",

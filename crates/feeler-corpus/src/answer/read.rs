@@ -44,6 +44,18 @@ struct ContactText {
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
+struct ArrivalText {
+    // Present, be it `null`: never is an answer, and must be said.
+    #[serde(deserialize_with = "Option::deserialize")]
+    arrival: Option<Claim>,
+    #[serde(default)]
+    continuum: bool,
+    contacts: Vec<ContactLine>,
+    undecided: Option<String>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
 struct OverlapText {
     overlap: Option<bool>,
     undecided: Option<String>,
@@ -163,6 +175,15 @@ fn body(fields: Map<String, Value>, query: &Query) -> Result<Body, String> {
                 undecided: a.undecided,
             }
         }
+        Ask::Arrival(..) => {
+            let a: ArrivalText = take(fields)?;
+            Body::Arrival {
+                arrival: a.arrival,
+                continuum: a.continuum,
+                contacts: a.contacts,
+                undecided: a.undecided,
+            }
+        }
         Ask::Line(_) => {
             let a: LineText = take(fields)?;
             Body::Line {
@@ -211,6 +232,8 @@ mod tests {
     use crate::QueryLine;
 
     const SPHERE: &str = r#"{"sphere":{"center":[0.0,0.0,0.1],"radius":1.0}}"#;
+    const ARRIVAL: &str =
+        r#"{"sphere":{"center":[0.0,0.0,0.1],"radius":1.0},"velocity":[0.0,0.0,-1.0],"until":5.0}"#;
     const LINE: &str =
         r#"{"line":{"origin":[0.0,0.0,0.0],"direction":[0.0,0.0,1.0],"kind":"ray"}}"#;
     const SIDE: &str = r#"{"side":{"face":3,"uv":[0.1,0.2]}}"#;
@@ -232,6 +255,13 @@ mod tests {
                     r#"{"separation":{"value":0.1},"continuum":false,"contacts":[]}"#,
                     r#"{"error":"not today"}"#,
                 ][..],
+            ),
+            (
+                ARRIVAL,
+                &[
+                    r#"{"arrival":{"value":0.5,"lo":0.4,"hi":null},"continuum":false,"contacts":[],"undecided":"node budget spent"}"#,
+                    r#"{"arrival":null,"continuum":false,"contacts":[]}"#,
+                ],
             ),
             (
                 LINE,
@@ -310,6 +340,7 @@ mod tests {
                 r#"{"side":"inside","in_gapp":true}"#,
                 "unknown field `in_gapp`",
             ),
+            (ARRIVAL, r#"{"contacts":[]}"#, "missing field `arrival`"),
             (LINE, r#"{"crossings":1}"#, "missing field `hits`"),
             (
                 LINE,
@@ -327,6 +358,7 @@ mod tests {
     fn a_query_can_be_written_again() {
         for text in [
             SPHERE,
+            ARRIVAL,
             LINE,
             SIDE,
             SPLIT,

@@ -5,8 +5,8 @@ use super::{Engine, FeelerWay, value_alone};
 use feeler::numeric::Enclosure;
 use feeler::prepare::PreparedBrep;
 use feeler::query::{
-    self, Accuracy, ContactAnswer, Contacts, Feature, Hit, LineAnswer, LineProbe, Options,
-    OverlapAnswer, Probe, Separation, SideAnswer, Undecided, Workspace,
+    self, Accuracy, ArrivalAnswer, ContactAnswer, Contacts, Feature, Hit, LineAnswer, LineProbe,
+    Motion, Options, OverlapAnswer, Probe, Separation, SideAnswer, Undecided, Workspace,
 };
 use feeler::trim::Side;
 use feeler_corpus::{Answer, Ask, Body, Claim, HitLine, Hits, Model, Query};
@@ -153,6 +153,20 @@ impl FeelerEngine {
             }
         }
         all
+    }
+
+    /// The first arrival at any BREP.
+    fn arrival(&mut self, probe: &Probe, motion: &Motion, options: &Options) -> ArrivalAnswer {
+        let mut first = ArrivalAnswer::default();
+        for part in &self.parts {
+            let mut one = query::arrival(&part.brep, probe, motion, options, &mut self.workspace);
+            for c in &mut one.contacts {
+                c.feature = part.feature(c.feature);
+                c.face += part.faces;
+            }
+            first = first.or_earlier(one);
+        }
+        first
     }
 
     /// A certain hit with any BREP; of the answer to a line, only that.
@@ -321,6 +335,7 @@ impl Engine for FeelerEngine {
             }
             Ask::Contact(probe) if self.way.nurbs => self.as_nurbs(&probe, options),
             Ask::Contact(probe) => Body::from(&self.contact(&probe, &options)),
+            Ask::Arrival(probe, motion) => Body::from(&self.arrival(&probe, &motion, &options)),
             Ask::Line(line) if query.hits != Hits::All => self.any_hit(&line, &options),
             Ask::Line(line) => Body::from(&self.line(&line, &options)),
             Ask::Side(face, uv) => match self.side(face, uv) {

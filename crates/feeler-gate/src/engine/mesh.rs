@@ -319,6 +319,9 @@ impl Engine for MeshEngine {
             Ask::Contact(probe) => self.contact(probe, query).unwrap_or_else(empty),
             Ask::Line(line) => self.line(line, query.hits),
             Ask::Inside(point) => self.inside(point),
+            Ask::Arrival(..) => Body::Error {
+                error: "a mesh is asked about no motion here".into(),
+            },
             Ask::Side(..) | Ask::Evaluate(..) | Ask::Split(..) => not_treated(),
         };
         Answer {
@@ -331,7 +334,7 @@ impl Engine for MeshEngine {
         match query.ask {
             Ask::Contact(_) => query.contacts != Some(Contacts::All),
             Ask::Line(_) | Ask::Inside(_) => true,
-            Ask::Side(..) | Ask::Evaluate(..) | Ask::Split(..) => false,
+            Ask::Arrival(..) | Ask::Side(..) | Ask::Evaluate(..) | Ask::Split(..) => false,
         }
     }
 

@@ -508,6 +508,10 @@ impl PreparedBrep {
     }
 
     /// A box around the face's surface; `None` where none is known.
+    pub(crate) fn bounding_box(&self) -> Option<&Box3> {
+        self.bounding_box.as_ref()
+    }
+
     pub(crate) fn face_box(&self, face: usize) -> Option<&Box3> {
         self.boxes[face].as_ref()
     }

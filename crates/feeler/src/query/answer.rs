@@ -22,6 +22,9 @@ pub enum ProbeError {
         "the normal is not a unit vector: divide it by its length (|n|^2 must be within 2^-50 of 1)"
     )]
     NotUnit,
+    /// The end of a motion is before its start, or no number.
+    #[error("the time until which is negative or no number: give 0 or more, or leave it out")]
+    Until,
     /// A number so large or so small that the bounds would not hold.
     #[error("{0} is outside the range in which bounds hold (up to 1e60)")]
     Range(&'static str),
@@ -259,7 +262,7 @@ pub struct SideAnswer {
     pub undecided: Option<Undecided>,
 }
 
-fn in_range(what: &'static str, values: &[f64]) -> Result<(), ProbeError> {
+pub(super) fn in_range(what: &'static str, values: &[f64]) -> Result<(), ProbeError> {
     for x in values {
         if !x.is_finite() {
             return Err(ProbeError::NotFinite(what));

@@ -1,6 +1,7 @@
 //! Queries and their answers.
 
 mod answer;
+mod arrival;
 pub mod batch;
 mod closed;
 mod contact;
@@ -25,6 +26,7 @@ pub use answer::{
     Undecided,
 };
 
+pub use arrival::{ArrivalAnswer, Motion, arrival};
 pub use contact::{Witness, contact, contact_from};
 pub use inside::inside;
 pub use line::{any_hit, line};

@@ -12,7 +12,7 @@ const QUERIES: usize = 4;
 fn kind(ask: &Ask) -> Kind {
     match ask {
         Ask::Side(..) => Kind::Side,
-        Ask::Contact(Probe::Sphere(_)) => Kind::Sphere,
+        Ask::Contact(Probe::Sphere(_)) | Ask::Arrival(..) => Kind::Sphere,
         Ask::Contact(Probe::HalfSpace(_)) => Kind::HalfSpace,
         Ask::Line(_) | Ask::Inside(_) => Kind::Line,
         Ask::Evaluate(..) => Kind::Evaluate,

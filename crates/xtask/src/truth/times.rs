@@ -53,7 +53,7 @@ fn shared(query: &Query, closed: bool) -> Option<(Shared, &'static str)> {
         Ask::Side(face, _) | Ask::Evaluate(face, _) => {
             Some((Shared::Face(face), "prepare a face in uv"))
         }
-        Ask::Split(_) => None,
+        Ask::Split(_) | Ask::Arrival(..) => None,
     }
 }
 
@@ -147,6 +147,7 @@ fn calls(
             oracle.inside(point.coords.into())?;
             note("inside", begun, None);
         }
+        Ask::Arrival(..) => {}
         Ask::Split(at) => {
             let begun = clock();
             let found = oracle.derivative_roots(at.face, at.trim_loop, at.trim)?;

@@ -336,8 +336,8 @@ impl Engine for ThesisEngine {
             }),
             Ask::Line(line) => self.line(line, query.hits),
             Ask::Side(face, uv) => self.side(*face, *uv),
-            Ask::Inside(_) | Ask::Evaluate(..) | Ask::Split(_) => Body::Error {
-                error: "the thesis has no such query".into(),
+            Ask::Arrival(..) | Ask::Inside(_) | Ask::Evaluate(..) | Ask::Split(_) => Body::Error {
+                error: "not treated here".into(),
             },
         };
         Answer {
@@ -350,7 +350,7 @@ impl Engine for ThesisEngine {
         match query.ask {
             Ask::Contact(_) => query.contacts != Some(Contacts::All),
             Ask::Line(_) | Ask::Side(..) => true,
-            Ask::Inside(_) | Ask::Evaluate(..) | Ask::Split(_) => false,
+            Ask::Arrival(..) | Ask::Inside(_) | Ask::Evaluate(..) | Ask::Split(_) => false,
         }
     }
 }

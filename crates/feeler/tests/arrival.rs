@@ -1,0 +1,239 @@
+//! Times of arrival against closed forms.
+
+#[path = "scenes/mod.rs"]
+mod scenes;
+
+use feeler::brep::Brep;
+use feeler::prepare::PreparedBrep;
+use feeler::query::{
+    Accuracy, ArrivalAnswer, Feature, HalfSpace, Motion, Options, Probe, Sphere, Undecided,
+    Workspace, arrival,
+};
+use nalgebra::{Point3, Vector3};
+use scenes::{bicubic, cube, native_sphere, nurbs_cylinder, nurbs_sphere};
+
+fn ask(brep: &Brep, probe: &Probe, velocity: [f64; 3], until: f64) -> ArrivalAnswer {
+    let brep = PreparedBrep::new(brep.clone());
+    let motion = Motion::new(velocity.into(), until).unwrap();
+    let options = Options::default();
+    arrival(&brep, probe, &motion, &options, &mut Workspace::default())
+}
+
+fn ball(center: [f64; 3], radius: f64) -> Probe {
+    Probe::Sphere(Sphere::new(Point3::from(center), radius).unwrap())
+}
+
+const FOREVER: f64 = f64::INFINITY;
+
+/// The ball arrives at this time, known as exactly as promised; the expected value is itself off by `rounding`.
+#[track_caller]
+fn arrives(answer: &ArrivalAnswer, size: f64, speed: f64, expected: f64, rounding: f64) {
+    let time = answer.time.unwrap();
+    let b = time.bounds;
+    assert!(
+        b.lo <= expected + rounding && expected - rounding <= b.hi,
+        "{b:?} {expected}"
+    );
+    let width = size / (1u64 << 40) as f64 / speed;
+    assert!(b.width() <= width, "{b:?}");
+    assert!(b.contains(time.value));
+    assert_eq!(answer.undecided, None);
+    assert_eq!(answer.contacts.len(), 1);
+    assert!(answer.contacts[0].separation.bounds.hi <= 0.0);
+}
+
+#[test]
+fn a_plane() {
+    // Head on, aslant, and nearly along the face: a ball of radius 1/4 from 1 above the cube's top, whole numbers in binary.
+    for along in [0.0, 1.0, 1.0 / 16.0, -0.125] {
+        let from = [0.5 - 0.75 * along, 0.5, 2.0];
+        let velocity = [along, 0.0, -1.0];
+        let answer = ask(&cube(), &ball(from, 0.25), velocity, FOREVER);
+        arrives(&answer, 1.0, velocity[0].hypot(1.0), 0.75, 0.0);
+        assert_eq!(answer.contacts[0].feature, Feature::Face(1));
+        assert_eq!(answer.contacts[0].normal, Vector3::z());
+    }
+    // At one in sixteen the way is long, and the face long enough.
+    let velocity = [1.0 / 16.0, 0.0, -1.0 / 256.0];
+    let answer = ask(&cube(), &ball([0.0, 0.5, 1.28125], 0.25), velocity, FOREVER);
+    let speed = velocity[0].hypot(velocity[2]);
+    arrives(&answer, 1.0, speed, 8.0, 0.0);
+}
+
+#[test]
+fn spheres_and_cylinders() {
+    // Radius 2.5 and 2.5: centres 5 apart at the touch, 3 beside and 4 before it.
+    let probe = ball([10.0, 3.0, 0.0], 2.5);
+    for brep in [native_sphere(), nurbs_sphere(), nurbs_cylinder()] {
+        let answer = ask(&brep, &probe, [-2.0, 0.0, 0.0], FOREVER);
+        // The NURBS are spheres to 2^-50.
+        arrives(&answer, 8.0, 2.0, 3.0, 1e-14);
+        let touch = Vector3::new(2.0, 1.5, 0.0);
+        let off = answer.contacts[0].on_brep.coords - touch;
+        assert!(off.norm() < 1e-10, "{off}");
+    }
+    // Within, from the centre.
+    let answer = ask(
+        &native_sphere(),
+        &ball([0.0; 3], 2.0),
+        [0.0, 0.0, 0.25],
+        FOREVER,
+    );
+    arrives(&answer, 5.0, 0.25, 2.0, 0.0);
+    // Along the cylinder, aslant: 3 and 4 of 5 beside the axis, while it climbs.
+    let answer = ask(
+        &nurbs_cylinder(),
+        &ball([10.0, 3.0, -3.0], 2.5),
+        [-2.0, 0.0, 1.0],
+        FOREVER,
+    );
+    arrives(&answer, 8.0, 5f64.sqrt(), 3.0, 1e-14);
+}
+
+#[test]
+fn grazing() {
+    let brep = native_sphere();
+    for gap in [1.0, 1e-3, 1e-5] {
+        let probe = ball([10.0, 5.0 + gap, 0.0], 2.5);
+        let answer = ask(&brep, &probe, [-1.0, 0.0, 0.0], FOREVER);
+        assert_eq!(answer.time, None, "{gap}");
+        assert_eq!(answer.undecided, None, "{gap}");
+    }
+    for depth in [1e-3, 1e-5, 1e-9] {
+        let beside: f64 = 5.0 - depth;
+        let answer = ask(
+            &brep,
+            &ball([10.0, beside, 0.0], 2.5),
+            [-1.0, 0.0, 0.0],
+            FOREVER,
+        );
+        // (5 - b)(5 + b): the difference is exact.
+        let half = ((5.0 - beside) * (5.0 + beside)).sqrt();
+        // The time is as uncertain as rounding, 16 epsilon of sums up to 25 and a little more, is over the slope there.
+        let rounding = 32.0 * f64::EPSILON * 25.0 / (half / 5.0);
+        let b = answer.time.unwrap().bounds;
+        assert!(b.lo <= 10.0 - half + 4e-15 && 10.0 - half - 4e-15 <= b.hi);
+        assert!(b.width() <= 5.0 / (1u64 << 40) as f64 + rounding, "{b:?}");
+        assert_eq!(answer.contacts.len(), 1);
+    }
+    // Exactly: it touches at 10, and nothing proves it.
+    let answer = ask(
+        &brep,
+        &ball([10.0, 5.0, 0.0], 2.5),
+        [-1.0, 0.0, 0.0],
+        FOREVER,
+    );
+    let time = answer.time.unwrap();
+    assert!(time.bounds.lo > 9.9 && time.bounds.lo <= 10.0, "{time:?}");
+    assert!(time.bounds.hi >= 10.0);
+    assert!(answer.undecided.is_some());
+}
+
+#[test]
+fn in_touch_away_and_out_of_time() {
+    let probe = ball([0.5, 0.5, 1.25 - 1e-9], 0.25);
+    for velocity in [[0.0, 0.0, -1.0], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [0.0; 3]] {
+        let answer = ask(&cube(), &probe, velocity, 1.0);
+        let time = answer.time.unwrap();
+        assert_eq!([time.bounds.lo, time.bounds.hi], [0.0; 2]);
+        assert_eq!(answer.contacts.len(), 1);
+    }
+    // Exactly in touch, which the kernel knows to the last digit, but not that it is none more.
+    let answer = ask(
+        &cube(),
+        &ball([0.5, 0.5, 1.25], 0.25),
+        [0.0, 0.0, -1.0],
+        1.0,
+    );
+    let b = answer.time.unwrap().bounds;
+    assert!(b.lo == 0.0 && b.hi < 1e-12, "{b:?}");
+    let apart = ball([0.5, 0.5, 2.25], 0.25);
+    // Tiny speeds and huge ones, too.
+    for velocity in [
+        [0.0, 0.0, 1.0],
+        [1.0, 1e-200, 0.0],
+        [0.0; 3],
+        [0.0, 3e-160, 0.0],
+        [1e50, 0.0, 0.0],
+    ] {
+        let answer = ask(&cube(), &apart, velocity, FOREVER);
+        assert_eq!(answer.time, None, "{velocity:?}");
+        assert_eq!(answer.undecided, None, "{velocity:?}");
+    }
+    let down = [0.0, 0.0, -1.0];
+    assert_eq!(ask(&cube(), &apart, down, 0.875).time, None);
+    let answer = ask(&cube(), &apart, down, 1.25);
+    arrives(&answer, 1.0, 1.0, 1.0, 0.0);
+}
+
+#[test]
+fn within_a_prediction() {
+    let brep = PreparedBrep::new(cube());
+    let motion = Motion::new(Vector3::new(0.0, 0.0, -1.0), FOREVER).unwrap();
+    let probe = ball([0.5, 0.5, 2.25], 0.25);
+    for (prediction, expected) in [(0.5, 0.5), (-0.125, 1.125)] {
+        let options = Options {
+            prediction,
+            accuracy: Accuracy::Length(1e-6),
+            ..Options::default()
+        };
+        let answer = arrival(&brep, &probe, &motion, &options, &mut Workspace::default());
+        let b = answer.time.unwrap().bounds;
+        assert!(b.contains(expected), "{b:?}");
+        assert!(b.width() <= 1e-6, "{b:?}");
+    }
+}
+
+#[test]
+fn half_spaces() {
+    // The ground rises to the cube's underside.
+    let plane = |offset: f64| Probe::HalfSpace(HalfSpace::new(Vector3::z(), offset).unwrap());
+    let up = [1.0, 0.0, 0.25];
+    let answer = ask(&cube(), &plane(-2.0), up, FOREVER);
+    arrives(&answer, 1.0, 0.25, 8.0, 0.0);
+    assert_eq!(ask(&cube(), &plane(-2.0), up, 7.5).time, None);
+    assert_eq!(
+        ask(&cube(), &plane(-2.0), [1.0, 0.0, -0.25], FOREVER).time,
+        None
+    );
+    assert_eq!(
+        ask(&cube(), &plane(-2.0), [1.0, 0.0, 0.0], FOREVER).time,
+        None
+    );
+    let there = ask(&cube(), &plane(0.5), [0.0, 0.0, -1.0], FOREVER);
+    let b = there.time.unwrap().bounds;
+    assert_eq!([b.lo, b.hi], [0.0; 2]);
+}
+
+/// Free until `lo`, touching at `hi`: asked of the kernel itself at times between, on a wavy face.
+#[test]
+fn the_way_is_free() {
+    let brep = bicubic();
+    let prepared = PreparedBrep::new(brep.clone());
+    let mut random = scenes::Random::new(7);
+    let mut arrived = 0;
+    for _ in 0..12 {
+        let from = [random.between(0.2, 0.8), random.between(0.2, 0.8), 1.0];
+        let to = [random.between(-0.1, 1.1), random.between(0.0, 1.0), 0.0];
+        let velocity = [0, 1, 2].map(|c| to[c] - from[c]);
+        let answer = ask(&brep, &ball(from, 0.05), velocity, 2.0);
+        let free = answer.time.map_or(2.0, |t| t.bounds.lo);
+        assert_ne!(answer.undecided, Some(Undecided::Budget));
+        let separation = |time: f64| {
+            let at = [0, 1, 2].map(|c| from[c] + velocity[c] * time);
+            let options = Options::default();
+            let mut workspace = Workspace::default();
+            let probe = ball(at, 0.05);
+            let found = feeler::query::contact(&prepared, &probe, &options, &mut workspace);
+            found.separation.value
+        };
+        for k in 0..40 {
+            assert!(separation(free * f64::from(k) / 40.0) > 0.0);
+        }
+        if let Some(time) = answer.time {
+            assert!(separation(time.bounds.hi + 1e-9) <= 0.0);
+            arrived += 1;
+        }
+    }
+    assert!(arrived > 6);
+}
