@@ -13,7 +13,7 @@
 
 use feeler::brep::{Brep, BrepParts, TrimCurve, TrimKind};
 use feeler::numeric::Interval;
-use feeler::nurbs::{Curve2, Surface};
+use feeler::nurbs::{Arc, Curve2, Surface};
 use nalgebra::Point2;
 use std::f64::consts::TAU;
 
@@ -70,22 +70,34 @@ const GOLDEN: f64 = 0.618_033_988_749_894_9;
 /// search for extremes left out. The loops, not the domain, bound the face.
 const MARGIN: f64 = 1.0 / (1 << 20) as f64;
 
-/// The largest value of `sign * x[c]` on the part of a curve that a trim uses: of an arc by formula, else samples, then
+/// The range of `x[c]` on the part of an arc that a trim uses, by formula.
+fn of_arc(curve: &Curve2, arc: &Arc<2>, span: Interval, c: usize) -> [f64; 2] {
+    let per = (arc.angle.end - arc.angle.start) / (arc.domain.end - arc.domain.start);
+    let angle = |t: f64| arc.angle.start + (t - arc.domain.start) * per;
+    let (from, to) = (angle(span.start), angle(span.end));
+    let reaches = |sign: f64| {
+        let peak = (sign * arc.y[c]).atan2(sign * arc.x[c]);
+        let turns = ((from - peak) / TAU).ceil();
+        peak + turns * TAU <= to
+    };
+    let is_at = [reaches(-1.0), reaches(1.0)];
+    // By a rounding beside its end an arc is as far out as there.
+    let ends = match is_at {
+        [true, true] => [0.0; 2],
+        _ => [span.start, span.end].map(|t| curve.point(t)[c]),
+    };
+    let low = -(-arc.center[c] + arc.radius);
+    let high = arc.center[c] + arc.radius;
+    [
+        if is_at[0] { low } else { ends[0].min(ends[1]) },
+        if is_at[1] { high } else { ends[0].max(ends[1]) },
+    ]
+}
+
+/// The largest value of `sign * x[c]` on the part of a curve that a trim uses: samples, then
 /// golden-section search around the best. Deterministic, no proof.
 fn extreme(curve: &Curve2, span: Interval, c: usize, sign: f64) -> f64 {
     let value = |t: f64| sign * curve.point(t)[c];
-    if let Curve2::Arc(arc) = curve {
-        let per = (arc.angle.end - arc.angle.start) / (arc.domain.end - arc.domain.start);
-        let angle = |t: f64| arc.angle.start + (t - arc.domain.start) * per;
-        let peak = (sign * arc.y[c]).atan2(sign * arc.x[c]);
-        let turns = ((angle(span.start) - peak) / TAU).ceil();
-        // By a rounding beside its end an arc is as far out as there.
-        return if peak + turns * TAU <= angle(span.end) {
-            sign * arc.center[c] + arc.radius
-        } else {
-            value(span.start).max(value(span.end))
-        };
-    }
     let at = |k: u16| span.lerp(f64::from(k) / f64::from(SAMPLES));
     let (mut best, mut most) = (0, f64::NEG_INFINITY);
     for k in 0..=SAMPLES {
@@ -113,8 +125,11 @@ fn hull_is_exact(curve: &Curve2, span: Interval) -> bool {
     matches!(curve, Curve2::Line(_) | Curve2::Polyline(_)) && span == curve.domain()
 }
 
-/// The range by [`extreme`].
+/// The range of the part of a curve that a trim uses.
 fn looked_for(curve: &Curve2, span: Interval, c: usize) -> [f64; 2] {
+    if let Curve2::Arc(arc) = curve {
+        return of_arc(curve, arc, span, c);
+    }
     [-extreme(curve, span, c, -1.0), extreme(curve, span, c, 1.0)]
 }
 
@@ -332,7 +347,6 @@ pub(crate) fn jumps(brep: &Brep) -> Vec<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use feeler::nurbs::Arc;
     use nalgebra::Vector2;
 
     /// No point of a part of an arc is farther out than the formula says, and some point is as far.
@@ -359,7 +373,8 @@ mod tests {
             for span in [[2.0, 3.0], [2.25, 2.5], [2.5, 3.0]] {
                 let span = Interval::new(span[0], span[1]).unwrap();
                 for (c, sign) in [(0, 1.0), (0, -1.0), (1, 1.0), (1, -1.0)] {
-                    let found = extreme(&curve, span, c, sign);
+                    let [low, high] = looked_for(&curve, span, c);
+                    let found = if sign < 0.0 { -low } else { high };
                     let samples =
                         (0..=4096).map(|k| sign * curve.point(span.lerp(f64::from(k) / 4096.0))[c]);
                     let most = samples.fold(f64::NEG_INFINITY, f64::max);

@@ -261,8 +261,9 @@ impl Assembly {
         };
         let geometry = |problem| fail(form.line, problem);
         b.lift(&mut loops, form.item.periods());
+        // Of a surface that is used as it stands nobody asks how far loops reach, which takes long to say.
         let reach = [0, 1].map(|c| {
-            let curves = loops.iter().flatten();
+            let curves = loops.iter().flatten().filter(|_| !form.item.is_whole());
             reach(
                 curves.filter_map(|u| Some((b.parts.curves2.get(u.curve)?, u.span))),
                 c,

@@ -149,7 +149,10 @@ impl Builder {
             };
             for k in 0..SAMPLES {
                 let s = f64::from(k) / f64::from(SAMPLES);
-                points.push(curve.point(u.span.lerp(if u.reversed { 1.0 - s } else { s })));
+                points.push(nearly(
+                    curve,
+                    u.span.lerp(if u.reversed { 1.0 - s } else { s }),
+                ));
             }
         }
         let Some(&o) = points.first() else {
@@ -165,6 +168,19 @@ impl Builder {
             LoopKind::Unknown
         }
     }
+}
+
+/// A point of a curve; of an arc without the care for its last digits, which takes most of the time: the sign of an area does not
+/// need them.
+fn nearly(curve: &Curve2, t: f64) -> Point2<f64> {
+    let Curve::Arc(a) = curve else {
+        return curve.point(t);
+    };
+    let turned = (t - a.domain.start) / a.domain.length();
+    let (sin, cos) = libm::sincos(a.angle.lerp(turned));
+    let x = a.x.normalize();
+    let y = if a.x.perp(&a.y) < 0.0 { -1.0 } else { 1.0 };
+    a.center + (x * cos + nalgebra::Vector2::new(-x.y, x.x) * (y * sin)) * a.radius
 }
 
 /// A curve moved in coordinate `c`. Rounded.
