@@ -3,6 +3,7 @@
 use crate::advance::{straight, turning};
 use crate::along::along;
 use crate::ball::ball;
+use crate::convex::{Hull, convex};
 use crate::half_space::half_space;
 use crate::pair::{Ask, Memory, PairAnswer, PairContact};
 use crate::pose::{Order, Placement};
@@ -132,10 +133,13 @@ impl BrepDispatcher {
             TypedShape::Capsule(c) => {
                 along(shape, &ask, [c.segment.a, c.segment.b], c.radius, memory)
             }
-            _ => {
-                self.report.note(query, pair.other);
-                return Err(Unsupported);
-            }
+            _ => match Hull::of(pair.other) {
+                Some(hull) => convex(shape, &ask, hull, memory),
+                None => {
+                    self.report.note(query, pair.other);
+                    return Err(Unsupported);
+                }
+            },
         })
     }
 

@@ -34,6 +34,7 @@
 //! | BREP, ball | certified | the deepest certified; further ones see [`Several`] |
 //! | BREP, half-space | certified | the deepest certified, and points of the BREP within the prediction, each certified |
 //! | BREP, segment or capsule | certified, but no narrower than about 2^-10 of the length | the deepest found, and both ends |
+//! | BREP, cuboid, triangle, convex polyhedron, also with round borders | certified; tight where a plane parts the two, else about as wide as the shape | **approximate**: corners, the deepest point found, points of the BREP's edges |
 //! | BREP, ray or point | certified by the kernel | - |
 //! | ball that moves | no contact before the time that is given (certified); the nonlinear one up to rounding | at that time |
 //! | any other, and a BREP within a compound | **unsupported**: [`BrepDispatcher`] says so, once for each kind of pair, and counts | |
@@ -68,6 +69,7 @@
 mod advance;
 mod along;
 mod ball;
+mod convex;
 mod dispatcher;
 #[cfg(feature = "experiments")]
 pub mod experiment;

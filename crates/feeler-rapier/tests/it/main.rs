@@ -1,6 +1,7 @@
 //! A BREP in Parry and Rapier, against closed forms.
 
 mod contacts;
+mod convex;
 #[cfg(feature = "experiments")]
 mod experiments;
 mod in_rapier;
