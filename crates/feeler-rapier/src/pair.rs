@@ -70,7 +70,7 @@ pub(crate) fn from_vector(v: &Vector3<f64>) -> Vector {
 }
 
 /// Bits of a number within an edge.
-const WITHIN: usize = 4;
+pub(crate) const WITHIN: usize = 4;
 /// Bits of Parry's feature numbers.
 const CODE: u32 = (1 << 30) - 1;
 

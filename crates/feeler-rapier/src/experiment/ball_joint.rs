@@ -6,9 +6,8 @@
 
 use super::plot::{Line, Marks, Plot};
 use super::world::{Body, DAMPING, Edges, HERTZ, brep_body, mesh_body, world};
-use super::{Extent, Finding, median, short, spread, table};
+use super::{Extent, Finding, Scene, ball_query, median, part, short, spread, table};
 use crate::{BrepDispatcher, BrepShape, ball_gap};
-use feeler_io::{ObjectKind, read_file};
 use parry3d_f64::query::{DefaultQueryDispatcher, PersistentQueryDispatcher, QueryDispatcher};
 use rapier3d_f64::prelude::*;
 use std::f64::consts::TAU;
@@ -25,8 +24,9 @@ const MASS: f64 = 1.0;
 const FRICTION: f64 = 0.5;
 /// mm/s^2.
 const GRAVITY: f64 = 9810.0;
-/// Revolutions a second.
+/// Revolutions a second: what the plots and most tables are about, and a second speed for one table.
 const SPEED: f64 = 2.0;
+const FASTER: f64 = 2.5;
 /// s. The centre of the smallest ball goes round a circle of 0.028 mm, the wall at 31 mm/s: in steps of 1e-3 s, within which the engine keeps
 /// the normal, the ball would be flung through the wall.
 const STEP: f64 = 2e-5;
@@ -44,8 +44,8 @@ const NEWTON_MM: f64 = 1e-3;
 const EVEN: f64 = 0.5;
 /// Depths and torques below this are not drawn.
 const LEAST: f64 = 1e-6;
-/// A run of many triangles is cut short after this.
-const SECONDS: f64 = 15.0;
+/// A run of many triangles is cut short after this, quick and whole.
+const SECONDS: [f64; 2] = [15.0, 150.0];
 
 /// One run, a number a step.
 #[derive(Default)]
@@ -121,8 +121,12 @@ struct Run<'a> {
     brep: &'a BrepShape,
     radius: f64,
     steps: usize,
+    /// Revolutions a second that the motor holds.
+    speed: f64,
     /// Most torque of the motor, N mm.
     most: f64,
+    /// It ends after so much time on the clock, s.
+    seconds: f64,
 }
 
 fn simulate(run: &Run<'_>) -> Track {
@@ -152,7 +156,7 @@ fn simulate(run: &Run<'_>) -> Track {
         .friction(FRICTION);
     let ball_collider = w.insert_collider(collider, Some(ball));
     let joint = RevoluteJointBuilder::new(Vector::X)
-        .motor_velocity(TAU * SPEED, GAIN)
+        .motor_velocity(TAU * run.speed, GAIN)
         .motor_max_force(run.most / NEWTON_MM);
     let joint = w.insert_impulse_joint(ground, part, joint);
     let dispatcher = BrepDispatcher::new().chain(DefaultQueryDispatcher);
@@ -190,7 +194,7 @@ fn simulate(run: &Run<'_>) -> Track {
             .torque
             .push(motor.unwrap_or(f64::NAN).abs() * iterations / dt * NEWTON_MM);
         track.speed.push(w.bodies[part].angvel().x / TAU);
-        if begun.elapsed().as_secs_f64() > SECONDS {
+        if begun.elapsed().as_secs_f64() > run.seconds {
             track.cut_short = true;
             break;
         }
@@ -208,20 +212,23 @@ fn even(values: &[f64]) -> Vec<f64> {
         .collect()
 }
 
+/// How many steps a run has that was cut short.
+fn cut_short(t: &Track) -> String {
+    match t.cut_short {
+        true => format!(" ({} steps)", t.time.len()),
+        false => String::new(),
+    }
+}
+
 fn row(body: &Body, radius: f64, t: &Track, analytic: f64) -> Vec<String> {
     let [depth, depth_noise] = spread(&even(&t.depth));
     let [gap, _] = spread(&even(&t.gap));
     let [torque, noise] = spread(&even(&t.torque));
     let width = even(&t.width).into_iter().fold(0.0, f64::max);
     let triangles = body.triangles.map_or("-".to_owned(), |n| n.to_string());
-    let cut = if t.cut_short {
-        format!(" ({} steps)", t.time.len())
-    } else {
-        String::new()
-    };
     vec![
         format!("{radius}"),
-        format!("{}{cut}", body.name),
+        body.name.clone() + &cut_short(t),
         triangles,
         short(median(&t.update_us)),
         short(median(&t.step_us)),
@@ -238,17 +245,12 @@ pub(super) fn run(
     extent: Extent,
     progress: &mut dyn FnMut(&str),
 ) -> Result<Finding, String> {
-    let path = models.join("thesis/ball_joint_cavity_nurbs.3dm");
-    let document = read_file(&path).map_err(|e| e.to_string())?;
-    let brep = document.objects.into_iter().find_map(|o| match o.kind {
-        ObjectKind::Brep(brep) => Some(brep),
-        _ => None,
-    });
-    let brep = brep.ok_or_else(|| format!("{}: no BREP in it", path.display()))?;
+    let brep = part(models, "ball_joint_cavity_nurbs.3dm")?;
     let (own, shape) = brep_body(brep.clone())?;
-    let (degrees, steps): (&[f64], usize) = match extent {
-        Extent::Quick => (&[180.0, 30.0], 3000),
-        Extent::Whole => (&[180.0, 10.0, 1.0], 10_000),
+    let (degrees, steps, seconds): (&[f64], usize, f64) = match extent {
+        Extent::Quick => (&[180.0, 30.0], 3000, SECONDS[0]),
+        Extent::Whole => (&[180.0, 10.0, 1.0], 10_000, SECONDS[1]),
+        Extent::Finest => (&[180.0, 10.0, 1.0, 0.1], 10_000, SECONDS[1]),
     };
     let mut bodies = vec![own];
     for d in degrees {
@@ -268,7 +270,9 @@ pub(super) fn run(
                 brep: &shape,
                 radius,
                 steps,
+                speed: SPEED,
                 most: 1e9,
+                seconds,
             };
             let t = simulate(&run);
             rows.push(row(body, radius, &t, analytic));
@@ -320,7 +324,9 @@ pub(super) fn run(
             brep: &shape,
             radius: BALLS[0],
             steps,
+            speed: SPEED,
             most: share * analytic,
+            seconds,
         };
         let t = simulate(&run);
         reached.push((share, t.speed.last().copied().unwrap_or(f64::NAN)));
@@ -340,9 +346,59 @@ pub(super) fn run(
     finding
         .plots
         .push(("ball-joint-limited.svg".to_owned(), plot.svg()));
+    // As far up the wall as friction bears: where each ball slides in the closed form.
+    let (sin, cos) = FRICTION.atan().sin_cos();
+    let slides = |radius: f64| {
+        let off = HOLE - radius;
+        let name = format!("ball of {radius} mm where it slides");
+        ball_query(&name, [0.0, off * sin, -off * cos], radius, 1e-3)
+    };
+    finding.scenes.push(Scene {
+        name: "ball-joint".to_owned(),
+        queries: BALLS.map(slides).to_vec(),
+        brep,
+    });
     finding.page = page(&rows, analytic, steps, &reached, &finding.plots);
+    if extent != Extent::Quick {
+        finding.page += &faster(&bodies, &shape, steps, analytic, progress);
+    }
     finding.page += &creeps(&bodies, &shape, steps, analytic, progress);
     Ok(finding)
+}
+
+/// The same at the thesis's other speed.
+fn faster(
+    bodies: &[Body],
+    brep: &BrepShape,
+    steps: usize,
+    analytic: f64,
+    progress: &mut dyn FnMut(&str),
+) -> String {
+    let mut rows = Vec::new();
+    for radius in BALLS {
+        for body in &bodies[..bodies.len().min(COARSE)] {
+            progress(&format!(
+                "{FASTER} revolutions a second, ball of {radius} mm, {}",
+                body.name
+            ));
+            let t = simulate(&Run {
+                solver: &USUAL,
+                body,
+                brep,
+                radius,
+                steps,
+                speed: FASTER,
+                most: 1e9,
+                seconds: SECONDS[0],
+            });
+            rows.push(row(body, radius, &t, analytic));
+        }
+    }
+    format!(
+        "## At {FASTER} revolutions a second\n\n\
+        The closed form knows no speed: the torque should be the same.\n\n{}\n",
+        table(&HEAD, &rows)
+    )
 }
 
 /// How fast the depth grows over the last part of a run, mm/s: of the line from its first to its last value.
@@ -362,8 +418,7 @@ fn creeps(
 ) -> String {
     let mut rows = Vec::new();
     for solver in &SOLVERS {
-        // The finest mesh takes its time, and the others tell the same.
-        for body in &bodies[..bodies.len().min(3)] {
+        for body in &bodies[..bodies.len().min(COARSE)] {
             progress(&format!(
                 "growth of the depth, {}, {}",
                 solver.name, body.name
@@ -374,12 +429,14 @@ fn creeps(
                 brep,
                 radius: BALLS[0],
                 steps,
+                speed: SPEED,
                 most: 1e9,
+                seconds: SECONDS[0],
             });
             let [torque, noise] = spread(&even(&t.torque));
             rows.push(vec![
                 solver.name.to_owned(),
-                body.name.clone(),
+                body.name.clone() + &cut_short(&t),
                 short(creep(&t)),
                 short(t.depth.last().copied().unwrap_or(f64::NAN)),
                 format!("{} ± {}", short(torque), short(noise)),
@@ -408,6 +465,22 @@ fn creeps(
     )
 }
 
+/// BREP and coarse meshes: the fine ones take their time, and tell the same.
+const COARSE: usize = 3;
+
+const HEAD: [&str; 10] = [
+    "ball mm",
+    "shape of the hole",
+    "triangles",
+    "contact update us",
+    "whole step us",
+    "engine's depth mm",
+    "depth at the poses mm (width of its enclosure)",
+    "torque N mm",
+    "torque off the closed form",
+    "revolutions a second",
+];
+
 fn page(
     rows: &[Vec<String>],
     analytic: f64,
@@ -415,18 +488,6 @@ fn page(
     reached: &[(f64, f64)],
     plots: &[(String, String)],
 ) -> String {
-    let head = [
-        "ball mm",
-        "shape of the hole",
-        "triangles",
-        "contact update us",
-        "whole step us",
-        "engine's depth mm",
-        "depth at the poses mm (width of its enclosure)",
-        "torque N mm",
-        "torque off the closed form",
-        "revolutions a second",
-    ];
     let mut page = format!(
         "# Spherical ball joint\n\n\
         A part with a hole of radius {HOLE} mm (a NURBS) is turned about a level axis by a motor at {SPEED} revolutions a second; in the \
@@ -437,7 +498,7 @@ fn page(
         1e-6 * UNIT,
         0.02 * UNIT
     );
-    page += &table(&head, rows);
+    page += &table(&HEAD, rows);
     let _ = write!(
         page,
         "\nClosed form for a ball that fits: m g R sin(atan mu) = {analytic:.4} N mm, whatever its radius below {HOLE}. \
@@ -461,5 +522,6 @@ fn page(
     for (name, _) in plots {
         let _ = writeln!(page, "![{name}]({name})\n");
     }
+    page += "[The part with the balls where they slide](ball-joint.html)\n\n";
     page
 }

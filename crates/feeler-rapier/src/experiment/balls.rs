@@ -70,7 +70,7 @@ pub(super) fn run(extent: Extent, progress: &mut dyn FnMut(&str)) -> Result<Find
     let brep = sheet(&[[-SIDE, 0.0], [0.0, SIDE]])?;
     let (counts, degrees, steps): (&[usize], &[f64], usize) = match extent {
         Extent::Quick => (&[1, 10], &[6.0], 20),
-        Extent::Whole => (&[1, 10, 100, 1000], &[6.0, 0.6, 0.06], 100),
+        Extent::Whole | Extent::Finest => (&[1, 10, 100, 1000], &[6.0, 0.6, 0.06], 100),
     };
     let mut bodies = vec![brep_body(brep.clone())?.0];
     for d in degrees {
@@ -113,6 +113,6 @@ pub(super) fn run(extent: Extent, progress: &mut dyn FnMut(&str)) -> Result<Find
     );
     Ok(Finding {
         page,
-        plots: Vec::new(),
+        ..Finding::default()
     })
 }

@@ -5,6 +5,7 @@
 
 mod ball_joint;
 mod balls;
+mod geneva;
 mod plot;
 mod rolling;
 mod sheet;
@@ -12,6 +13,9 @@ mod shift_gate;
 mod stiff;
 mod world;
 
+use feeler::brep::Brep;
+use feeler_corpus::{ContactsLine, QueryLine, SphereLine};
+use feeler_io::{ObjectKind, read_file};
 use std::path::Path;
 
 /// What an experiment found.
@@ -21,6 +25,19 @@ pub struct Finding {
     pub page: String,
     /// Plots: file name and SVG.
     pub plots: Vec<(String, String)>,
+    /// What is to be seen in space.
+    pub scenes: Vec<Scene>,
+}
+
+/// A part of an experiment and where others touched it, as queries that a picture may ask.
+#[derive(Clone, Debug)]
+pub struct Scene {
+    /// A file name without its ending.
+    pub name: String,
+    /// The part.
+    pub brep: Brep,
+    /// Probes in the part's frame.
+    pub queries: Vec<QueryLine>,
 }
 
 /// How much of it is done.
@@ -30,10 +47,19 @@ pub enum Extent {
     Quick,
     /// Minutes.
     Whole,
+    /// The same, and what takes gigabytes and most of an hour: the ball joint's mesh of 0.1 degrees.
+    Finest,
 }
 
 /// The names of the experiments.
-pub const NAMES: [&str; 5] = ["ball-joint", "balls", "rolling", "shift-gate", "stiff"];
+pub const NAMES: [&str; 6] = [
+    "ball-joint",
+    "balls",
+    "geneva",
+    "rolling",
+    "shift-gate",
+    "stiff",
+];
 
 /// Runs an experiment; `models` is the folder `corpora/models`, `progress` hears of each run.
 ///
@@ -48,6 +74,7 @@ pub fn run(
     match name {
         "ball-joint" => ball_joint::run(models, extent, progress),
         "balls" => balls::run(extent, progress),
+        "geneva" => geneva::run(models, extent, progress),
         "rolling" => rolling::run(extent, progress),
         "shift-gate" => shift_gate::run(models, extent, progress),
         "stiff" => stiff::run(models, extent, progress),
@@ -55,6 +82,28 @@ pub fn run(
             "there is no experiment {name}: give one of {}",
             NAMES.join(", ")
         )),
+    }
+}
+
+/// The first BREP of a part of the thesis.
+fn part(models: &Path, file: &str) -> Result<Brep, String> {
+    let path = models.join("thesis").join(file);
+    let document = read_file(&path).map_err(|e| e.to_string())?;
+    let brep = document.objects.into_iter().find_map(|o| match o.kind {
+        ObjectKind::Brep(brep) => Some(brep),
+        _ => None,
+    });
+    brep.ok_or_else(|| format!("{}: no BREP in it", path.display()))
+}
+
+/// A ball as a query, with all that is known of its contacts up to a distance.
+fn ball_query(name: &str, center: [f64; 3], radius: f64, prediction: f64) -> QueryLine {
+    QueryLine {
+        id: Some(name.into()),
+        sphere: Some(SphereLine { center, radius }),
+        contacts: Some(ContactsLine::All),
+        prediction: Some(prediction),
+        ..QueryLine::default()
     }
 }
 

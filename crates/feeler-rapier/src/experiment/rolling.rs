@@ -150,7 +150,7 @@ pub(super) fn run(extent: Extent, progress: &mut dyn FnMut(&str)) -> Result<Find
     let brep = groove()?;
     let degrees: &[f64] = match extent {
         Extent::Quick => &[30.0],
-        Extent::Whole => &[60.0, 30.0, 10.0, 3.0, 1.0, 0.5],
+        Extent::Whole | Extent::Finest => &[60.0, 30.0, 10.0, 3.0, 1.0, 0.5],
     };
     let mut bodies = vec![brep_body(brep.clone())?.0];
     for edges in [Edges::Plain, Edges::Fixed { turned: true }] {
@@ -288,5 +288,9 @@ pub(super) fn run(extent: Extent, progress: &mut dyn FnMut(&str)) -> Result<Find
     let sheet = super::sheet::run(extent, progress)?;
     page += &sheet.page;
     plots.extend(sheet.plots);
-    Ok(Finding { page, plots })
+    Ok(Finding {
+        page,
+        plots,
+        ..Finding::default()
+    })
 }

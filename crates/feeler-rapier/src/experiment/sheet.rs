@@ -209,11 +209,11 @@ pub(super) fn run(extent: Extent, progress: &mut dyn FnMut(&str)) -> Result<Find
     let four = sheet(&[[-SIDE, 0.0], [0.0, SIDE]])?;
     let degrees: &[f64] = match extent {
         Extent::Quick => &[6.0],
-        Extent::Whole => &[6.0, 0.6, 0.06],
+        Extent::Whole | Extent::Finest => &[6.0, 0.6, 0.06],
     };
     let parts = match extent {
         Extent::Quick => 1,
-        Extent::Whole => 4,
+        Extent::Whole | Extent::Finest => 4,
     };
     let (mut body, _) = brep_body(one.clone())?;
     body.name = "BREP, one face".to_owned();
@@ -339,5 +339,9 @@ pub(super) fn run(extent: Extent, progress: &mut dyn FnMut(&str)) -> Result<Find
     for (name, _) in &plots {
         let _ = writeln!(page, "![{name}]({name})\n");
     }
-    Ok(Finding { page, plots })
+    Ok(Finding {
+        page,
+        plots,
+        ..Finding::default()
+    })
 }

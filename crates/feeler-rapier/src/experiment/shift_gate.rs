@@ -6,8 +6,8 @@
 
 use super::plot::{Line, Marks, Plot};
 use super::world::{Body, DAMPING, Edges, HERTZ, brep_body, mesh_body, world};
-use super::{Extent, Finding, median, short, table};
-use feeler_io::{ObjectKind, read_file};
+use super::{Extent, Finding, Scene, ball_query, median, part, short, table};
+use feeler::brep::Brep;
 use rapier3d_f64::prelude::*;
 use std::fmt::Write;
 use std::path::Path;
@@ -209,6 +209,25 @@ fn simulate(body: &Body) -> Track {
     track
 }
 
+/// The lowest ball at the end of each rest in a gear.
+fn scene(brep: &Brep, t: &Track) -> Scene {
+    let way = Way::new();
+    let last = |gear: usize| {
+        t.time
+            .iter()
+            .rposition(|time| way.resting(*time) == Some(gear))
+    };
+    let balls = (1..=5).filter_map(|gear| {
+        let at = t.path[last(gear)?];
+        Some(ball_query(&format!("gear {gear}"), at, BALLS[0][1], 0.01))
+    });
+    Scene {
+        name: "shift-gate".to_owned(),
+        brep: brep.clone(),
+        queries: balls.collect(),
+    }
+}
+
 fn gears(t: &Track) -> Vec<usize> {
     let within = |g: usize| if g == 5 { 0.5 * SINK } else { GAP + PLAY };
     let reached = |g: &usize| t.off[g - 1] <= within(*g);
@@ -250,17 +269,12 @@ pub(super) fn run(
     extent: Extent,
     progress: &mut dyn FnMut(&str),
 ) -> Result<Finding, String> {
-    let path = models.join("thesis/shift_gate_nurbs.3dm");
-    let document = read_file(&path).map_err(|e| e.to_string())?;
-    let brep = document.objects.into_iter().find_map(|o| match o.kind {
-        ObjectKind::Brep(brep) => Some(brep),
-        _ => None,
-    });
-    let brep = brep.ok_or_else(|| format!("{}: no BREP in it", path.display()))?;
+    let brep = part(models, "shift_gate_nurbs.3dm")?;
     let (own, shape) = brep_body(brep.clone())?;
+    let mut scenes = Vec::new();
     let degrees: &[f64] = match extent {
         Extent::Quick => &[],
-        Extent::Whole => &[30.0, 10.0, 3.0],
+        Extent::Whole | Extent::Finest => &[30.0, 10.0, 3.0],
     };
     let mut bodies = vec![own];
     for d in degrees {
@@ -275,6 +289,7 @@ pub(super) fn run(
         rows.push(row(body, &t));
         pulls.push(lines(body, &t));
         if body.triangles.is_none() {
+            scenes.push(scene(&brep, &t));
             above = vec![
                 Line {
                     name: "contacts".to_owned(),
@@ -358,5 +373,10 @@ pub(super) fn run(
     for (name, _) in &plots {
         let _ = writeln!(page, "![{name}]({name})\n");
     }
-    Ok(Finding { page, plots })
+    page += "[The gate with the stick's lowest ball in each gear](shift-gate.html)\n";
+    Ok(Finding {
+        page,
+        plots,
+        scenes,
+    })
 }

@@ -111,3 +111,26 @@ fn balls() {
     let depth: f64 = depth.trim_end_matches(" mm)").parse().unwrap();
     assert!((5e-5..5e-4).contains(&depth), "{brep:?}");
 }
+
+#[test]
+fn geneva() {
+    let models = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../corpora/models");
+    let found = run("geneva", &models, Extent::Quick, &mut |_| {}).unwrap();
+    let wheel = &rows(&found.page, "geneva4_wheel.3dm |")[0];
+    let number = |k: usize| {
+        let cell = wheel[k].split(' ').next().unwrap();
+        cell.parse::<f64>().unwrap()
+    };
+    // A quarter a turn, within the play; where it is driven, too.
+    let play = wheel[4].split("(play ").nth(1).unwrap();
+    let play: f64 = play.trim_end_matches(')').parse().unwrap();
+    assert!(number(4) <= play && play < 0.7, "{wheel:?}");
+    assert!(number(5) <= 1.0, "{wheel:?}");
+    assert!((number(6) / 2.414 - 1.0).abs() < 0.1, "{wheel:?}");
+    // The pin touches the walls of slots, and hardly sinks in.
+    assert!(number(7) > 0.0 && number(7) < 0.02, "{wheel:?}");
+    // Or the round end of the slot, within the play of 0.1 mm.
+    assert!(number(8) <= 0.101, "{wheel:?}");
+    let scene = &found.scenes[0];
+    assert_eq!(scene.queries.len(), 9);
+}

@@ -59,7 +59,7 @@ fn grid(extent: Extent) -> Grid {
             meshes: vec![10.0],
             all: false,
         },
-        Extent::Whole => Grid {
+        Extent::Whole | Extent::Finest => Grid {
             stiffnesses: vec![1e2, 1e4, 1e6, 1e8, 1e10, 1e12],
             steps: vec![1e-3, 1e-4, 1e-5, 1e-6],
             usual: 1e-5,

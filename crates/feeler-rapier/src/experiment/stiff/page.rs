@@ -333,5 +333,9 @@ pub(super) fn page(slid: &Results, rolled: &Results, seams: &[Results], grid: &G
     for (name, _) in &plots {
         let _ = writeln!(page, "![{name}]({name})\n");
     }
-    Finding { page, plots }
+    Finding {
+        page,
+        plots,
+        ..Finding::default()
+    }
 }
