@@ -591,6 +591,20 @@ function list() {
     return li;
   }));
 }
+/** Pictures of the overview are drawn when they come into sight, or nearly so: hundreds at once are more than a browser bears. */
+const sight = {
+  waiting: new Map(),
+  observer: new IntersectionObserver((entries) => {
+    for (const { target, isIntersecting } of entries) {
+      const drawn = isIntersecting && sight.waiting.get(target);
+      if (!drawn) continue;
+      drawn();
+      sight.waiting.delete(target);
+      sight.observer.unobserve(target);
+    }
+    if ($("overview").hidden) draw();
+  }, { root: $("overview"), rootMargin: "50% 0px" }),
+};
 function overview() {
   const box = $("overview");
   box.hidden = false;
@@ -599,17 +613,23 @@ function overview() {
   const scale = window.devicePixelRatio || 1, width = Math.round(420 * scale), height = Math.round(300 * scale);
   data.queries.forEach((q, k) => {
     const figure = document.createElement("figure"), image = document.createElement("canvas"), caption = document.createElement("figcaption");
-    [image.width, image.height] = [width, height];
+    // As large as it will be, but without memory until it comes into sight.
+    [image.width, image.height] = [1, 1];
+    image.style.aspectRatio = `${width} / ${height}`;
     const name = document.createElement("b");
     name.textContent = q.label;
     caption.append(badge(q), name, q.summary);
     figure.append(image, caption);
     figure.addEventListener("click", () => pick(k));
     box.append(figure);
-    [canvas.width, canvas.height] = [width, height];
-    const camera = fitted(reach(q), width / height, aimed(q));
-    picture(k, q.part, camera, width, height, scale, { faces: true, edges: true, probe: true, marks: true, under: -1 });
-    image.getContext("2d").drawImage(canvas, 0, 0);
+    sight.waiting.set(figure, () => {
+      [image.width, image.height] = [width, height];
+      [canvas.width, canvas.height] = [width, height];
+      const camera = fitted(reach(q), width / height, aimed(q));
+      picture(k, q.part, camera, width, height, scale, { faces: true, edges: true, probe: true, marks: true, under: -1 });
+      image.getContext("2d").drawImage(canvas, 0, 0);
+    });
+    sight.observer.observe(figure);
   });
 }
 $("whole").addEventListener("click", () => { history.replaceState(null, "", "#overview"); overview(); });

@@ -126,9 +126,17 @@ impl Part {
         }
         let asked = rule.chord;
         for _ in 0..COARSER {
-            if let Some(meshes) = meshes(model, &rule, fineness.most)? {
-                let mut part = Self::of(name, model, &meshes, size, rule.chord);
-                if rule.chord > asked {
+            if let Some(found) = meshes(model, &rule, fineness.most)? {
+                let goal = rule.chord;
+                let found = finer(model, rule, fineness.most, found)?;
+                let mut part = Self::of(name, model, &found, size, goal);
+                if part.chord_found > goal {
+                    part.notes.push(format!(
+                        "chords are off by up to {:.3e} where {goal:.3e} was asked for",
+                        part.chord_found
+                    ));
+                }
+                if goal > asked {
                     let n = fineness.most;
                     part.notes.push(format!("cut more coarsely than asked (chords within {asked:.3e}): it would have more than {n} triangles"));
                 }
@@ -228,6 +236,33 @@ impl Part {
             self.edges.push(Polyline { kind, points });
         }
     }
+}
+
+/// How often a model is cut anew because a chord was found to be off by more than asked: chords are judged from samples before the cut.
+const AGAIN: usize = 4;
+
+fn worst(meshes: &[Mesh]) -> f64 {
+    meshes.iter().fold(0.0f64, |e, m| e.max(m.chord_error))
+}
+
+/// The same model cut so finely that no chord is found to be off by more than asked, as far as the triangles allow.
+fn finer(model: &Model, rule: Rule, most: usize, first: Vec<Mesh>) -> Result<Vec<Mesh>, String> {
+    /// A little more than what is missing.
+    const MORE: f64 = 0.9;
+    let mut found = first;
+    let mut tried = rule;
+    for _ in 0..AGAIN {
+        let off = worst(&found);
+        if !(off > rule.chord) {
+            break;
+        }
+        tried.chord *= MORE * rule.chord / off;
+        match meshes(model, &tried, most)? {
+            Some(next) if worst(&next) < off => found = next,
+            _ => break,
+        }
+    }
+    Ok(found)
 }
 
 /// All BREPs cut; none where there are more triangles than allowed.

@@ -3,7 +3,7 @@
 use crate::{Fineness, MOST_QUERIES, Part, Shown, View};
 use feeler_corpus::{MODELS, Model, Verdict, judge, suites};
 use feeler_gate::{Engine, FeelerEngine, asked, model_size};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
 /// A model that has been cut: its place among the parts.
@@ -20,6 +20,16 @@ struct Loaded {
 /// In one line: the corpus cannot be read, its truth was made for other queries or BREPs, or a model cannot be cut.
 pub fn suite(corpus: &Path, name: &str, fineness: &Fineness) -> Result<View, String> {
     let found = suites(corpus, Some(name)).map_err(|e| e.to_string())?;
+    // The bound on triangles is one for the page: its models share it.
+    let mut models = BTreeSet::new();
+    for file in found.iter().flat_map(|s| &s.files) {
+        let (queries, _) = file.queries().map_err(|e| e.to_string())?;
+        models.extend(queries.into_iter().map(|q| q.model));
+    }
+    let fineness = &Fineness {
+        most: fineness.most / models.len().max(1),
+        ..*fineness
+    };
     let mut view = View {
         title: format!("suite {name}"),
         overview: true,
