@@ -724,6 +724,60 @@ fn units_and_tolerances_are_those_of_lengths() {
     assert_eq!(document.tolerance, Some(1e-5));
 }
 
+/// The half angle of a cone is in the file's unit of angle.
+#[test]
+fn angles_may_be_in_degrees() {
+    let mut w = Writer::default();
+    let mm = w.millimetres();
+    let radian = w.put("(NAMED_UNIT(*)PLANE_ANGLE_UNIT()SI_UNIT($,.RADIAN.))");
+    let degree = w.put(format!(
+        "PLANE_ANGLE_MEASURE_WITH_UNIT(PLANE_ANGLE_MEASURE(0.017453292519943295),{radian})"
+    ));
+    let degree = w.put(format!(
+        "(CONVERSION_BASED_UNIT('DEGREE',{degree})NAMED_UNIT($)PLANE_ANGLE_UNIT())"
+    ));
+    let context = w.context(&format!("{mm},{degree}"), "");
+    let axes = w.axes([0.; 3], Z, X);
+    let cone = w.put(format!("CONICAL_SURFACE('',{axes},1.,30.)"));
+    let slope = 1.0 / 3.0_f64.sqrt();
+    let low = w.round([0.; 3], Z, X, 1.);
+    let high = w.round([0., 0., 3.], Z, X, 1. + 3. * slope);
+    let bounds = [w.bound(&[(&low, true)]), w.bound(&[(&high, false)])];
+    let face = w.face(&cone, &bounds);
+    let sheet = w.sheet(&[face]);
+    w.representation(&sheet, &context);
+    let document = w.document();
+    let on = |z: f64| 1. + z * slope;
+    near(distance(&document, [0., on(2.), 2.]), 0.0, 1e-8);
+    // From the axis, along the normal: the cosine of 30 degrees of the radius there.
+    let foot = 3.0_f64.sqrt() / 2.0;
+    near(distance(&document, [0., 0., 2.]), on(2.) * foot, 1e-8);
+}
+
+/// Tubes without seams whose rims start at other angles, more of them than a body may be begun again for splits.
+#[test]
+fn many_rims_may_start_where_they_like() {
+    let mut w = Writer::default();
+    let mut faces = Vec::new();
+    for i in 0..300 {
+        let at = |z: f64| [3. * f64::from(i), 0., z];
+        let axes = w.axes(at(0.), Z, X);
+        let tube = w.put(format!("CYLINDRICAL_SURFACE('',{axes},1.)"));
+        let (sin, cos) = (0.1 + 0.02 * f64::from(i)).sin_cos();
+        let (low, high) = (
+            w.round(at(0.), Z, X, 1.),
+            w.round(at(2.), Z, [cos, sin, 0.], 1.),
+        );
+        let bounds = [w.bound(&[(&low, true)]), w.bound(&[(&high, false)])];
+        faces.push(w.face(&tube, &bounds));
+    }
+    w.sheet(&faces);
+    let document = w.document();
+    for x in [0.0, 3.0 * 299.0] {
+        near(distance(&document, [x, 0.25, 1.]), 0.75, 1e-8);
+    }
+}
+
 /// The size is that of the body: a point of nothing, far off, changes nothing; coordinates may be written as integers.
 #[test]
 fn the_size_is_that_of_what_bodies_are_made_of() {

@@ -27,7 +27,7 @@ pub(super) struct FaceUse {
     pub(super) forward: bool,
 }
 
-/// How often a body is begun again because an edge must be split.
+/// How often a body is begun again because edges must be split; each time all that are seen to be are.
 const MOST_SPLITS: usize = 256;
 
 /// What a use of an edge, and a fitted curve, count for among the numbers that a file may unfold to: files list the same edges and faces
@@ -147,18 +147,26 @@ pub(super) fn brep(
             unbounded: Vec::new(),
             fitted: 0,
         };
-        let mut again = false;
+        // All edges that this time shows to be split, each once: what is begun again then finds them so.
+        let mut found: HashMap<u64, f64> = HashMap::new();
         for face in faces {
-            if let Some((edge, at)) = body.face(*face)? {
-                body.splits.entry(edge).or_default().push(at);
-                again = true;
-                break;
+            match body.face(*face) {
+                Ok(None) => {}
+                Ok(Some((edge, at))) => {
+                    found.entry(edge).or_insert(at);
+                }
+                // May be no error once the edges are split.
+                Err(_) if !found.is_empty() => break,
+                Err(problem) => return Err(problem),
             }
         }
-        if !again {
+        if found.is_empty() {
             return body.finish(id);
         }
         splits = body.splits;
+        for (edge, at) in found {
+            splits.entry(edge).or_default().push(at);
+        }
     }
     Err(problem(
         id,

@@ -78,6 +78,10 @@ impl Notes {
 /// the edge says so, and OCCT finds it invalid until `BRepLib::SameParameter` has mended it: a note counts them. Tolerances
 /// are OCCT's smallest, 1e-7, at least; those too small for their curves are raised, and counted.
 ///
+/// OCCT 8.0.1 read 95 results (of `.brep`, .3dm and STEP files of the corpus) and found 200 points each as far from them as from the originals, up
+/// to 2e-15 of the size. 76 it found valid as they are (`BRepCheck_Analyzer`); of the others ten were tried, and were valid after
+/// `BRepLib::BuildCurves3d` (no curve in space), `BRepLib::SameParameter` or `ShapeFix_Shape`.
+///
 /// # Errors
 /// [`WriteError::Unsupported`], which names object and what it is.
 ///
