@@ -349,7 +349,7 @@ pub(super) fn run(
     // As far up the wall as friction bears: where each ball slides in the closed form.
     let (sin, cos) = FRICTION.atan().sin_cos();
     let slides = |radius: f64| {
-        let off = HOLE - radius;
+        let off = (HOLE - radius).max(0.0);
         let name = format!("ball of {radius} mm where it slides");
         ball_query(&name, [0.0, off * sin, -off * cos], radius, 1e-3)
     };
