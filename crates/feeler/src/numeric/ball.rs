@@ -70,25 +70,39 @@ impl<T: Real> Ball<T> {
         (self.mid.magnitude() + self.rad) * ROUND_UP
     }
 
+    /// The same in double-double; exact but for triple-doubles.
+    #[inline]
+    pub fn to_dd(self) -> Ball<Dd> {
+        let (mid, error) = self.mid.to_dd();
+        Ball {
+            mid,
+            rad: if error == 0.0 {
+                self.rad
+            } else {
+                (self.rad + error) * ROUND_UP
+            },
+        }
+    }
+
     /// A f64 not above the true value.
     #[inline]
     pub fn lower(&self) -> f64 {
-        let d = self.mid.to_dd();
-        if self.rad == 0.0 {
-            d.floor_f64()
+        let d = self.to_dd();
+        if d.rad == 0.0 {
+            d.mid.floor_f64()
         } else {
-            (d - Dd::from(self.rad * ROUND_UP)).floor_f64().next_down()
+            (d.mid - Dd::from(d.rad * ROUND_UP)).floor_f64().next_down()
         }
     }
 
     /// A f64 not below the true value.
     #[inline]
     pub fn upper(&self) -> f64 {
-        let d = self.mid.to_dd();
-        if self.rad == 0.0 {
-            d.ceil_f64()
+        let d = self.to_dd();
+        if d.rad == 0.0 {
+            d.mid.ceil_f64()
         } else {
-            (d + Dd::from(self.rad * ROUND_UP)).ceil_f64().next_up()
+            (d.mid + Dd::from(d.rad * ROUND_UP)).ceil_f64().next_up()
         }
     }
 
@@ -133,15 +147,15 @@ impl<T: Real> Ball<T> {
     }
 
     fn sqrt_near_zero(self) -> Self {
-        let x = self.mid.to_dd();
-        let top = x + Dd::from(self.rad * ROUND_UP);
-        if x.hi.is_nan() || self.rad.is_nan() || top.hi < 0.0 {
+        let Ball { mid: x, rad } = self.to_dd();
+        let top = x + Dd::from(rad * ROUND_UP);
+        if x.hi.is_nan() || rad.is_nan() || top.hi < 0.0 {
             return Self {
                 mid: T::ZERO,
                 rad: f64::INFINITY,
             };
         }
-        let bottom = x - Dd::from(self.rad * ROUND_UP);
+        let bottom = x - Dd::from(rad * ROUND_UP);
         let (a, b) = (
             if bottom.hi > 0.0 {
                 bottom.sqrt()
@@ -249,7 +263,7 @@ mod tests {
     }
 
     fn holds<T: Real>(b: &Ball<T>, truth: &Dyadic) -> bool {
-        let error = &exact(b.mid.to_dd()) - truth;
+        let error = &exact(b.mid.to_dd().0) - truth;
         let error = if error.signum() < 0 { -&error } else { error };
         error <= Dyadic::from_f64(b.rad).unwrap()
             && Dyadic::from_f64(b.lower()).unwrap() <= *truth
@@ -266,7 +280,7 @@ mod tests {
             assert!(holds(&(a * b), &(&x * &y)), "{a:?} * {b:?}");
             // q = a / b: |q b - a| <= rad |b| is the same claim without a division.
             let q = a / b;
-            let residue = &(&exact(q.mid.to_dd()) * &y) - &x;
+            let residue = &(&exact(q.mid.to_dd().0) * &y) - &x;
             let limit = &Dyadic::from_f64(q.rad).unwrap() * &y;
             assert!(&residue * &residue <= &limit * &limit, "{a:?} / {b:?}");
             // s = sqrt(a²): the root of the exact square is |a|.

@@ -32,7 +32,7 @@ pub(crate) fn two_sum(a: f64, b: f64) -> (f64, f64) {
 
 /// The same for `|a| >= |b|` or `a = 0` (Dekker).
 #[inline]
-fn fast_two_sum(a: f64, b: f64) -> (f64, f64) {
+pub(super) fn fast_two_sum(a: f64, b: f64) -> (f64, f64) {
     let s = a + b;
     (s, b - (s - a))
 }
@@ -210,8 +210,8 @@ impl Real for Dd {
         (x, 0.0)
     }
     #[inline]
-    fn to_dd(self) -> Dd {
-        self
+    fn to_dd(self) -> (Dd, f64) {
+        (self, 0.0)
     }
     #[inline]
     fn approximate(self) -> f64 {

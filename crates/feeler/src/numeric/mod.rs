@@ -11,6 +11,7 @@ mod interval;
 pub mod polynomial;
 mod real;
 pub mod roots;
+mod td;
 mod trig;
 
 pub(crate) use atan::{ATAN_ERROR, atan2};
@@ -22,4 +23,5 @@ pub use enclosure::Enclosure;
 pub(crate) use gcd::gcd;
 pub use interval::Interval;
 pub use real::{Real, TINY};
+pub(crate) use td::Td;
 pub use trig::{MAX_ANGLE, sin_cos};

@@ -1,5 +1,5 @@
 //! What the search needs of a number type: f64 first, double-double for the last
-//! digits.
+//! digits, triple-double where these are lost in rounding.
 
 use super::Dd;
 use std::fmt::Debug;
@@ -33,8 +33,8 @@ pub trait Real:
     fn from_f64(x: f64) -> Self;
     /// Rounded, with a bound on the error.
     fn from_dd(x: Dd) -> (Self, f64);
-    /// Exact.
-    fn to_dd(self) -> Dd;
+    /// Rounded, with a bound on the error.
+    fn to_dd(self) -> (Dd, f64);
     /// The nearest f64; exact for f64.
     fn approximate(self) -> f64;
     /// Half of it, exactly (unless it underflows).
@@ -70,8 +70,8 @@ impl Real for f64 {
         (x.hi, x.lo.abs())
     }
     #[inline]
-    fn to_dd(self) -> Dd {
-        Dd::from(self)
+    fn to_dd(self) -> (Dd, f64) {
+        (Dd::from(self), 0.0)
     }
     #[inline]
     fn approximate(self) -> f64 {

@@ -63,7 +63,7 @@ pub struct FaceBytes {
     pub closed: usize,
     /// Patches, boundary pieces and their products in f64: made when the face is first searched.
     pub patches: usize,
-    /// The same in double-double: made when f64 first does not suffice.
+    /// The same in double-double and triple-double: made when what is coarser first does not suffice.
     pub fine_patches: usize,
 }
 
@@ -75,7 +75,8 @@ impl FaceBytes {
             region: f.region.get().map_or(0, |r| r.bytes()),
             closed: closed.map_or(0, |c| list(&c.curves) + size_of_val(&c.surface)),
             patches: f.double.get().map_or(0, geometry),
-            fine_patches: f.double_double.get().map_or(0, geometry),
+            fine_patches: f.double_double.get().map_or(0, geometry)
+                + f.triple_double.get().map_or(0, geometry),
         }
     }
 

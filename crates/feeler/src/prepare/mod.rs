@@ -1,7 +1,7 @@
 //! What a scene needs of a BREP: Bezier patches, boundary pieces, boxes.
 //!
 //! Everything here is made when a query first comes near a face, once in f64 and, where the last
-//! digits are asked for, once in double-double.
+//! digits are asked for, once in double-double; where that loses them in rounding, in triple-double.
 
 mod boundary;
 mod bytes;
@@ -9,6 +9,7 @@ mod circle;
 pub(crate) mod closed;
 mod compose;
 mod crack;
+mod exact;
 mod health;
 mod image;
 pub(crate) mod jet;
@@ -40,17 +41,18 @@ pub use plan::{FacePlan, Form, Searched};
 pub use shortcuts::Shortcuts;
 
 pub(crate) use boundary::restrict;
+pub(crate) use exact::Ratio;
 pub(crate) use image::{Image, Stretch};
 pub(crate) use near::distance;
 pub(crate) use net::{Products, curve_jet};
-pub(crate) use polygon::{Meeting, Polygon, Ratio};
+pub(crate) use polygon::{Meeting, Polygon};
 pub(crate) use quotient::Quotient;
 pub(crate) use shell::Shell;
 pub(crate) use side_cells::SideCells;
 pub(crate) use spline::Homogeneous;
 
 use crate::brep::Brep;
-use crate::numeric::{Dd, Real};
+use crate::numeric::{Dd, Real, Td};
 use crate::trim::TrimRegion;
 use boundary::{Cut, UvCurve};
 use closed::{ClosedCurve, ClosedFace};
@@ -206,6 +208,7 @@ struct PreparedFace {
     polygon: OnceLock<Option<Polygon>>,
     double: OnceLock<FaceGeometry<f64>>,
     double_double: OnceLock<FaceGeometry<Dd>>,
+    triple_double: OnceLock<FaceGeometry<Td>>,
 }
 
 /// A BREP made ready for queries: immutable and `Sync`.
@@ -291,6 +294,7 @@ impl PreparedBrep {
                 polygon: OnceLock::new(),
                 double: OnceLock::new(),
                 double_double: OnceLock::new(),
+                triple_double: OnceLock::new(),
             })
             .collect();
         let boxes: Vec<Option<Box3>> = (0..faces.len())
@@ -567,13 +571,20 @@ impl PreparedBrep {
     /// The same patches and pieces as [`double`](Self::double), by index; those of a NURBS surface are made when they are first
     /// asked for.
     pub(crate) fn double_double(&self, face: usize) -> &FaceGeometry<Dd> {
-        let double = self.double(face);
-        let make = || {
-            let patches = Patches::on_demand(self.brep.surface(face));
-            let boxes = double.patch_boxes.clone();
-            FaceGeometry::new(&self.brep, face, patches, boxes, double.cuts.clone())
-        };
         let slot = &self.faces[face].double_double;
-        slot.get_or_init(make)
+        slot.get_or_init(|| self.finer(face))
+    }
+
+    /// The same in triple-double.
+    pub(crate) fn triple_double(&self, face: usize) -> &FaceGeometry<Td> {
+        let slot = &self.faces[face].triple_double;
+        slot.get_or_init(|| self.finer(face))
+    }
+
+    fn finer<T: Real>(&self, face: usize) -> FaceGeometry<T> {
+        let double = self.double(face);
+        let patches = Patches::on_demand(self.brep.surface(face));
+        let (boxes, cuts) = (double.patch_boxes.clone(), double.cuts.clone());
+        FaceGeometry::new(&self.brep, face, patches, boxes, cuts)
     }
 }

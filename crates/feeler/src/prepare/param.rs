@@ -13,8 +13,14 @@ pub struct ParamMap {
 }
 
 impl ParamMap {
-    /// The local parameter of a native one: `(t - start) / (end - start)`.
+    /// The local parameter of a native one: `(t - start) / (end - start)`; exact at the ends.
     pub fn to_local<T: Real>(&self, t: Ball<T>) -> Ball<T> {
+        if t.rad == 0.0 && t.mid == T::from_f64(self.start) {
+            return Ball::ZERO;
+        }
+        if t.rad == 0.0 && t.mid == T::from_f64(self.end) {
+            return Ball::ONE;
+        }
         (t - Ball::exact(self.start)) / Ball::difference(self.end, self.start)
     }
 

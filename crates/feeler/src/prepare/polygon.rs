@@ -14,14 +14,14 @@
 //!   with no interval on either side is a point where the region touches the line.
 
 use super::PreparedBrep;
-use crate::numeric::{Ball, Dd, Dyadic, Real};
+use super::exact::{D3, Ratio, cross, dot, dyadic, scale, sub, vector};
+use crate::numeric::Dyadic;
 use crate::nurbs::Surface;
 use crate::trim::{PieceOrigin, Side};
 use nalgebra::{Point3, Vector3};
 use std::cmp::Ordering;
 
 type D2 = [Dyadic; 2];
-type D3 = [Dyadic; 3];
 
 /// Straight pieces in a plane.
 #[derive(Debug)]
@@ -46,14 +46,6 @@ pub(crate) struct Polygon {
 struct Straight {
     ends: [D2; 2],
     trim: Option<usize>,
-}
-
-/// A rational number.
-#[derive(Clone, Debug)]
-pub(crate) struct Ratio {
-    top: Dyadic,
-    /// Above zero.
-    bottom: Dyadic,
 }
 
 /// Where a line meets a polygon: `t` rises.
@@ -101,33 +93,6 @@ impl Meeting {
     }
 }
 
-fn dyadic(x: f64) -> Option<Dyadic> {
-    Dyadic::from_f64(x)
-}
-
-fn vector(v: &[f64]) -> Option<D3> {
-    Some([dyadic(v[0])?, dyadic(v[1])?, dyadic(v[2])?])
-}
-
-fn dot(a: &D3, b: &D3) -> Dyadic {
-    &(&(&a[0] * &b[0]) + &(&a[1] * &b[1])) + &(&a[2] * &b[2])
-}
-
-fn cross(a: &D3, b: &D3) -> D3 {
-    std::array::from_fn(|c| {
-        let (i, j) = ((c + 1) % 3, (c + 2) % 3);
-        &(&a[i] * &b[j]) - &(&a[j] * &b[i])
-    })
-}
-
-fn sub(a: &D3, b: &D3) -> D3 {
-    std::array::from_fn(|c| &a[c] - &b[c])
-}
-
-fn scale(a: &D3, s: &Dyadic) -> D3 {
-    std::array::from_fn(|c| &a[c] * s)
-}
-
 /// `a x b` in the plane.
 fn turn(a: &D2, b: &D2) -> Dyadic {
     &(&a[0] * &b[1]) - &(&a[1] * &b[0])
@@ -135,61 +100,6 @@ fn turn(a: &D2, b: &D2) -> Dyadic {
 
 fn less(a: &D2, b: &D2) -> D2 {
     [&a[0] - &b[0], &a[1] - &b[1]]
-}
-
-impl Ratio {
-    fn new(top: Dyadic, bottom: Dyadic) -> Self {
-        if bottom.signum() < 0 {
-            Self {
-                top: -&top,
-                bottom: -&bottom,
-            }
-        } else {
-            Self { top, bottom }
-        }
-    }
-
-    fn from_f64(x: f64) -> Option<Self> {
-        Some(Self {
-            top: dyadic(x)?,
-            bottom: dyadic(1.0)?,
-        })
-    }
-
-    pub(crate) fn cmp(&self, other: &Self) -> Ordering {
-        (&self.top * &other.bottom).cmp(&(&other.top * &self.bottom))
-    }
-
-    /// In double-double.
-    pub(crate) fn enclosed(&self) -> Ball<Dd> {
-        let known = |x: &Dyadic| {
-            // Each rounding leaves less than 2^-50 of what was left before it.
-            let (mut rest, mut sum) = (x.clone(), Dd::ZERO);
-            for _ in 0..3 {
-                let part = rest.approximate();
-                sum = sum + Dd::from(part);
-                match dyadic(part) {
-                    Some(part) => rest = &rest - &part,
-                    None => {
-                        return Ball {
-                            mid: sum,
-                            rad: f64::INFINITY,
-                        };
-                    }
-                }
-            }
-            const REST: f64 = 1.0 / (1u128 << 100) as f64;
-            Ball {
-                mid: sum,
-                rad: if rest.signum() == 0 && sum.lo == 0.0 {
-                    0.0
-                } else {
-                    REST * sum.magnitude() + f64::MIN_POSITIVE
-                },
-            }
-        };
-        known(&self.top) / known(&self.bottom)
-    }
 }
 
 /// Where a line in the plane meets pieces.

@@ -73,10 +73,7 @@ fn powers<T: Real>(coefficients: impl ExactSizeIterator<Item = Ball<T>>) -> Vec<
     let binomial = row(0, n);
     let mut out = vec![Ball::<Dd>::ZERO; n + 1];
     for (j, b) in coefficients.enumerate() {
-        let b = Ball {
-            mid: b.mid.to_dd(),
-            rad: b.rad,
-        };
+        let b = b.to_dd();
         // b_j C(n, j) ((1 - x) / 2)^(n-j) ((1 + x) / 2)^j; the powers of two are exact.
         let b = b * Ball::exact(binomial[j] * power_of_two(-(n as i32)));
         for (o, r) in out.iter_mut().zip(row(n - j, j)) {

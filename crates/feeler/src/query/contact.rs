@@ -239,11 +239,11 @@ fn separation(
 ) -> Separation {
     let r = Dd::from(radius);
     let (lo, hi) = if objective.is_squared() {
-        // Square roots and differences are off by a few units each.
+        // Square roots and differences are off by a unit each, and so is what they are widened by.
         // What is infinite (nothing was found, or nothing is there) stays so.
         let widen = |x: Dd, up: f64| {
             if x.hi.is_finite() {
-                x + Dd::from(up * 16.0 * Dd::UNIT * x.hi.abs())
+                x + Dd::from(up * 4.0 * Dd::UNIT * x.hi.abs())
             } else {
                 Dd::from(x.hi)
             }

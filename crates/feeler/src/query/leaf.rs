@@ -4,7 +4,7 @@ use super::node::{Node, Shape};
 use super::objective::Sample;
 use super::search::{Arithmetic, QUARTER, Search, Settled, Source, Spread};
 use super::upper::upper_end;
-use crate::numeric::{Ball, Dd, Real};
+use crate::numeric::{Ball, Dd, Real, Td};
 use crate::prepare::closed::Extent;
 use crate::prepare::{jet, restrict};
 use crate::trim::BoxSide;
@@ -49,6 +49,8 @@ const POLISH_STEPS: usize = 16;
 const SMALL_BALL: f64 = 1.0 / (1u64 << 20) as f64;
 /// A step below this, in local parameters, changes nothing that a double-double holds.
 const LEAST_STEP: f64 = 1.0 / (1u128 << 96) as f64;
+/// A value that is off by more than this share of the width wanted is found in triple-double.
+const LOST: f64 = 1.0 / 32.0;
 /// How often the ball of critical points is shrunk.
 const SHRINK_STEPS: usize = 24;
 
@@ -300,7 +302,25 @@ impl Search<'_> {
             }
         }
         let s = self.objective.sample(net, ball(p[0]), ball(p[1]));
-        self.prove(node, shape, p, &s)
+        let leaf = self.prove(node, shape, p, &s)?;
+        if !(self.hopeless(leaf.lo) || self.serves(&leaf))
+            && self.is_lost(leaf.value)
+            && let Some(net) = self.net_in::<Td>(source)
+        {
+            let [u, v] = p.map(|x| Ball::from_dd(x, 0.0));
+            let s = self.objective.sample(net, u, v);
+            return self.prove(node, shape, p, &s);
+        }
+        Some(leaf)
+    }
+
+    /// Whether the rounding of a value in double-double takes up so much of the width that is wanted in full that more digits may serve.
+    pub(super) fn is_lost(&self, value: Ball<Dd>) -> bool {
+        if !self.goal.width.is_full() {
+            return false;
+        }
+        let wanted = value.mid - self.near(value.mid, LOST);
+        !(value.rad <= wanted.hi)
     }
 
     /// What convexity proves at a point of a node.

@@ -135,7 +135,8 @@ impl<T: Real> Node<T> {
             8.0 * T::DIV_UNIT + self.f.c_error
         };
         let slack = rounding * q.magnitude() + self.f.n_error;
-        let lo = q.to_dd() - Dd::from(slack * UP);
+        let (lo, rest) = q.to_dd();
+        let lo = lo - Dd::from((slack + rest) * UP);
         let lo = lo - Dd::from(4.0 * Dd::UNIT * q.magnitude());
         if lo > unknown {
             (lo, most)
@@ -547,7 +548,7 @@ mod tests {
                 *sum += x;
             }
         }
-        let dd = |x: T| exact(x.to_dd().hi) + exact(x.to_dd().lo);
+        let dd = |x: T| exact(x.to_dd().0.hi) + exact(x.to_dd().0.lo);
         for (along_u, high) in path {
             let degree = node.f.degree;
             let [a, b] = node.halves(*along_u, true);

@@ -104,7 +104,7 @@ impl Objective {
     }
 
     /// `N`, `C` and derivatives at a local point of a net.
-    pub(crate) fn sample(&self, net: &Net<Dd>, s: Ball<Dd>, t: Ball<Dd>) -> Sample {
+    pub(crate) fn sample<T: Real>(&self, net: &Net<T>, s: Ball<T>, t: Ball<T>) -> Sample {
         let jet = net.jet(s, t);
         self.combined(&net.origin, &[jet.value, jet.s, jet.t])
     }
@@ -166,9 +166,9 @@ impl Objective {
         match self {
             Self::SquaredDistance(q) => {
                 let m = Self::offset(q, origin, value);
-                (raised(dot(&m, &m)), raised(value[3].square()))
+                (dot(&m, &m).to_dd(), value[3].square().to_dd())
             }
-            Self::Height(n, h) => (raised(Self::height(n, *h, origin, value)), raised(value[3])),
+            Self::Height(n, h) => (Self::height(n, *h, origin, value).to_dd(), value[3].to_dd()),
         }
     }
 
@@ -192,8 +192,8 @@ impl Objective {
         Sample {
             n: Ball::ZERO,
             c: Ball::ZERO,
-            n_slope: n_slope.map(raised),
-            c_slope: c_slope.map(raised),
+            n_slope: n_slope.map(Ball::to_dd),
+            c_slope: c_slope.map(Ball::to_dd),
         }
     }
 
@@ -273,14 +273,6 @@ fn local_offset(n: &Vector3<f64>, h: f64, origin: &[f64; 3]) -> Ball<Dd> {
 
 pub(crate) fn dot<T: Real>(a: &[Ball<T>; 3], b: &[Ball<T>; 3]) -> Ball<T> {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-}
-
-/// The same ball in double-double, exactly.
-fn raised<T: Real>(x: Ball<T>) -> Ball<Dd> {
-    Ball {
-        mid: x.mid.to_dd(),
-        rad: x.rad,
-    }
 }
 
 /// Value, `_s`, `_t`, `_ss`, `_st`, `_tt` of the homogeneous point, in plain f64.

@@ -25,6 +25,9 @@
 //! - *capped*: all stationary points of `f` along one direction are strict maxima along it (see [`Node::shape`]): case 2 is impossible, and
 //!   case 3 is possible only on the borders of the patch across that direction, which are searched as nodes of lower dimension where the
 //!   box touches them;
+//! - *ruled* (a whole patch, where only the least value is asked for): `f` is a quotient of linear functions along one direction, so
+//!   monotone along it. From a point in R it does not grow one way, up to the border of the patch or to a trim: a point as low is on a
+//!   boundary piece or on one of the patch's two borders across that direction, which are searched as nodes of lower dimension;
 //! - *no critical point in the region*: `G = N - tau C` is strictly convex on the box; all critical points of
 //!   `f` in it lie in a certified ball (see [`Leaf`]) that does not meet R: case 2 is impossible, and
 //!   the borders of the patch that the box touches are searched in their own right (case 3).
@@ -44,7 +47,7 @@
 use super::front::{Front, Left, MOST_LEFT, Part, nearest};
 use super::node::{Node, Shape};
 use super::objective::Objective;
-use crate::numeric::{Ball, Dd, Real};
+use crate::numeric::{Ball, Dd, Real, Td};
 use crate::prepare::closed::{Extent, Target, V3};
 use crate::prepare::{FaceGeometry, Net, PreparedBrep, Products};
 use crate::trim::BoxSide;
@@ -222,6 +225,7 @@ type Noisy = (Source, [f64; 2], [f64; 2], Dd);
 pub(crate) struct Memory {
     tasks: Vec<Task<f64>>,
     fine_tasks: Vec<Task<Dd>>,
+    finest_tasks: Vec<Task<Td>>,
     settled: Vec<Settled>,
     noisy: Vec<Noisy>,
     /// What the search put aside, for a front.
@@ -340,16 +344,7 @@ pub(crate) fn minimize(
         search.run_all::<f64>();
     }
     search.recording = false;
-    let mut noisy = std::mem::take(&mut search.noisy);
-    if !noisy.is_empty() && !search.out.budget_spent {
-        search.refine(&noisy);
-    } else {
-        for (.., lo) in &noisy {
-            search.lower_unsettled(*lo);
-        }
-    }
-    noisy.clear();
-    search.memory.noisy = noisy;
+    search.refine_noisy();
     if let Some(front) = front
         && search.out.budget_spent
     {
@@ -731,6 +726,16 @@ impl Search<'_> {
             }
             return;
         }
+        if self.is_ruled(source, &node) {
+            // What is as low along a ruling is not searched: it is looked for from the foot.
+            self.out.left_open |= !self.hopeless(node.lo);
+            let along_u = node.f.degree.u == 1;
+            for end in [false, true] {
+                let border = node.border(along_u, end, self.objective.is_squared());
+                self.enqueue(heap, source, inside, border, true);
+            }
+            return self.leave(node.lo, covered, part);
+        }
         // Where a piece crosses the border of its patch, the crossing is an end of what counts, though not of
         // the piece: the minimum may be there, and neither a slope nor convexity puts it aside.
         let crosses = match source {
@@ -792,7 +797,7 @@ impl Search<'_> {
             self.try_point(source, middle, false);
         } else if shape.convexity > 0.0
             && shortcuts.convex_leaves
-            && self.leaf(heap, source, inside, &node, (&shape, tau.to_dd()))
+            && self.leaf(heap, source, inside, &node, (&shape, tau.to_dd().0))
         {
             self.leave(node.lo, covered, part);
             return;
@@ -820,13 +825,30 @@ impl Search<'_> {
         }
     }
 
+    /// Whether a node is a whole patch on which `f` is a quotient of linear functions along u or v (a height on a ruled patch), and only
+    /// the least value is asked for.
+    fn is_ruled<T: Real>(&self, source: Source, node: &Node<T>) -> bool {
+        let whole = node.u == [0.0, 1.0] && node.v == [0.0, 1.0];
+        matches!(source, Source::Patch { .. })
+            && whole
+            && (node.f.degree.u == 1 || node.f.degree.v == 1)
+            && self.goal.all_below.is_none()
+            && self.brep.shortcuts().monotone_borders
+    }
+
     /// The best bound of `f` at a single point.
     fn point_bound(&self, source: Source, p: [Dd; 2], lo: Dd) -> Dd {
         let Some(net) = self.net_dd(source) else {
             return lo;
         };
-        let [s, t] = p.map(|mid| Ball { mid, rad: 0.0 });
-        let f = self.objective.sample(net, s, t).value();
+        let local = p.map(|mid| Ball { mid, rad: 0.0 });
+        let mut f = self.objective.sample(net, local[0], local[1]).value();
+        if self.is_lost(f)
+            && let Some(net) = self.net_in::<Td>(source)
+        {
+            let [s, t] = p.map(|x| Ball::from_dd(x, 0.0));
+            f = self.objective.sample(net, s, t).value();
+        }
         let bound = f.mid - Dd::from(f.rad * UP);
         let bound = bound - Dd::from(2.0 * Dd::UNIT * bound.magnitude());
         if bound > lo { bound } else { lo }
@@ -868,17 +890,17 @@ impl Search<'_> {
     }
 
     pub(super) fn net(&self, source: Source) -> Option<&Net<f64>> {
-        let (Source::Patch { face, index } | Source::Piece { face, index }) = source;
-        let geometry = self.brep.double(face);
-        match source {
-            Source::Patch { .. } => Some(&geometry.patches[index].net),
-            Source::Piece { .. } => geometry.piece(index).space.as_ref(),
-        }
+        self.net_in(source)
     }
 
     pub(super) fn net_dd(&self, source: Source) -> Option<&Net<Dd>> {
+        self.net_in(source)
+    }
+
+    /// The net of a source in an arithmetic.
+    pub(super) fn net_in<T: Real + Arithmetic>(&self, source: Source) -> Option<&Net<T>> {
         let (Source::Patch { face, index } | Source::Piece { face, index }) = source;
-        let geometry = self.brep.double_double(face);
+        let geometry = T::geometry(self.brep, face);
         match source {
             Source::Patch { .. } => Some(&geometry.patches[index].net),
             Source::Piece { .. } => geometry.piece(index).space.as_ref(),
@@ -904,20 +926,61 @@ impl Search<'_> {
         });
     }
 
-    /// Searches the nodes that f64 left open again in double-double.
-    fn refine(&mut self, noisy: &[Noisy]) {
-        self.sharpen();
-        let mut heap = BinaryHeap::from(std::mem::take(&mut self.memory.fine_tasks));
-        for &(source, u, v, lo) in noisy {
+    /// Searches what f64 left open again in double-double, and what that leaves open in triple-double.
+    fn refine_noisy(&mut self) {
+        let mut noisy = std::mem::take(&mut self.noisy);
+        if !noisy.is_empty() && !self.out.budget_spent {
+            self.sharpen();
+            for &(source, u, v, lo) in &noisy {
+                if !self.hopeless(lo) {
+                    self.settle_unshaped(source, u, v, lo);
+                }
+            }
+            self.refine::<Dd>(&mut noisy);
+            if self.goal.all_below.is_some() {
+                for &(source, u, v, lo) in &noisy {
+                    if self.hopeless(lo) {
+                        continue;
+                    }
+                    self.settle_unshaped(source, u, v, lo);
+                    if let Some(last) = self.out.settled.last_mut() {
+                        last.flat = true;
+                    }
+                }
+            }
+            let enough = self.enough();
+            let open = noisy.iter().filter(|n| n.3 < enough).count();
+            if self.goal.width.is_full()
+                && (1..=MOST_FINEST).contains(&open)
+                && !self.out.budget_spent
+            {
+                let budget = self.goal.budget;
+                self.goal.budget = budget.min(self.out.nodes + FINEST_BUDGET);
+                self.refine::<Td>(&mut noisy);
+                self.goal.budget = budget;
+                // What is left is bounded; it is the precision that is at an end.
+                self.out.left_open |= std::mem::take(&mut self.out.budget_spent);
+            }
+        }
+        for (.., lo) in &noisy {
+            self.lower_unsettled(*lo);
+        }
+        noisy.clear();
+        self.memory.noisy = noisy;
+    }
+
+    /// Searches the nodes of a list again, in another arithmetic, and leaves in it what that leaves open.
+    fn refine<T: Real + Arithmetic>(&mut self, noisy: &mut Vec<Noisy>) {
+        let mut heap = BinaryHeap::from(std::mem::take(T::tasks(self.memory)));
+        for &(source, u, v, lo) in noisy.iter() {
             if self.hopeless(lo) {
                 continue;
             }
-            self.settle_unshaped(source, u, v, lo);
             if lo >= self.enough() {
                 self.lower(lo);
                 continue;
             }
-            match self.root::<Dd>(source) {
+            match self.root::<T>(source) {
                 Some(root) => {
                     let mut node = narrow(root, u, v, self.objective.is_squared());
                     if lo > node.lo {
@@ -935,23 +998,21 @@ impl Search<'_> {
         }
         self.run(&mut heap);
         heap.clear();
-        self.memory.fine_tasks = heap.into_vec();
-        for (source, u, v, lo) in std::mem::take(&mut self.noisy) {
-            if self.goal.all_below.is_some() && !self.hopeless(lo) {
-                self.settle_unshaped(source, u, v, lo);
-                if let Some(last) = self.out.settled.last_mut() {
-                    last.flat = true;
-                }
-            }
-            self.lower_unsettled(lo);
-        }
+        *T::tasks(self.memory) = heap.into_vec();
+        noisy.clear();
+        noisy.append(&mut self.noisy);
     }
 }
 
 /// A node is left to the next arithmetic when all of `G` is below this many error bounds.
 const NOISE_FACTOR: f64 = 8.0;
+/// So many nodes are looked at again in triple-double at most: beyond, it is a whole curve or region that no digits tell.
+const MOST_FINEST: usize = 16;
+/// How many nodes may be visited then; each costs as much as some thousand in f64.
+const FINEST_BUDGET: usize = 128;
+
 /// The part of a root node over a box that was reached by halving it.
-fn narrow(mut node: Node<Dd>, u: [f64; 2], v: [f64; 2], squared: bool) -> Node<Dd> {
+fn narrow<T: Real>(mut node: Node<T>, u: [f64; 2], v: [f64; 2], squared: bool) -> Node<T> {
     for (along_u, target) in [(true, u), (false, v)] {
         if target[0] == target[1] {
             let range = if along_u { node.u } else { node.v };
@@ -1020,5 +1081,15 @@ impl Arithmetic for Dd {
 
     fn geometry(brep: &PreparedBrep, face: usize) -> &FaceGeometry<Self> {
         brep.double_double(face)
+    }
+}
+
+impl Arithmetic for Td {
+    fn tasks(memory: &mut Memory) -> &mut Vec<Task<Self>> {
+        &mut memory.finest_tasks
+    }
+
+    fn geometry(brep: &PreparedBrep, face: usize) -> &FaceGeometry<Self> {
+        brep.triple_double(face)
     }
 }

@@ -2,7 +2,7 @@
 
 use super::objective::Objective;
 use super::search::{Foot, Hint, Locus, Search, Source};
-use crate::numeric::{Ball, Dd};
+use crate::numeric::{Ball, Dd, Td};
 use crate::prepare::{Patch, Seed, jet};
 use crate::trim::{BoxSide, Side};
 use nalgebra::Point2;
@@ -241,7 +241,10 @@ impl Search<'_> {
                 continue;
             }
             let local = [0, 1].map(|k| surface.maps[k].to_local(Ball::<Dd>::exact(uv[k])));
-            let value = self.objective.value(&surface.net, local);
+            let source = Source::Patch { face, index: patch };
+            let value = self.fine_value(source, local, || {
+                [0, 1].map(|k| surface.maps[k].to_local(Ball::exact(uv[k])))
+            });
             let foot = Foot {
                 face,
                 trim,
@@ -270,10 +273,32 @@ impl Search<'_> {
     }
 
     fn keep_patch_point(&mut self, face: usize, patch: usize, local: [Ball<Dd>; 2]) {
-        let net = &self.brep.double_double(face).patches[patch].net;
-        let value = self.objective.value(net, local);
+        let source = Source::Patch { face, index: patch };
+        let value = self.fine_value(source, local, || raised(local));
         let foot = self.patch_foot(face, patch, local);
         self.keep(value, foot);
+    }
+
+    /// `f` at a point in double-double, or where that loses the digits that are wanted of the best point so far, in triple-double.
+    fn fine_value(
+        &self,
+        source: Source,
+        local: [Ball<Dd>; 2],
+        finest: impl FnOnce() -> [Ball<Td>; 2],
+    ) -> Ball<Dd> {
+        let Some(net) = self.net_dd(source) else {
+            return NOTHING_KNOWN;
+        };
+        let value = self.objective.value(net, local);
+        let may_be_best = value.mid - Dd::from(value.rad * UP) < self.out.hi;
+        if may_be_best
+            && self.is_lost(value)
+            && let Some(net) = self.net_in::<Td>(source)
+        {
+            let [s, t] = finest();
+            return self.objective.sample(net, s, t).value();
+        }
+        value
     }
 
     /// The point of a boundary piece where it is proven to be on its patch; else its local parameters, roughly.
@@ -301,11 +326,14 @@ impl Search<'_> {
 
     fn try_piece_point(&mut self, face: usize, index: usize, t: Dd) {
         let piece = self.brep.double_double(face).piece(index);
-        let Some(space) = &piece.space else { return };
+        if piece.space.is_none() {
+            return;
+        }
         match self.piece_foot(face, index, t) {
             Ok(foot) => {
                 let at = [Ball { mid: t, rad: 0.0 }, Ball::ZERO];
-                self.keep(self.objective.value(space, at), foot);
+                let source = Source::Piece { face, index };
+                self.keep(self.fine_value(source, at, || raised(at)), foot);
             }
             Err(local) => self.try_beside_piece(face, index, local),
         }
@@ -325,6 +353,16 @@ impl Search<'_> {
             self.out.foot = Some(foot);
         }
     }
+}
+
+/// The value of what cannot be evaluated.
+const NOTHING_KNOWN: Ball<Dd> = Ball {
+    mid: Dd::ZERO,
+    rad: f64::INFINITY,
+};
+
+fn raised(local: [Ball<Dd>; 2]) -> [Ball<Td>; 2] {
+    local.map(|x| Ball::from_dd(x.mid, x.rad))
 }
 
 /// A number not below what a ball holds.

@@ -51,6 +51,8 @@ pub(super) struct RawHit {
     pub(super) inside: bool,
     /// Whether it may be just beyond its patch: see the module `joints`.
     pub(super) at_joint: bool,
+    /// Whether the line is tangent to the face's surface there and stays on one side of it.
+    pub(super) touches: bool,
     /// The same exactly, where that was needed and can be.
     pub(super) exact: Option<Box<Meeting>>,
 }
@@ -89,7 +91,7 @@ impl FaceHits {
 impl RawHit {
     /// Whether the line passes to the other side of the face's surface there.
     pub(super) fn crosses(&self) -> bool {
-        self.exact.as_ref().is_none_or(|m| !m.touches)
+        !self.touches
     }
 
     /// Whether the line surely meets the face there, within its range.
@@ -215,7 +217,7 @@ fn patches_hits(
     }
 }
 
-/// The hits with a face in closed form, where the line crosses its surface plainly.
+/// The hits with a face in closed form, where formulas tell them.
 fn closed_hits(brep: &PreparedBrep, stab: &Stabber, face: usize) -> Option<Vec<RawHit>> {
     let form = brep.closed(face)?;
     let b = brep.face_box(face)?;
@@ -259,6 +261,7 @@ fn closed_hits(brep: &PreparedBrep, stab: &Stabber, face: usize) -> Option<Vec<R
                 t: hit.t,
                 inside: true,
                 at_joint: false,
+                touches: hit.touches,
                 exact: None,
             }),
         }
@@ -283,6 +286,7 @@ fn polygon_hits(brep: &PreparedBrep, stab: &Stabber, face: usize) -> Option<Vec<
             t,
             inside: true,
             at_joint: false,
+            touches: m.touches,
             exact: Some(Box::new(m)),
         }
     });
@@ -836,6 +840,7 @@ fn prove<T: Real>(
         t,
         inside: !on_edge,
         at_joint,
+        touches: false,
         exact: None,
     };
     Some((Some((hit, p, local_rho)), Solved { u, v }))

@@ -91,13 +91,14 @@ pub(crate) fn unit(v: &V3) -> Option<V3> {
 pub(super) fn at_gap<T: Real>(q: &[f64; 3], gap: Ball<T>, up: &Vector<T>) -> V3 {
     std::array::from_fn(|c| {
         let step = gap * up[c];
-        Ball::exact(q[c]) - Ball::from_dd(step.mid.to_dd(), step.rad)
+        Ball::exact(q[c]) - step.to_dd()
     })
 }
 
 /// `[(|D| - slack)^2, (|D| + slack)^2]`, the first not below zero: bounds of a squared distance.
 pub(crate) fn distance_range<T: Real>(d: Ball<T>, slack: f64) -> [Dd; 2] {
-    let size = d.mid.to_dd().abs();
+    let d = d.to_dd();
+    let size = d.mid.abs();
     // The sum, the square and their roundings: 2^-102 each, of what is at most the result.
     let off = (d.rad + slack) * UP + f64::MIN_POSITIVE;
     let unit = |x: Dd, sign: f64| x + Dd::from(sign * 4.0 * Dd::UNIT * x.magnitude());
@@ -114,8 +115,8 @@ pub(crate) fn distance_range<T: Real>(d: Ball<T>, slack: f64) -> [Dd; 2] {
 
 /// `[mid - rad - slack, mid + rad + slack]`, outward.
 pub(crate) fn range<T: Real>(x: Ball<T>, slack: f64) -> [Dd; 2] {
-    let off = (x.rad + slack + 4.0 * Dd::UNIT * x.mid.magnitude()) * UP;
-    let mid = x.mid.to_dd();
+    let Ball { mid, rad } = x.to_dd();
+    let off = (rad + slack + 4.0 * Dd::UNIT * mid.magnitude()) * UP;
     [mid - Dd::from(off), mid + Dd::from(off)]
 }
 

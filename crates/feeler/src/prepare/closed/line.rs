@@ -2,6 +2,7 @@
 
 use super::form::{V3, along, dot, sub};
 use super::plane::PlaneForm;
+use super::quadric::Root;
 use super::revolution::{Profile, RevolutionForm};
 use super::{ClosedSurface, form};
 use crate::numeric::{Ball, Dd};
@@ -15,7 +16,7 @@ pub(crate) struct ClosedLine {
     pub(crate) reach: f64,
 }
 
-/// A point where the line crosses the surface.
+/// A point where the line crosses or touches the surface.
 #[derive(Clone, Debug)]
 pub(crate) struct ClosedHit {
     pub(crate) t: Ball<Dd>,
@@ -23,6 +24,7 @@ pub(crate) struct ClosedHit {
     /// Boxes of native parameters, one of which holds it if it is in the domain.
     pub(crate) boxes: form::Boxes,
     pub(crate) uv: [f64; 2],
+    pub(crate) touches: bool,
 }
 
 /// A centre nearer to the axis than this part of the radius is on it: the sphere's equation is then off by less than
@@ -32,12 +34,15 @@ const ON_AXIS: f64 = 1e-200;
 const LEAST_RISE: f64 = 1.0 / (1u64 << 20) as f64;
 
 impl ClosedSurface {
-    /// All crossings with the surface, those beyond its domain included; `None` where the line may touch it or lie in it,
-    /// or where there is no formula.
+    /// All meetings with the surface, those beyond its domain included; `None` where the line may lie in it, touch a torus, or where
+    /// there is no formula.
     pub(crate) fn hits(&self, line: &ClosedLine) -> Option<Vec<ClosedHit>> {
         match self {
             Self::Plane(p) => plane_hits(p, line),
-            Self::Revolution(r) => revolution_hits(r, line),
+            Self::Revolution(r) => {
+                let roots = roots(r, line).or_else(|| exact_roots(r, line))?;
+                revolution_hits(r, line, &roots)
+            }
         }
     }
 }
@@ -64,6 +69,7 @@ fn plane_hits(p: &PlaneForm, line: &ClosedLine) -> Option<Vec<ClosedHit>> {
         point: along(&line.origin, t, &line.direction),
         boxes: form::Boxes::one(uv.map(|x| [x.lower(), x.upper()])),
         uv: uv.map(|x| x.mid.hi),
+        touches: false,
     }])
 }
 
@@ -71,7 +77,7 @@ fn plane_hits(p: &PlaneForm, line: &ClosedLine) -> Option<Vec<ClosedHit>> {
 ///
 /// Sphere: `|w + x d|^2 = R^2`. Segment: with `s` the segment's own parameter at the height of the line's point, linear in `x`: `r^2 =
 /// a(s)^2 + b(s)^2` with linear `a`, `b`: exact, skew or not.
-fn revolution_hits(r: &RevolutionForm, line: &ClosedLine) -> Option<Vec<ClosedHit>> {
+fn roots(r: &RevolutionForm, line: &ClosedLine) -> Option<Vec<Root>> {
     let middle = Ball::exact(line.middle);
     let w = along(&sub(&line.origin, &r.fine.origin), middle, &line.direction);
     let d = &line.direction;
@@ -124,28 +130,53 @@ fn revolution_hits(r: &RevolutionForm, line: &ClosedLine) -> Option<Vec<ClosedHi
     } else {
         -(root + b)
     };
-    let roots = [q / a, c / q];
+    within_reach([q / a, c / q].map(|x| Root { x, double: false }), line)
+}
+
+/// The same for lines that touch the surface, or nearly.
+fn exact_roots(r: &RevolutionForm, line: &ClosedLine) -> Option<Vec<Root>> {
+    // Vectors that were made of f64.
+    let [from, direction] = [&line.origin, &line.direction].map(|v| v.map(|x| x.mid.hi));
+    within_reach(
+        r.quadric.as_ref()?.roots(&from, &direction, line.middle)?,
+        line,
+    )
+}
+
+/// Those roots that may be on the face; `None` where one of them is not known well enough.
+fn within_reach(roots: impl IntoIterator<Item = Root>, line: &ClosedLine) -> Option<Vec<Root>> {
     let mut out = Vec::new();
-    for x in roots {
+    for root in roots {
+        let x = root.x;
         // Of no use: a leading coefficient that may be zero, or a double root nearly.
         const ENOUGH: f64 = 1.0 / (1u64 << 60) as f64;
-        if !(x.rad <= ENOUGH * line.reach) {
-            if x.rad.is_finite() && x.lower().max(-x.upper()) > line.reach {
-                continue;
-            }
+        if x.rad <= ENOUGH * line.reach {
+            out.push(root);
+        } else if !(x.rad.is_finite() && x.lower().max(-x.upper()) > line.reach) {
             return None;
-        }
-        let t = middle + x;
-        let relative = along(&w, x, d);
-        if let Some((boxes, uv)) = r.locate(&relative) {
-            let point = along(&line.origin, t, d);
-            out.push(ClosedHit {
-                t,
-                point,
-                boxes,
-                uv,
-            });
         }
     }
     Some(out)
+}
+
+fn revolution_hits(
+    r: &RevolutionForm,
+    line: &ClosedLine,
+    roots: &[Root],
+) -> Option<Vec<ClosedHit>> {
+    let middle = Ball::exact(line.middle);
+    let start = along(&line.origin, middle, &line.direction);
+    let w = sub(&start, &r.fine.origin);
+    let hit = |root: &Root| {
+        let (boxes, uv) = r.locate(&along(&w, root.x, &line.direction))?;
+        let t = middle + root.x;
+        Some(ClosedHit {
+            t,
+            point: along(&line.origin, t, &line.direction),
+            boxes,
+            uv,
+            touches: root.double,
+        })
+    };
+    Some(roots.iter().filter_map(hit).collect())
 }

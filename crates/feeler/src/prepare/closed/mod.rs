@@ -9,6 +9,7 @@ mod form;
 mod gap;
 mod line;
 mod plane;
+mod quadric;
 mod revolution;
 
 pub(crate) use curve::{ClosedCurve, CurveShape};

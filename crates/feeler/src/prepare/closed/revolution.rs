@@ -28,6 +28,7 @@ use super::form::{
     angle, at_gap, distance_range, dot, exact, lead, least_square, range, rounded, scale, sub,
     unit,
 };
+use super::quadric::Quadric;
 use crate::numeric::{Ball, Dd, Interval, Real, sin_cos};
 use crate::nurbs::{Curve3, Revolution};
 
@@ -76,6 +77,8 @@ pub(crate) struct RevolutionForm {
     angle_domain: Interval,
     profile_domain: Interval,
     transposed: bool,
+    /// The same surface exactly, where it is of the second order.
+    pub(super) quadric: Option<Quadric>,
 }
 
 /// The target in the half-plane of the axis.
@@ -355,6 +358,7 @@ impl RevolutionForm {
             angle_domain: s.angle_domain,
             profile_domain: domain,
             transposed: s.transposed,
+            quadric: Quadric::new(s),
         })
     }
 
@@ -595,14 +599,17 @@ impl RevolutionForm {
                 let gap = model.gap(&flat);
                 let foot = tells.then(|| {
                     let fine = model.up(&flat);
-                    up = fine.map(|x| Ball::from_dd(x.mid.to_dd(), x.rad));
+                    up = fine.map(|x| {
+                        let x = x.to_dd();
+                        Ball::from_dd(x.mid, x.rad)
+                    });
                     at_gap(q, gap, &fine)
                 });
                 (distance_range(gap, self.slack), foot)
             }
             Target::Height(n, h) => {
                 let foot = model.lowest(&flat).filter(|_| tells);
-                let foot = foot.map(|p| p.map(|x| Ball::from_dd(x.mid.to_dd(), x.rad)));
+                let foot = foot.map(|p| p.map(Ball::to_dd));
                 (model.height(model.base(n, *h), &flat, self.slack), foot)
             }
         };
