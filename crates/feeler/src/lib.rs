@@ -6,7 +6,7 @@
 //!
 //! | module | holds |
 //! |---|---|
-//! | [`numeric`] | intervals, enclosures, double-double, exact dyadics, Bernstein roots |
+//! | [`numeric`] | intervals, enclosures, double-double, triple-double, exact dyadics, Bernstein roots |
 //! | [`nurbs`] | knot vectors, basis functions, curves, surfaces, Bezier pieces |
 //! | [`brep`] | topology, validation, a builder |
 //! | [`trim`] | monotone arcs, inclusion in the trimmed region |

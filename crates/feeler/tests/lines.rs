@@ -5,7 +5,7 @@ mod scenes;
 
 use feeler::brep::{Brep, BrepBuilder, TrimSpec};
 use feeler::numeric::Interval;
-use feeler::nurbs::{Curve, NurbsSurface, Plane, Polyline, Surface};
+use feeler::nurbs::{Arc, Curve, Line, NurbsSurface, Plane, Polyline, Revolution, Surface};
 use feeler::prepare::PreparedBrep;
 use feeler::query::{Accuracy, LineAnswer, LineKind, LineProbe, Options, Workspace, any_hit, line};
 use nalgebra::{Point2, Point3, Vector3, Vector4};
@@ -425,4 +425,120 @@ fn a_line_through_a_corner_of_a_cube() {
         (diagonal.undecided, diagonal.hits.len(), diagonal.crossings),
         (None, 6, Some(2))
     );
+}
+
+/// Rulings of length 2 over a unit circle in four rational quadrants, its seam at `(1, 0, z)`.
+fn tube() -> PreparedBrep {
+    let half = 0.5f64.sqrt();
+    let square = [
+        [1.0, 0.0],
+        [1.0, 1.0],
+        [0.0, 1.0],
+        [-1.0, 1.0],
+        [-1.0, 0.0],
+        [-1.0, -1.0],
+        [0.0, -1.0],
+        [1.0, -1.0],
+        [1.0, 0.0],
+    ];
+    let net = square.iter().enumerate().flat_map(|(i, [x, y])| {
+        let w = if i % 2 == 0 { 1.0 } else { half };
+        [-1.0, 1.0].map(|z| Vector4::new(w * x, w * y, w * z, w))
+    });
+    let around = vec![0.0, 0.0, 0.0, 1.0, 1.0, 2.0, 2.0, 3.0, 3.0, 4.0, 4.0, 4.0];
+    let knots = [around, vec![0.0, 0.0, 1.0, 1.0]];
+    sheet(NurbsSurface::new([2, 1], [9, 2], net.collect(), knots).unwrap())
+}
+
+/// A seam is no end of the surface: a line through it, or beside it by any number of digits, crosses there once.
+#[test]
+fn a_line_through_a_seam_crosses_once() {
+    let brep = tube();
+    for k in [0, 30, 52, 60, 80, 100, 200] {
+        for y in [0.0, 0.5f64.powi(k), -(0.5f64.powi(k))] {
+            // Not the very top of the circle.
+            let y = 0.25 * y;
+            let answer = ask(&brep, [2.0, y, 0.25], [-1.0, 0.0, 0.125]);
+            assert_eq!(answer.undecided, None, "{y}");
+            assert_eq!((answer.hits.len(), answer.crossings), (2, Some(2)), "{y}");
+            let x = (1.0 - y * y).sqrt();
+            for (hit, t) in answer.hits.iter().zip([2.0 - x, 2.0 + x]) {
+                // Weights are rounded: the circle is off by less than two roundings.
+                assert!((hit.t.value - t).abs() < 4.0 * f64::EPSILON, "{y} {hit:?}");
+                assert!(!hit.tangential);
+            }
+        }
+    }
+}
+
+/// A unit sphere, and a cylinder and a cone whose circles at height 0 are its equator, about the z axis, native.
+fn round() -> [PreparedBrep; 3] {
+    let turn = Interval::new(0.0, std::f64::consts::TAU).unwrap();
+    let half = Interval::new(-std::f64::consts::FRAC_PI_2, std::f64::consts::FRAC_PI_2).unwrap();
+    let segment = |from: [f64; 3], to: [f64; 3]| {
+        Curve::Line(Line {
+            from: Point3::from(from),
+            to: Point3::from(to),
+            domain: Interval::new(0.0, 1.0).unwrap(),
+        })
+    };
+    let meridian = Curve::Arc(Arc {
+        center: Point3::origin(),
+        x: Vector3::x(),
+        y: Vector3::z(),
+        z: -Vector3::y(),
+        radius: 1.0,
+        angle: half,
+        domain: half,
+    });
+    let profiles = [
+        meridian,
+        segment([1.0, 0.0, -1.0], [1.0, 0.0, 1.0]),
+        segment([2.0, 0.0, -1.0], [0.5, 0.0, 0.5]),
+    ];
+    profiles.map(|profile| {
+        let surface = Surface::Revolution(Revolution {
+            origin: Point3::new(0.0, 0.0, 0.5),
+            axis: Vector3::new(0.0, 0.0, 3.0),
+            angle: turn,
+            angle_domain: turn,
+            profile,
+            transposed: false,
+        });
+        PreparedBrep::new(Brep::from_surface(surface).unwrap())
+    })
+}
+
+/// Level lines at the equator touch, miss and meet a native surface as exact arithmetic has it, by one ulp.
+#[test]
+fn level_lines_about_a_circle() {
+    for (brep, name) in round().iter().zip(["sphere", "cylinder", "cone"]) {
+        // At the height of the equator, in a direction along which the tangent at `(0, 1)` runs.
+        let ask = |y: f64| ask(brep, [-3.0, y, 0.0], [2.0, 0.0, 0.0]);
+        let touch = ask(1.0);
+        assert_eq!(
+            (touch.undecided, touch.crossings),
+            (None, Some(0)),
+            "{name}"
+        );
+        assert_eq!(touch.hits.len(), 1, "{name}");
+        let hit = &touch.hits[0];
+        assert!(hit.tangential && hit.t.bounds.lo <= 1.5 && 1.5 <= hit.t.bounds.hi);
+        let beyond = ask(1.0f64.next_up());
+        assert_eq!((beyond.undecided, beyond.hits.len()), (None, 0), "{name}");
+        // 1 - 2^-53: x^2 = 2^-52 - 2^-106, so that x is 2^-26 but for one part in 2^55.
+        let through = ask(1.0f64.next_down());
+        assert_eq!(
+            (through.undecided, through.crossings),
+            (None, Some(2)),
+            "{name}"
+        );
+        for (hit, sign) in through.hits.iter().zip([-1.0, 1.0]) {
+            let t = 1.5 + sign * 0.5f64.powi(27);
+            assert!(
+                !hit.tangential && (hit.t.value - t).abs() <= f64::EPSILON,
+                "{name} {hit:?}"
+            );
+        }
+    }
 }

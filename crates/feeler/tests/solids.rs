@@ -5,9 +5,12 @@ mod scenes;
 
 use feeler::brep::{Brep, BrepBuilder, TrimSpec};
 use feeler::numeric::Interval;
-use feeler::nurbs::{Curve, Line, NurbsSurface, Plane, Surface};
+use feeler::nurbs::{Arc, Curve, Line, NurbsSurface, Plane, Revolution, Surface};
 use feeler::prepare::PreparedBrep;
-use feeler::query::{LineKind, LineProbe, Options, Probe, Sphere, Workspace, contact, line};
+use feeler::query::{
+    LineKind, LineProbe, Options, Probe, Sphere, Workspace, contact, inside, line,
+};
+use feeler::trim::Side;
 use nalgebra::{Point2, Point3, Vector3, Vector4};
 use proptest::prelude::*;
 use scenes::wavy_prism;
@@ -192,4 +195,123 @@ proptest! {
             prop_assert!((h.normal.dot(&from_middle) - 0.5).abs() < 1e-12, "{:?}", h);
         }
     }
+}
+
+/// A native cylinder with both caps: its axis through the origin along `a`, from `-a` to `a`, the seam one radian before `d`, a vector across the axis
+/// to its side.
+fn cylinder(a: Vector3<f64>, d: Vector3<f64>) -> Brep {
+    let turn = Interval::new(1.0, 1.0 + std::f64::consts::TAU).unwrap();
+    let unit = Interval::new(0.0, 1.0).unwrap();
+    let radius = d.norm();
+    let (z, x) = (a.normalize(), d.normalize());
+    let y = z.cross(&x);
+    let mut b = BrepBuilder::new();
+    let start = x * turn.start.cos() + y * turn.start.sin();
+    let ends = [-1.0, 1.0].map(|s| Point3::from(a * s));
+    let corners = ends.map(|e| b.vertex(e + start * radius));
+    let rims = [0, 1].map(|k| {
+        let arc = Arc {
+            center: ends[k],
+            x,
+            y,
+            z,
+            radius,
+            angle: turn,
+            domain: turn,
+        };
+        b.edge([corners[k]; 2], Curve::Arc(arc)).unwrap()
+    });
+    let seam = b.straight_edge(corners).unwrap();
+    let side = Revolution {
+        origin: Point3::origin(),
+        axis: a,
+        angle: turn,
+        angle_domain: turn,
+        profile: Curve::Line(Line {
+            from: ends[0] + d,
+            to: ends[1] + d,
+            domain: unit,
+        }),
+        transposed: false,
+    };
+    let straight = |from: [f64; 2], to: [f64; 2]| {
+        Curve::Line(Line {
+            from: Point2::from(from),
+            to: Point2::from(to),
+            domain: unit,
+        })
+    };
+    let trim = |vertices: [usize; 2], curve, edge| TrimSpec {
+        vertices,
+        curve,
+        edge: Some(edge),
+    };
+    let [low, high] = corners;
+    let (from, to) = (turn.start, turn.end);
+    let around = vec![
+        trim([low, low], straight([from, 0.0], [to, 0.0]), rims[0]),
+        trim([low, high], straight([to, 0.0], [to, 1.0]), seam),
+        trim([high, high], straight([to, 1.0], [from, 1.0]), rims[1]),
+        trim([high, low], straight([from, 1.0], [from, 0.0]), seam),
+    ];
+    b.face_with_trims(Surface::Revolution(side), vec![around])
+        .unwrap();
+    for (k, sign) in [(0, -1.0), (1, 1.0)] {
+        let wide = Interval::new(-2.0 * radius, 2.0 * radius).unwrap();
+        let plane = Plane {
+            origin: ends[k],
+            x,
+            y: y * sign,
+            domain: [wide; 2],
+            extents: [wide; 2],
+        };
+        // Seen from outside the lower rim runs the other way.
+        let rim = Arc {
+            center: Point2::origin(),
+            x: nalgebra::Vector2::x(),
+            y: nalgebra::Vector2::y(),
+            z: nalgebra::Vector2::zeros(),
+            radius,
+            angle: Interval::new(sign * 1.0, sign * 1.0 + std::f64::consts::TAU).unwrap(),
+            domain: unit,
+        };
+        let rim = trim([corners[k]; 2], Curve::Arc(rim), rims[k]);
+        b.face_with_trims(Surface::Plane(plane), vec![vec![rim]])
+            .unwrap();
+    }
+    b.build().unwrap()
+}
+
+/// A ray of the parity test may touch a surface, exactly: that is no crossing. From `D - R / 16`, with `R` the first of the kernel's directions, it
+/// touches the cylinder at `D`: `D` is across the axis and, exactly, across `R`.
+#[test]
+fn a_ray_that_touches_a_cylinder_does_not_enter_it() {
+    let d = Vector3::new(14.0, 222.0, -155.0) / 4096.0;
+    let axis = Vector3::new(0.0, 155.0, 222.0) / 512.0;
+    let ray = Vector3::new(0.352, 0.521, 0.778);
+    let exact = |x: f64| feeler::numeric::Dyadic::from_f64(x).unwrap();
+    let dot = |a: &Vector3<f64>, b: &Vector3<f64>| {
+        let part = |k: usize| &exact(a[k]) * &exact(b[k]);
+        (&(&part(0) + &part(1)) + &part(2)).signum()
+    };
+    assert_eq!([dot(&d, &ray), dot(&d, &axis)], [0, 0]);
+    let p = d - ray / 16.0;
+    for k in 0..3 {
+        assert_eq!((&exact(p[k]) + &exact(ray[k] / 16.0)), exact(d[k]));
+    }
+    let brep = cylinder(axis, d);
+    assert!(brep.is_closed());
+    let brep = PreparedBrep::new(brep);
+    let mut workspace = Workspace::default();
+    let mut side = |p: Vector3<f64>| inside(&brep, Point3::from(p), &mut workspace).side;
+    assert_eq!(side(p), Some(Side::Outside));
+    assert_eq!(side(0.5 * d), Some(Side::Inside));
+    // The ray touches, as a line: once, and it crosses nothing.
+    let probe = LineProbe::new(Point3::from(p), ray, LineKind::Ray).unwrap();
+    let found = line(&brep, &probe, &Options::default(), &mut workspace);
+    assert_eq!((found.undecided, found.crossings), (None, Some(0)));
+    assert!(
+        found.hits.len() == 1 && found.hits[0].tangential,
+        "{found:?}"
+    );
 }

@@ -123,7 +123,8 @@ impl Mul for Td {
 impl Div for Td {
     type Output = Self;
     /// Long division: each step divides what is left by the leading part of the divisor and leaves less than `2^-50` of it; what is left is
-    /// off by two roundings of at most the dividend, the sum of the four parts by one: below five units of the quotient.
+    /// off by two roundings of at most the dividend, the sum of the four parts by one: below five units of the quotient. For divisors above
+    /// 1e-250: below, what underflows is not [`TINY`](crate::numeric::TINY) beside the quotient.
     fn div(self, o: Self) -> Self {
         let (mut left, mut parts) = (self, [0.0; 4]);
         for part in &mut parts {

@@ -525,6 +525,11 @@ impl PreparedBrep {
         patch::level(self.brep.surface(face))
     }
 
+    /// Whether a face's surface goes on over its seam along u (or v): the two borders are one curve, exactly.
+    pub(crate) fn meets_itself(&self, face: usize, along_u: bool) -> bool {
+        patch::meets_itself(self.brep.surface(face), along_u)
+    }
+
     /// The trimmed region of a face.
     pub(crate) fn region(&self, face: usize) -> &TrimRegion {
         let slot = &self.faces[face].region;

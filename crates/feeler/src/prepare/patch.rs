@@ -411,3 +411,24 @@ pub(crate) fn level(surface: &Surface) -> Option<(usize, f64)> {
         Surface::Revolution(_) | Surface::Sum(_) => None,
     }
 }
+
+/// Whether a surface's two borders across u (or v) are the same curve with the same parameter, exactly, so that one may go on over its seam: a
+/// clamped NURBS surface whose first and last control points there are equal.
+pub(crate) fn meets_itself(surface: &Surface, along_u: bool) -> bool {
+    let Surface::Nurbs(s) = surface else {
+        return false;
+    };
+    let knots = if along_u { s.knots_u() } else { s.knots_v() };
+    let (p, k) = (knots.degree(), knots.knots());
+    let last = k.len() - 1;
+    let clamped = k[1] == k[p] && k[last - 1] == k[last - p];
+    let [count_u, count_v] = s.counts();
+    let net = s.control_net();
+    let same = if along_u {
+        net[..count_v] == net[(count_u - 1) * count_v..]
+    } else {
+        net.chunks_exact(count_v)
+            .all(|row| row[0] == row[count_v - 1])
+    };
+    clamped && same
+}

@@ -16,6 +16,8 @@
 //! more than none and less than two turns around all of `B`, in the same sense: once. So its degree is one, and so is that of each of its
 //! zeros, their determinants being of one sign: there is exactly one hit in `B`, the zero of one of the patches, on this patch.
 //!
+//! A seam is such a joint, of the first patch and the last, where the surface's borders there are one curve, exactly: then `F` is continuous over it.
+//!
 //! With determinants of two signs the line touches a kink or passes it: that is left open.
 
 use super::forms::Stabber;
@@ -165,8 +167,8 @@ fn one_of(brep: &PreparedBrep, stab: &Stabber, hits: &[RawHit], index: usize) ->
     })
 }
 
-/// The patches about the joint or corner that an enclosure holds, its own among them; `None` where it holds a border of the surface, or
-/// two opposite borders of its patch.
+/// The patches about the joint or corner that an enclosure holds, its own among them; `None` where it holds a border of the surface that is no
+/// seam, or two opposite borders of its patch.
 fn star(
     brep: &PreparedBrep,
     face: usize,
@@ -186,10 +188,21 @@ fn star(
             (false, false) => None,
         };
     }
+    // A seam is a joint of the first and the last patch.
+    let domain = brep.brep().surface(face).domain();
+    let over_seam = |k: usize, end: bool| -> Option<f64> {
+        let (at, other) = (domain[k].start, domain[k].end);
+        let (here, there) = if end { (other, at) } else { (at, other) };
+        let joint = if end { own[k].end } else { own[k].start };
+        (joint == here && brep.meets_itself(face, k == 0)).then_some(there)
+    };
     // Where another patch's border is the joint, and the middle of `B` on it.
     let beside = |other: &ParamMap, k: usize| -> Option<(Option<bool>, f64)> {
         let place = |end: bool| if end { 1.0 } else { 0.0 };
-        let joint = ends[k].map(|end| if end { own[k].end } else { own[k].start });
+        let joint = ends[k].map(|end| {
+            let own = if end { own[k].end } else { own[k].start };
+            over_seam(k, end).unwrap_or(own)
+        });
         match (ends[k], joint) {
             (Some(end), _) if *other == own[k] => Some((Some(end), place(end))),
             (Some(true), Some(at)) if other.start == at => Some((Some(false), 0.0)),

@@ -70,8 +70,7 @@ impl Objective {
             Self::Height(n, h) => {
                 let x: [_; 3] = std::array::from_fn(|c| net.coordinate(c));
                 let w = net.coordinate(3);
-                let offset = local_offset(n, *h, &net.origin);
-                let h = Ball::<T>::from_dd(offset.mid, offset.rad);
+                let h = local_offset::<T>(n, *h, &net.origin);
                 let normal: [T; 3] = std::array::from_fn(|c| T::from_f64(n[c]));
                 let values = (0..net.degree.count())
                     .map(|i| {
@@ -156,7 +155,6 @@ impl Objective {
 
     fn height<T: Real>(n: &Vector3<f64>, h: f64, origin: &[f64; 3], p: &[Ball<T>; 4]) -> Ball<T> {
         let h = local_offset(n, h, origin);
-        let h = Ball::<T>::from_dd(h.mid, h.rad);
         let n: [Ball<T>; 3] = std::array::from_fn(|c| Ball::exact(n[c]));
         n[0] * p[0] + n[1] * p[1] + n[2] * p[2] - h * p[3]
     }
@@ -262,8 +260,16 @@ impl Objective {
     }
 }
 
-/// `h - n.o`.
-fn local_offset(n: &Vector3<f64>, h: f64, origin: &[f64; 3]) -> Ball<Dd> {
+/// `h - n.o`, in double-double at least.
+fn local_offset<T: Real>(n: &Vector3<f64>, h: f64, origin: &[f64; 3]) -> Ball<T> {
+    if T::UNIT < Dd::UNIT {
+        return offset_in(n, h, origin);
+    }
+    let offset = offset_in::<Dd>(n, h, origin);
+    Ball::from_dd(offset.mid, offset.rad)
+}
+
+fn offset_in<T: Real>(n: &Vector3<f64>, h: f64, origin: &[f64; 3]) -> Ball<T> {
     let mut sum = Ball::exact(h);
     for c in 0..3 {
         sum = sum - Ball::exact(n[c]) * Ball::exact(origin[c]);

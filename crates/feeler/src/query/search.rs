@@ -726,16 +726,6 @@ impl Search<'_> {
             }
             return;
         }
-        if self.is_ruled(source, &node) {
-            // What is as low along a ruling is not searched: it is looked for from the foot.
-            self.out.left_open |= !self.hopeless(node.lo);
-            let along_u = node.f.degree.u == 1;
-            for end in [false, true] {
-                let border = node.border(along_u, end, self.objective.is_squared());
-                self.enqueue(heap, source, inside, border, true);
-            }
-            return self.leave(node.lo, covered, part);
-        }
         // Where a piece crosses the border of its patch, the crossing is an end of what counts, though not of
         // the piece: the minimum may be there, and neither a slope nor convexity puts it aside.
         let crosses = match source {
@@ -775,6 +765,16 @@ impl Search<'_> {
             }
             self.leave(node.lo, covered, part);
             return;
+        }
+        if self.is_ruled(source, &node) {
+            // What is as low along a ruling is not searched: it is looked for from the foot.
+            self.out.left_open |= !self.hopeless(node.lo);
+            let along_u = node.f.degree.u == 1;
+            for end in [false, true] {
+                let border = node.border(along_u, end, self.objective.is_squared());
+                self.enqueue(heap, source, inside, border, true);
+            }
+            return self.leave(node.lo, covered, part);
         }
         // Tops, ridges and saddles across the parameter lines hold no minimum; where only the least one is asked for their bounds say that sooner.
         if self.goal.all_below.is_some()
@@ -844,7 +844,7 @@ impl Search<'_> {
         let local = p.map(|mid| Ball { mid, rad: 0.0 });
         let mut f = self.objective.sample(net, local[0], local[1]).value();
         if self.is_lost(f)
-            && let Some(net) = self.net_in::<Td>(source)
+            && let Some(net) = self.finest_net(source)
         {
             let [s, t] = p.map(|x| Ball::from_dd(x, 0.0));
             f = self.objective.sample(net, s, t).value();
@@ -949,17 +949,21 @@ impl Search<'_> {
                 }
             }
             let enough = self.enough();
-            let open = noisy.iter().filter(|n| n.3 < enough).count();
+            let open = || noisy.iter().filter(|n| n.3 < enough);
             if self.goal.width.is_full()
-                && (1..=MOST_FINEST).contains(&open)
+                && self.goal.all_below.is_none()
+                && (1..=MOST_FINEST).contains(&open().count())
+                && open().all(|n| self.is_finer(n.0))
                 && !self.out.budget_spent
             {
                 let budget = self.goal.budget;
                 self.goal.budget = budget.min(self.out.nodes + FINEST_BUDGET);
                 self.refine::<Td>(&mut noisy);
                 self.goal.budget = budget;
-                // What is left is bounded; it is the precision that is at an end.
-                self.out.left_open |= std::mem::take(&mut self.out.budget_spent);
+                // What is left is bounded; it is the precision that is at an end, unless the whole budget is.
+                if self.out.nodes < budget {
+                    self.out.left_open |= std::mem::take(&mut self.out.budget_spent);
+                }
             }
         }
         for (.., lo) in &noisy {

@@ -293,10 +293,13 @@ impl Search<'_> {
         let may_be_best = value.mid - Dd::from(value.rad * UP) < self.out.hi;
         if may_be_best
             && self.is_lost(value)
-            && let Some(net) = self.net_in::<Td>(source)
+            && let Some(net) = self.finest_net(source)
         {
             let [s, t] = finest();
-            return self.objective.sample(net, s, t).value();
+            let fine = self.objective.sample(net, s, t).value();
+            if fine.rad < value.rad {
+                return fine;
+            }
         }
         value
     }

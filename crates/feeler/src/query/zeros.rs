@@ -809,13 +809,13 @@ fn prove<T: Real>(
     if off(0) || off(1) {
         return Some((None, Solved { u, v }));
     }
-    // Within rounding of the border of the whole surface the hit cannot be settled.
+    // Within rounding of the border of the whole surface the hit cannot be settled, unless that is a seam: a joint as any other.
     let domain = brep.brep().surface(face).domain();
     let maps = &brep.double(face).patches[patch].maps;
     let on_edge = (0..2).any(|k| {
         let low = p[k] - reach(k) < Dd::ZERO && maps[k].start == domain[k].start;
         let high = p[k] + reach(k) > Dd::ONE && maps[k].end == domain[k].end;
-        low || high
+        (low || high) && !brep.meets_itself(face, k == 0)
     });
     let at_joint = (0..2).any(|k| p[k] - reach(k) <= Dd::ZERO || p[k] + reach(k) >= Dd::ONE);
     let t = stab.parameter(&sample.value, &sample.origin);

@@ -15,20 +15,19 @@ use super::super::exact::{D3, Ratio, cross, dot, dyadic, enclosed, scale, sub, v
 use crate::numeric::{Ball, Dd, Dyadic};
 use crate::nurbs::{Curve3, Revolution};
 
-/// A surface of the second order.
-#[derive(Clone, Debug)]
+/// A surface of the second order, by the numbers it is stored with.
+#[derive(Clone, Copy, Debug)]
 pub(super) enum Quadric {
     Sphere {
-        center: D3,
-        /// Of the radius.
-        square: Dyadic,
+        center: [f64; 3],
+        radius: f64,
     },
-    /// A segment from `start`, relative to `origin`, turned about the axis.
+    /// A segment turned about the axis.
     Turned {
-        origin: D3,
-        axis: D3,
-        start: D3,
-        run: D3,
+        origin: [f64; 3],
+        axis: [f64; 3],
+        from: [f64; 3],
+        to: [f64; 3],
     },
 }
 
@@ -47,33 +46,28 @@ fn sum(a: &D3, b: &D3) -> D3 {
 impl Quadric {
     /// That of a revolution; `None` where there is none.
     pub(super) fn new(s: &Revolution) -> Option<Self> {
-        let (origin, axis) = (
-            vector(s.origin.coords.as_slice())?,
-            vector(s.axis.as_slice())?,
-        );
+        let (origin, axis): ([f64; 3], [f64; 3]) = (s.origin.coords.into(), s.axis.into());
         match &s.profile {
             Curve3::Arc(arc) => {
-                let center = vector(arc.center.coords.as_slice())?;
-                let off = cross(&sub(&center, &origin), &axis);
-                let radius = dyadic(arc.radius)?;
+                let center: [f64; 3] = arc.center.coords.into();
+                let off = sub(&vector(&center)?, &vector(&origin)?);
+                let off = cross(&off, &vector(&axis)?);
                 let on_axis = off.iter().all(|x| x.signum() == 0);
-                on_axis.then(|| Self::Sphere {
+                on_axis.then_some(Self::Sphere {
                     center,
-                    square: &radius * &radius,
+                    radius: arc.radius,
                 })
             }
             Curve3::Line(line) => {
-                let (from, to) = (
-                    vector(line.from.coords.as_slice())?,
-                    vector(line.to.coords.as_slice())?,
-                );
-                let run = sub(&to, &from);
-                let rises = dot(&run, &axis).signum() != 0;
-                rises.then(|| Self::Turned {
-                    start: sub(&from, &origin),
+                let (from, to): ([f64; 3], [f64; 3]) =
+                    (line.from.coords.into(), line.to.coords.into());
+                let run = sub(&vector(&to)?, &vector(&from)?);
+                let rises = dot(&run, &vector(&axis)?).signum() != 0;
+                rises.then_some(Self::Turned {
                     origin,
                     axis,
-                    run,
+                    from,
+                    to,
                 })
             }
             _ => None,
@@ -83,24 +77,30 @@ impl Quadric {
     /// `A`, `B`, `C` of `A x^2 + 2 B x + C` for the point `from + (middle + x) direction`.
     fn on_line(&self, from: &[f64; 3], direction: &[f64; 3], middle: f64) -> Option<[Dyadic; 3]> {
         let d = vector(direction)?;
-        let from = sum(&vector(from)?, &scale(&d, &dyadic(middle)?));
+        let start = sum(&vector(from)?, &scale(&d, &dyadic(middle)?));
         Some(match self {
-            Self::Sphere { center, square } => {
-                let w = sub(&from, center);
-                [dot(&d, &d), dot(&w, &d), &dot(&w, &w) - square]
+            Self::Sphere { center, radius } => {
+                let (w, radius) = (sub(&start, &vector(center)?), dyadic(*radius)?);
+                [
+                    dot(&d, &d),
+                    dot(&w, &d),
+                    &dot(&w, &w) - &(&radius * &radius),
+                ]
             }
             Self::Turned {
                 origin,
                 axis,
-                start,
-                run,
+                from,
+                to,
             } => {
-                let w = sub(&from, origin);
-                let rise = dot(run, axis);
+                let (origin, axis) = (vector(origin)?, vector(axis)?);
+                let (from, to) = (vector(from)?, vector(to)?);
+                let (w, run, first) = (sub(&start, &origin), sub(&to, &from), sub(&from, &origin));
+                let rise = dot(&run, &axis);
                 let square = &rise * &rise;
-                let up = &dot(&w, axis) - &dot(start, axis);
-                let fixed = sum(&scale(start, &rise), &scale(run, &up));
-                let moving = scale(run, &dot(&d, axis));
+                let up = &dot(&w, &axis) - &dot(&first, &axis);
+                let fixed = sum(&scale(&first, &rise), &scale(&run, &up));
+                let moving = scale(&run, &dot(&d, &axis));
                 let less = |a: &D3, b: &D3, c: &D3, e: &D3| &(&dot(a, b) * &square) - &dot(c, e);
                 [
                     less(&d, &d, &moving, &moving),
