@@ -5,9 +5,8 @@ use super::objective::Sample;
 use super::search::{Arithmetic, QUARTER, Search, Settled, Source, Spread};
 use super::upper::upper_end;
 use crate::numeric::{Ball, Dd, Real, Td};
-use crate::nurbs::Surface;
 use crate::prepare::closed::Extent;
-use crate::prepare::{Net, jet, restrict};
+use crate::prepare::{jet, restrict};
 use crate::trim::BoxSide;
 use std::collections::BinaryHeap;
 
@@ -306,7 +305,7 @@ impl Search<'_> {
         let leaf = self.prove(node, shape, p, &s)?;
         if !(self.hopeless(leaf.lo) || self.serves(&leaf))
             && self.is_lost(leaf.value)
-            && let Some(net) = self.finest_net(source)
+            && let Some(net) = self.net_in::<Td>(source)
         {
             let [u, v] = p.map(|x| Ball::from_dd(x, 0.0));
             let s = self.objective.sample(net, u, v);
@@ -322,22 +321,6 @@ impl Search<'_> {
         }
         let rad = Dd::from(value.rad * UP);
         !(value.mid - rad >= self.near(value.mid + rad, LOST))
-    }
-
-    /// Whether a source has more digits in triple-double: revolutions and sums of arcs are known in double-double.
-    pub(super) fn is_finer(&self, source: Source) -> bool {
-        let (Source::Patch { face, .. } | Source::Piece { face, .. }) = source;
-        let surface = self.brep.brep().surface(face);
-        matches!(surface, Surface::Nurbs(_) | Surface::Plane(_))
-    }
-
-    /// The net of a source in triple-double, where that has more digits.
-    pub(super) fn finest_net(&self, source: Source) -> Option<&Net<Td>> {
-        if self.is_finer(source) {
-            self.net_in(source)
-        } else {
-            None
-        }
     }
 
     /// What convexity proves at a point of a node.

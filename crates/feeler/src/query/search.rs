@@ -749,6 +749,17 @@ impl Search<'_> {
         };
         let shape = node.shape(tau);
         let shortcuts = self.brep.shortcuts();
+        if let Some(k) = self.ruled(source, &node)
+            && shape.monotone[k] == 0
+        {
+            // What is as low along a ruling is not searched: it is looked for from the foot.
+            self.out.left_open |= !self.hopeless(node.lo);
+            for end in [false, true] {
+                let border = node.border(k == 0, end, self.objective.is_squared());
+                self.enqueue(heap, source, inside, border, true);
+            }
+            return self.leave(node.lo, covered, part);
+        }
         for (k, sign) in shape.monotone.into_iter().enumerate() {
             if sign == 0 || crosses || !shortcuts.monotone_borders {
                 continue;
@@ -765,16 +776,6 @@ impl Search<'_> {
             }
             self.leave(node.lo, covered, part);
             return;
-        }
-        if self.is_ruled(source, &node) {
-            // What is as low along a ruling is not searched: it is looked for from the foot.
-            self.out.left_open |= !self.hopeless(node.lo);
-            let along_u = node.f.degree.u == 1;
-            for end in [false, true] {
-                let border = node.border(along_u, end, self.objective.is_squared());
-                self.enqueue(heap, source, inside, border, true);
-            }
-            return self.leave(node.lo, covered, part);
         }
         // Tops, ridges and saddles across the parameter lines hold no minimum; where only the least one is asked for their bounds say that sooner.
         if self.goal.all_below.is_some()
@@ -825,15 +826,18 @@ impl Search<'_> {
         }
     }
 
-    /// Whether a node is a whole patch on which `f` is a quotient of linear functions along u or v (a height on a ruled patch), and only
-    /// the least value is asked for.
-    fn is_ruled<T: Real>(&self, source: Source, node: &Node<T>) -> bool {
+    /// Of a node that is a whole patch: along which of u and v `f` is a quotient of linear functions (a height on a ruled patch), where only the
+    /// least value is asked for.
+    fn ruled<T: Real>(&self, source: Source, node: &Node<T>) -> Option<usize> {
         let whole = node.u == [0.0, 1.0] && node.v == [0.0, 1.0];
-        matches!(source, Source::Patch { .. })
-            && whole
-            && (node.f.degree.u == 1 || node.f.degree.v == 1)
-            && self.goal.all_below.is_none()
-            && self.brep.shortcuts().monotone_borders
+        let patch = matches!(source, Source::Patch { .. });
+        if !(patch && whole && self.goal.all_below.is_none())
+            || !self.brep.shortcuts().monotone_borders
+        {
+            return None;
+        }
+        let degree = node.f.degree;
+        [degree.u, degree.v].iter().position(|d| *d == 1)
     }
 
     /// The best bound of `f` at a single point.
@@ -844,7 +848,7 @@ impl Search<'_> {
         let local = p.map(|mid| Ball { mid, rad: 0.0 });
         let mut f = self.objective.sample(net, local[0], local[1]).value();
         if self.is_lost(f)
-            && let Some(net) = self.finest_net(source)
+            && let Some(net) = self.net_in::<Td>(source)
         {
             let [s, t] = p.map(|x| Ball::from_dd(x, 0.0));
             f = self.objective.sample(net, s, t).value();
@@ -949,11 +953,10 @@ impl Search<'_> {
                 }
             }
             let enough = self.enough();
-            let open = || noisy.iter().filter(|n| n.3 < enough);
+            let open = noisy.iter().filter(|n| n.3 < enough).count();
             if self.goal.width.is_full()
                 && self.goal.all_below.is_none()
-                && (1..=MOST_FINEST).contains(&open().count())
-                && open().all(|n| self.is_finer(n.0))
+                && (1..=MOST_FINEST).contains(&open)
                 && !self.out.budget_spent
             {
                 let budget = self.goal.budget;

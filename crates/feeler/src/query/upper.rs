@@ -293,7 +293,7 @@ impl Search<'_> {
         let may_be_best = value.mid - Dd::from(value.rad * UP) < self.out.hi;
         if may_be_best
             && self.is_lost(value)
-            && let Some(net) = self.finest_net(source)
+            && let Some(net) = self.net_in::<Td>(source)
         {
             let [s, t] = finest();
             let fine = self.objective.sample(net, s, t).value();
