@@ -831,9 +831,8 @@ impl Search<'_> {
     fn ruled<T: Real>(&self, source: Source, node: &Node<T>) -> Option<usize> {
         let whole = node.u == [0.0, 1.0] && node.v == [0.0, 1.0];
         let patch = matches!(source, Source::Patch { .. });
-        if !(patch && whole && self.goal.all_below.is_none())
-            || !self.brep.shortcuts().monotone_borders
-        {
+        let wanted = self.goal.all_below.is_none() && self.brep.shortcuts().monotone_borders;
+        if !(patch && whole && wanted) {
             return None;
         }
         let degree = node.f.degree;
