@@ -16,6 +16,7 @@ mod node;
 mod objective;
 mod overlap;
 mod passages;
+mod refine;
 mod search;
 mod upper;
 mod zeros;
