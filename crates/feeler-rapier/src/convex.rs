@@ -157,7 +157,9 @@ impl Body {
             radius,
         };
         if body.triangles.len() > 1 {
-            body.sides = body.triangles.iter().filter_map(|t| body.side(t)).collect();
+            // One without area says nothing of where the inside is: a flat box has none.
+            let sides: Option<Vec<_>> = body.triangles.iter().map(|t| body.side(t)).collect();
+            body.sides = sides.unwrap_or_default();
         }
         Some(body)
     }
@@ -425,7 +427,12 @@ pub(crate) fn convex(
     for n in [Some(normal), facing].into_iter().flatten() {
         lo = lo.max(search.plane(n));
     }
-    let hi = search.hi.max(lo);
+    if !(lo <= search.hi) {
+        // Bounds that contradict each other are no bounds.
+        shape.note_undecided();
+        return nothing_known();
+    }
+    let hi = search.hi;
     let value = deepest.contact.separation.value;
     let mut contacts = vec![deepest.contact];
     if ask.several {

@@ -39,7 +39,9 @@ fn arrives(answer: &ArrivalAnswer, size: f64, speed: f64, expected: f64, roundin
     assert!(b.contains(time.value));
     assert_eq!(answer.undecided, None);
     assert_eq!(answer.contacts.len(), 1);
-    assert!(answer.contacts[0].separation.bounds.hi <= 0.0);
+    // It touches there, up to the rounding of where it is.
+    let b = answer.contacts[0].separation.bounds;
+    assert!(b.lo <= 0.0 && b.hi <= 64.0 * f64::EPSILON * size, "{b:?}");
 }
 
 #[test]
@@ -236,4 +238,29 @@ fn the_way_is_free() {
         }
     }
     assert!(arrived > 6);
+}
+
+/// Past an oblique face with a narrow gap, the ball never arrives, however long one waits: it is found from the plane between them.
+#[test]
+fn a_ball_that_leaves_askew_never_arrives() {
+    let off = 2.601 / 2f64.sqrt();
+    let leaving = ball([off, off, 0.0], 0.1);
+    let sphere = native_sphere();
+    assert_eq!(ask(&sphere, &leaving, [1.0, 1.0, 0.0], FOREVER).time, None);
+}
+
+/// Far away a centre is rounded by more than its distance is known: the contacts' separations hold for the true one.
+#[test]
+fn contacts_of_a_ball_from_afar() {
+    // At the time t the separation is 1e6 - 1.25 - t / 10, with the tenth as it is stored.
+    let probe = ball([0.5, 0.5, 1e6], 0.25);
+    let answer = ask(&cube(), &probe, [0.0, 0.0, -0.1], FOREVER);
+    let time = answer.time.unwrap().value;
+    let exact = |x: f64| feeler::numeric::Dyadic::from_f64(x).unwrap();
+    let truth = &(&exact(1e6) - &exact(1.25)) - &(&exact(time) * &exact(0.1));
+    assert!(!answer.contacts.is_empty());
+    for contact in &answer.contacts {
+        let b = contact.separation.bounds;
+        assert!(exact(b.lo) <= truth && truth <= exact(b.hi), "{b:?}");
+    }
 }

@@ -58,7 +58,6 @@ fn good_queries_end_with_0() {
     assert_eq!((run.code, run.out.as_str()), (Some(0), ""), "{run:?}");
 }
 
-/// The distance is irrational: no enclosure by f64 can be as narrow as asked.
 #[test]
 fn a_ball_that_moves_arrives_or_never_does() {
     // The hole has radius 2.5 about the origin: half a millimetre at a quarter a second.
@@ -79,6 +78,7 @@ fn a_ball_that_moves_arrives_or_never_does() {
     refused(&bad, &[JOINT, "velocity", "not finite"]);
 }
 
+/// The distance is irrational: no enclosure by f64 can be as narrow as asked.
 #[test]
 fn an_undecided_answer_ends_with_1() {
     let arguments = [

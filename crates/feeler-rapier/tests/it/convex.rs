@@ -78,6 +78,18 @@ fn faces_edges_and_corners() {
     is(&ask(&brep, &unit, &pose), 1.0 - 0.25 * 2f64.sqrt(), 1e-6);
 }
 
+/// A box without height has no inside: what is in its plane beside it is not in it.
+#[test]
+fn a_flat_box_beside_a_cube() {
+    let brep = shape(cube());
+    for (gap, height) in [(0.2, 0.5), (0.2, 1.25), (0.0625, 0.0)] {
+        let flat = Cuboid::new(Vector::new(1.0, 1.0, 0.0));
+        let answer = ask(&brep, &flat, &Pose::translation(2.0 + gap, 0.5, height));
+        let above: f64 = f64::max(height - 1.0, 0.0);
+        is(&answer, gap.hypot(above), 1.0);
+    }
+}
+
 #[test]
 fn two_cuboids_are_as_far_apart_as_parry_says() {
     /// Parry's distances of cuboids are right to about this.

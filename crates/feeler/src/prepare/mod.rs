@@ -511,11 +511,12 @@ impl PreparedBrep {
         room.as_ref().is_some_and(beyond)
     }
 
-    /// A box around the face's surface; `None` where none is known.
+    /// A box around all faces; `None` where none is known.
     pub(crate) fn bounding_box(&self) -> Option<&Box3> {
         self.bounding_box.as_ref()
     }
 
+    /// A box around the face's surface; `None` where none is known.
     pub(crate) fn face_box(&self, face: usize) -> Option<&Box3> {
         self.boxes[face].as_ref()
     }

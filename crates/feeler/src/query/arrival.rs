@@ -14,11 +14,12 @@
 //!
 //! # Guarantee
 //! The probe is proven to be free up to `lo`, and to be within the prediction at `hi`. Centres are rounded: what that moves them is
-//! taken off each separation, twice over, as it may pass a crack (see the argument in `feeler-rapier`, module `ball`). "Never" is
+//! taken off each separation, twice over, as it may pass a crack (see the argument in `feeler-rapier`, module `ball`). Contacts are those of the
+//! probe where it is rounded to; their separations hold for where it truly is, their places and normals for the rounded probe. "Never" is
 //! proven too: either the time asked about is over, or on some axis the ball has passed the box of the faces and does not come back.
 //!
 //! # Cost
-//! A query a step, or two. Head on, and to convex parts, a few steps do. Else, at an angle a to the face, the way left shrinks by 1 - sin a a
+//! Up to ten queries a step. Head on, and to convex parts, a few steps do. Else, at an angle a to the face, the way left shrinks by 1 - sin a a
 //! step; a ball that passes at a gap g takes some pi sqrt(2 r / g) steps. Where [`STEPS`] run out the enclosure is as wide as it is, and says so.
 
 use super::answer::{
@@ -69,7 +70,8 @@ impl Motion {
         // Scaled first, so that squares of small ones survive.
         match self.velocity.amax() {
             0.0 => 0.0,
-            scale => scale * (self.velocity / scale).norm() * UP,
+            // Below normal numbers products lose digits: what is added is more than that.
+            scale => scale * (self.velocity / scale).norm() * UP + f64::MIN_POSITIVE,
         }
     }
 }
@@ -80,7 +82,8 @@ pub struct ArrivalAnswer {
     /// The time, in units of the velocity: free until `lo`, and where `hi` is finite within the prediction at `value`, which is `hi`.
     /// An infinite `hi` means that it may never arrive. `None`: it is proven not to arrive until the end of the motion.
     pub time: Option<Separation>,
-    /// The contacts at `value`; none where it may never arrive.
+    /// The contacts at `value`, of the probe with its centre (or offset) there rounded to f64: separations hold without that, too. None where it may
+    /// never arrive.
     pub contacts: Vec<Contact>,
     /// Whether the deepest of them is a continuum.
     pub continuum: bool,
@@ -208,12 +211,32 @@ fn of_half_space(
     let offset = plane.offset + gone;
     // The rounded offset may fall short of the touch by its rounding.
     let short = 4.0 * f64::EPSILON * (plane.offset.abs() + gone.abs() + hi.abs());
-    let found = at(offset, options.prediction + short, workspace);
+    let found = at(offset, options.prediction + short, workspace).map(|f| widened(f, short));
     let time = Enclosure {
         lo: first,
         hi: last,
     };
-    ArrivalAnswer::at(time, found, start.undecided)
+    let missing = missing(options, found.as_ref());
+    ArrivalAnswer::at(time, found, start.undecided.or(missing))
+}
+
+/// The same contacts, their separations for a probe that is so far off.
+fn widened(mut found: ContactAnswer, by: f64) -> ContactAnswer {
+    if by > 0.0 {
+        for contact in &mut found.contacts {
+            let b = &mut contact.separation.bounds;
+            b.lo = (b.lo - by).next_down();
+            b.hi = (b.hi + by).next_up();
+        }
+    }
+    found
+}
+
+/// Why contacts may be missing of those that were asked for.
+fn missing(options: &Options, found: Option<&ContactAnswer>) -> Option<Undecided> {
+    found
+        .filter(|_| options.contacts == Contacts::All)
+        .and_then(|f| f.undecided)
 }
 
 /// The separation at a time, for the true centre, and the way it changes.
@@ -306,9 +329,15 @@ impl<'a> Advance<'a> {
             .contacts
             .first()
             .map_or(Vector3::zeros(), |c| c.normal);
+        let low = less(s.bounds.lo).lower() - 2.0 * off;
         Some(Here {
             bounds: Enclosure {
-                lo: (less(s.bounds.lo).lower() - 2.0 * off).next_down(),
+                // Infinite where there is nothing: it stays so.
+                lo: if s.bounds.lo == f64::INFINITY {
+                    s.bounds.lo
+                } else {
+                    low.next_down()
+                },
                 hi: match off {
                     0.0 => less(s.bounds.hi).upper(),
                     _ => (less(s.bounds.hi).upper() + 2.0 * off).next_up(),
@@ -350,7 +379,7 @@ impl<'a> Advance<'a> {
     }
 
     /// How long the ball is free at the least, from where it is, because all of the BREP is beyond a plane across a normal n: with
-    /// n.x <= m on the BREP, its distance from c is at least (n.c - m) / |n|, and |n| is within 2^-50 of 1.
+    /// n.x <= m on the BREP, its distance from c is at least (n.c - m) / |n|, and |n| is within 2^-50 of 1. Infinite: for good.
     fn until_plane(&mut self, time: f64, here: &Here, workspace: &mut Workspace) -> Option<f64> {
         /// Of sums of three products, in sums of magnitudes, and of |n|.
         const ROUNDING: f64 = 16.0 * f64::EPSILON;
@@ -376,9 +405,9 @@ impl<'a> Advance<'a> {
             .velocity
             .iter()
             .fold(0.0, |s: f64, x| s + x.abs());
-        let closing = here.closing + ROUNDING * speeds;
+        let closing = here.closing + ROUNDING * speeds + f64::MIN_POSITIVE;
         (free > 0.0).then(|| match closing > 0.0 {
-            true => free / closing * DOWN,
+            true => (free / closing * DOWN).min(f64::MAX),
             false => f64::INFINITY,
         })
     }
@@ -427,11 +456,17 @@ impl<'a> Advance<'a> {
             if let Some(found) = self.touch(lo, &here, workspace) {
                 hi = hi.min(found);
             }
-            let mut free = here.bounds.lo / self.speed * DOWN;
+            let mut free = match here.bounds.lo {
+                f64::INFINITY => f64::INFINITY,
+                lo => (lo / self.speed * DOWN).min(f64::MAX),
+            };
             if step >= PATIENCE
                 && let Some(longer) = self.until_plane(lo, &here, workspace)
             {
                 free = free.max(longer);
+            }
+            if free == f64::INFINITY && hi == f64::INFINITY {
+                return ArrivalAnswer::default();
             }
             let next = (lo + free).next_down();
             // Bounds that say nothing leave the ball where it is.
@@ -456,6 +491,8 @@ impl<'a> Advance<'a> {
         }
         let undecided = ((hi - lo) * self.speed > self.way).then_some(why);
         let found = self.ask(hi, self.options.contacts, workspace);
-        ArrivalAnswer::at(time, found.map(|(found, _)| found), undecided)
+        let found = found.map(|(found, off)| widened(found, 2.0 * off));
+        let missing = missing(self.options, found.as_ref());
+        ArrivalAnswer::at(time, found, undecided.or(missing))
     }
 }

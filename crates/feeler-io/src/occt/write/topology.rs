@@ -359,7 +359,8 @@ impl Tables {
                         [curve, second]
                     };
                     integers(&mut text, [3, pair[0]]);
-                    let _ = write!(text, "{}CN ", pair[1]);
+                    // Where the surface has a kink there, more would not be true.
+                    let _ = write!(text, "{}C0 ", pair[1]);
                 }
                 _ => {
                     return Err(Problem(format!(
