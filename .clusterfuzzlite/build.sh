@@ -2,7 +2,7 @@
 # Builds the fuzz targets and their seeds for ClusterFuzzLite. `oracle_boundary` is left out: it needs CGAL.
 set -euo pipefail
 cd "$SRC/feeler"
-targets="side sphere half_space line evaluate split read_3dm read_brep queries"
+targets="side sphere half_space line evaluate split read_3dm read_brep read_step queries"
 for target in $targets; do
     cargo fuzz build -O "$target"
     cp "fuzz/target/x86_64-unknown-linux-gnu/release/$target" "$OUT/"

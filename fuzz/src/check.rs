@@ -1,5 +1,6 @@
 //! Answers held against exact arithmetic.
 
+mod arrival;
 mod line;
 mod refute;
 
@@ -131,8 +132,7 @@ fn one(subject: &mut Subject<'_>, query: &Query, effort: Effort) -> Found {
     match query.ask {
         Ask::Contact(probe) => refute::contact(subject, query, &probe, effort),
         Ask::Line(probe) => line::line(subject, query, &probe, effort),
-        // Nothing else knows the time.
-        Ask::Arrival(..) => Ok(()),
+        Ask::Arrival(probe, motion) => arrival::arrival(subject, query, &probe, &motion, effort),
         Ask::Inside(point) => {
             let body = answer(&subject.prepared, query, &mut subject.workspace);
             if effort == Effort::Full

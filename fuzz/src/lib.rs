@@ -10,7 +10,7 @@
 //! | `surfaces` | surfaces, sheets and solids: poles, high degree, creases |
 //! | `scene` | a BREP and queries about it, from bytes or from text; back to text |
 //! | `check` | answers held against exact points of the faces, themselves, and the second method |
-//! | `words` | texts of OCCT with some words changed |
+//! | `words` | texts of OCCT (.brep, STEP) with some words changed |
 //! | `target` | the targets |
 //! | `smoke` | a few inputs for each, the same every time |
 //!

@@ -252,7 +252,8 @@ fn sphere(s: &mut Source<'_>, brep: &Brep, drawn: &Loops) -> Option<QueryLine> {
         }),
         ..QueryLine::default()
     };
-    Some(options(s, line))
+    let line = options(s, line);
+    Some(moving(s, line, &at))
 }
 
 /// A unit vector: that of a face, one along an axis, exact ones, or any.
@@ -291,7 +292,38 @@ fn half_space(s: &mut Source<'_>, brep: &Brep, drawn: &Loops) -> Option<QueryLin
         }),
         ..QueryLine::default()
     };
-    Some(options(s, line))
+    let line = options(s, line);
+    Some(moving(s, line, &at))
+}
+
+/// Gives some probes a velocity: towards a face, along it or nearly so, along an axis, or any; and some an end.
+fn moving(s: &mut Source<'_>, line: QueryLine, at: &Spot) -> QueryLine {
+    if !s.rarely(48) {
+        return line;
+    }
+    let velocity = match s.below(6) {
+        0 => -at.normal,
+        1 => at.normal * s.coordinate(),
+        2 => at.du,
+        3 => at.du - at.normal * (s.coordinate() * s.one_of(&[1.0, 1e-2, 1e-6, 1e-12])),
+        4 => Vector3::from(s.one_of(&[[1.0, 0.0, 0.0], [0.0, -1.0, 0.0], [0.0, 0.0, 1.0]])),
+        _ => Vector3::from(s.triple()),
+    };
+    let until = s.rarely(64).then(|| s.coordinate().abs());
+    // Back to where it comes from, so that most arrive after a while.
+    let back = s.one_of(&[0.0, 1.0, 4.0]);
+    let sphere = line.sphere.map(|ball| SphereLine {
+        center: [0, 1, 2].map(|i| ball.center[i] - back * velocity[i]),
+        ..ball
+    });
+    QueryLine {
+        velocity: Some(velocity.into()),
+        until,
+        sphere,
+        // What is far ahead is no prediction of a touch.
+        prediction: line.prediction.map(|_| 0.25),
+        ..line
+    }
 }
 
 fn line(s: &mut Source<'_>, brep: &Brep, drawn: &Loops) -> Option<QueryLine> {

@@ -3,11 +3,11 @@
 use crate::check::{Effort, answer, examine};
 use crate::scene::{Kind, Scene};
 use crate::source::Source;
-use crate::words::mutated;
+use crate::words::{mutated_brep, mutated_step};
 use feeler::prepare::PreparedBrep;
 use feeler::query::Workspace;
 use feeler_corpus::{Answer, QueryLine};
-use feeler_io::{Document, ObjectKind, Problem, ReadError, read_3dm, read_brep};
+use feeler_io::{Document, ObjectKind, Problem, ReadError, read_3dm, read_brep, read_step};
 use feeler_oracle::{Oracle, OracleError};
 use std::fmt::Write as _;
 
@@ -66,7 +66,7 @@ const fn other(name: &'static str, body: fn(&[u8]) -> Result<Outcome, String>) -
 }
 
 /// All targets.
-pub const TARGETS: [Target; 10] = [
+pub const TARGETS: [Target; 11] = [
     SCENES[0],
     SCENES[1],
     SCENES[2],
@@ -74,7 +74,12 @@ pub const TARGETS: [Target; 10] = [
     SCENES[4],
     SCENES[5],
     other("read_3dm", read),
-    other("read_brep", read_text),
+    other("read_brep", |bytes| {
+        read_text(bytes, b"CASCADE Topology V", mutated_brep, read_brep)
+    }),
+    other("read_step", |bytes| {
+        read_text(bytes, b"ISO-10303-21", mutated_step, read_step)
+    }),
     other("queries", queries),
     other("oracle_boundary", oracle_boundary),
 ];
@@ -172,15 +177,26 @@ fn read(bytes: &[u8]) -> Result<Outcome, String> {
 }
 
 /// Reads bytes as a text; what has no header says how to change one that has.
-fn read_text(bytes: &[u8]) -> Result<Outcome, String> {
-    const MAGIC: &[u8] = b"CASCADE Topology V";
-    let result = if bytes.windows(MAGIC.len()).any(|w| w == MAGIC) {
-        read_brep(bytes)
+fn read_text(
+    bytes: &[u8],
+    magic: &[u8],
+    mutated: fn(&mut Source<'_>) -> String,
+    read: fn(&[u8]) -> Result<Document, ReadError>,
+) -> Result<Outcome, String> {
+    let result = if bytes.windows(magic.len()).any(|w| w == magic) {
+        read(bytes)
     } else {
-        read_brep(mutated(&mut Source::new(bytes)).as_bytes())
+        read(mutated(&mut Source::new(bytes)).as_bytes())
     };
     match result {
-        Ok(document) => look_at(&document),
+        Ok(document) => {
+            for object in &document.objects {
+                if let ObjectKind::Refused { reason, .. } = &object.kind {
+                    said(reason)?;
+                }
+            }
+            look_at(&document);
+        }
         Err(error) => said(&error)?,
     }
     Ok(Outcome::Checked)

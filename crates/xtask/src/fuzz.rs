@@ -40,7 +40,7 @@ pub(crate) fn run(args: &Args) -> Result<(), String> {
     allow(dead_code, reason = "read by the build with the oracle")
 )]
 pub(crate) struct Args {
-    /// A target (`side`, `sphere`, `half_space`, `line`, `evaluate`, `split`, `read_3dm`, `read_brep`, `queries`, `oracle_boundary`), or `all`.
+    /// A target (`side`, `sphere`, `half_space`, `line`, `evaluate`, `split`, `read_3dm`, `read_brep`, `read_step`, `queries`, `oracle_boundary`), or `all`.
     #[arg(value_parser = known)]
     target: String,
     /// How long each target runs.

@@ -24,26 +24,32 @@ const ON_TRIM: usize = 9;
 /// Of the faces and of their trims.
 const MOST: usize = 12;
 /// Of the candidates, those that are led downhill.
-const LED: usize = 3;
+pub(super) const LED: usize = 3;
 /// Relative room within which a candidate is worth exact arithmetic.
-const NEAR: f64 = 1e-13;
+pub(super) const NEAR: f64 = 1e-13;
 
-fn dyadic(x: f64) -> Dyadic {
+pub(super) fn dyadic(x: f64) -> Dyadic {
     Dyadic::from_f64(x).unwrap_or(Dyadic::ZERO)
 }
 
-fn square(x: &Dyadic) -> Dyadic {
+pub(super) fn square(x: &Dyadic) -> Dyadic {
     x * x
 }
 
-fn larger(a: Dyadic, b: Dyadic) -> Dyadic {
+pub(super) fn larger(a: Dyadic, b: Dyadic) -> Dyadic {
     if a < b { b } else { a }
 }
 
-/// What is minimised: half the squared distance, or the height.
-enum Goal {
+/// What is minimised: half the squared distance, from a point or from its way, or the height.
+pub(super) enum Goal {
     Distance(Point3<f64>),
     Height(Vector3<f64>, f64),
+    /// From the points `from + t velocity`, t from 0 until some time.
+    Swept {
+        from: Point3<f64>,
+        velocity: Vector3<f64>,
+        until: f64,
+    },
 }
 
 impl Goal {
@@ -59,30 +65,71 @@ impl Goal {
         match self {
             Self::Distance(c) => (p - c).norm(),
             Self::Height(n, h) => n.dot(&p.coords) - h,
+            Self::Swept { .. } => self.across(p).norm(),
+        }
+    }
+
+    /// When what moves is nearest to a point, about; 0 for what does not.
+    pub(super) fn time(&self, p: &Point3<f64>) -> f64 {
+        let Self::Swept {
+            from,
+            velocity,
+            until,
+        } = self
+        else {
+            return 0.0;
+        };
+        let time = velocity.dot(&(p - from)) / velocity.norm_squared();
+        if time.is_nan() {
+            0.0
+        } else {
+            time.clamp(0.0, *until)
+        }
+    }
+
+    /// From what is measured from to a point, about; the direction of heights.
+    fn across(&self, p: &Point3<f64>) -> Vector3<f64> {
+        match self {
+            Self::Distance(c) => p - c,
+            Self::Height(n, _) => *n,
+            Self::Swept { from, velocity, .. } => p - (from + velocity * self.time(p)),
         }
     }
 
     /// Not below the squared distance, or the height, of a point in this box.
-    fn most(&self, at: &[TruthEnclosure; 3]) -> Dyadic {
-        let mut sum = Dyadic::ZERO;
+    pub(super) fn most(&self, at: &[TruthEnclosure; 3]) -> Dyadic {
         match self {
-            Self::Distance(c) => {
-                for i in 0..3 {
-                    let c = dyadic(c[i]);
-                    let reach = larger(square(&(&at[i].lo - &c)), square(&(&at[i].hi - &c)));
-                    sum = &sum + &reach;
-                }
-            }
-            Self::Height(n, h) => {
-                for i in 0..3 {
-                    let n = dyadic(n[i]);
-                    sum = &sum + &larger(&at[i].lo * &n, &at[i].hi * &n);
-                }
-                sum = &sum - &dyadic(*h);
+            Self::Distance(c) => most_squared(at, &[c.x, c.y, c.z].map(dyadic)),
+            Self::Height(n, h) => &highest(at, n) - &dyadic(*h),
+            Self::Swept { from, velocity, .. } => {
+                let about = at.each_ref().map(|x| x.lo.approximate());
+                let time = dyadic(self.time(&about.into()));
+                most_squared(at, &moved(from, velocity, &time))
             }
         }
-        sum
     }
+}
+
+/// Where what starts at a point and moves is at a time, exactly.
+pub(super) fn moved(from: &Point3<f64>, velocity: &Vector3<f64>, time: &Dyadic) -> [Dyadic; 3] {
+    [0, 1, 2].map(|i| &dyadic(from[i]) + &(&dyadic(velocity[i]) * time))
+}
+
+/// Not below the squared distance of a point in this box from a point.
+pub(super) fn most_squared(at: &[TruthEnclosure; 3], from: &[Dyadic; 3]) -> Dyadic {
+    (0..3).fold(Dyadic::ZERO, |sum, i| {
+        let ends = [&at[i].lo, &at[i].hi].map(|x| square(&(x - &from[i])));
+        let [a, b] = ends;
+        &sum + &larger(a, b)
+    })
+}
+
+/// Not below the height of a point in this box along a direction.
+pub(super) fn highest(at: &[TruthEnclosure; 3], normal: &Vector3<f64>) -> Dyadic {
+    (0..3).fold(Dyadic::ZERO, |sum, i| {
+        let n = dyadic(normal[i]);
+        &sum + &larger(&at[i].lo * &n, &at[i].hi * &n)
+    })
 }
 
 /// What is claimed not to be passed: the distance (never negative) or the height.
@@ -129,10 +176,10 @@ impl Claim {
 
 /// A place to try.
 #[derive(Clone, Copy)]
-struct Place {
-    face: usize,
-    uv: [f64; 2],
-    value: f64,
+pub(super) struct Place {
+    pub(super) face: usize,
+    pub(super) uv: [f64; 2],
+    pub(super) value: f64,
 }
 
 pub(super) fn contact(
@@ -187,8 +234,8 @@ fn sound(a: &ContactAnswer, asked: &Options, probe: &Probe, closed: bool, size: 
         return Err(format!("{:e} inside an open sheet", b.hi));
     }
     // The nearest first, also where the centre is in material, as far as the enclosures tell.
-    let nearness = |c: &Contact| {
-        let (lo, hi) = (c.separation.bounds.lo, c.separation.bounds.hi);
+    let nearness = |bounds: &Enclosure| {
+        let (lo, hi) = (bounds.lo, bounds.hi);
         match probe {
             Probe::HalfSpace(_) => [lo, hi],
             Probe::Sphere(s) => match [lo + s.radius, hi + s.radius] {
@@ -201,17 +248,19 @@ fn sound(a: &ContactAnswer, asked: &Options, probe: &Probe, closed: bool, size: 
     // Of the sums with the radius.
     let room = 16.0 * f64::EPSILON * (radius(probe) + value.abs() + size);
     let mut pairs = a.contacts.windows(2);
-    if pairs.any(|w| nearness(&w[1])[1] < nearness(&w[0])[0] - room) {
+    let of = |c: &Contact| nearness(&c.separation.bounds);
+    if pairs.any(|w| of(&w[1])[1] < of(&w[0])[0] - room) {
         return Err("contacts that are not in order".to_owned());
     }
     for c in &a.contacts {
         if !((c.normal.norm() - 1.0).abs() <= 1e-12) {
             return Err(format!("a normal of length {:e}", c.normal.norm()));
         }
-        if c.separation.bounds.hi < b.lo {
+        // In material the farther contacts have the lower separations.
+        if of(c)[1] < nearness(&b)[0] - room {
             return Err(format!(
-                "a contact at {:e}, below all the separation may be, {:e}",
-                c.separation.bounds.hi, b.lo
+                "a contact in [{:e}, {:e}], nearer than all the separation may be, [{:e}, {:e}]",
+                c.separation.bounds.lo, c.separation.bounds.hi, b.lo, b.hi
             ));
         }
     }
@@ -355,7 +404,7 @@ fn refuted(
     Ok(())
 }
 
-fn sampled(subject: &Subject<'_>, goal: &Goal) -> Vec<Place> {
+pub(super) fn sampled(subject: &Subject<'_>, goal: &Goal) -> Vec<Place> {
     let brep = &subject.scene.brep;
     let mut all = Vec::new();
     for face in 0..brep.faces().len().min(MOST) {
@@ -439,7 +488,7 @@ fn lowest(f: impl Fn(f64) -> f64) -> f64 {
 }
 
 /// The parameters of a place, or some a few steps of f64 off, that are in the face for certain.
-fn in_region(subject: &mut Subject<'_>, p: &Place) -> Option<[f64; 2]> {
+pub(super) fn in_region(subject: &mut Subject<'_>, p: &Place) -> Option<[f64; 2]> {
     let domain = subject.scene.brep.surface(p.face).domain();
     let inside = |uv: &[f64; 2]| (0..2).all(|i| domain[i].contains(uv[i]));
     if subject.scene.brep.faces()[p.face].loops.is_none() {
@@ -454,17 +503,15 @@ fn in_region(subject: &mut Subject<'_>, p: &Place) -> Option<[f64; 2]> {
 }
 
 /// Downhill by damped Newton steps within the domain.
-fn led(surface: &Surface, goal: &Goal, mut p: Place) -> Place {
+pub(super) fn led(surface: &Surface, goal: &Goal, mut p: Place) -> Place {
     const STEPS: usize = 16;
     const HALVINGS: usize = 6;
     let domain = surface.domain();
     for _ in 0..STEPS {
         let all = surface.derivatives(p.uv[0], p.uv[1], 2);
         let d = |i: usize, j: usize| all.get(i, j);
-        let (across, metric) = match goal {
-            Goal::Distance(c) => (Point3::from(d(0, 0)) - c, 1.0),
-            Goal::Height(n, _) => (*n, 0.0),
-        };
+        let across = goal.across(&Point3::from(d(0, 0)));
+        let metric = f64::from(!matches!(goal, Goal::Height(..)));
         let (su, sv) = (d(1, 0), d(0, 1));
         let mut g = [across.dot(&su), across.dot(&sv)];
         let mut h = [

@@ -26,6 +26,7 @@ pub(super) fn write(target: &Target, corpora: &Path, folder: &Path) -> Result<us
     let mut all: Vec<Vec<u8>> = match target.name {
         "read_3dm" => files(&corpora.join(MODELS).join("thesis"), "3dm"),
         "read_brep" => files(&corpora.join(MODELS).join("thesis"), "brep"),
+        "read_step" => files(&corpora.join(MODELS).join("step"), "step"),
         "queries" => queries(corpora)?,
         _ => match target.kind {
             Some(kind) => scenes(corpora, kind)?,
