@@ -1,44 +1,41 @@
-//! When a moving ball meets a BREP: conservative advancement.
+//! When a moving ball meets a BREP: the kernel's [`arrival_along`], on the ways that engines ask about.
 //!
 //! # What is certified
-//! As long as the ball has moved by no more than the lower bound of its separation less the distance that is sought, it is not
-//! nearer than that distance. So time is moved on by that way over a bound of the speed, rounded down, again and again; no contact is
-//! before the time that comes out, and there the separation is at most the distance sought plus the tolerance (2^-36 of the
-//! size). (Mirtich, *Impulse-based Dynamic Simulation of Rigid Body Systems*, 1996, whose bound is on the
-//! estimated time of arrival.) Head on, two steps do; along a face the way shrinks by a factor at each step, and the status
-//! says where the steps ran out.
+//! Along a straight line ([`straight`]): no contact is before the time that is given, and the ball is within the distance sought no later than
+//! 2^-36 of the size of way after it, unless the status says that steps ran out. Where the BREP is the first shape, the ball's centre and velocity in its
+//! frame are exact; where it is the second, both are turned into its frame, and what that rounds is in the bounds.
+//!
+//! Where the bodies turn ([`turning`]) the same, for the motion that Parry's `position_at_time` stands for. The poses along it are computed with
+//! the system's sine and cosine: a bound of their rounding is in the bounds, too, and holds if those are within [`SINE`] units of
+//! the last place, as those in use are; that is not proven.
 
-use crate::ball::{ball_at, separation_at};
-use crate::pair::{Ask, Memory, PairContact};
+use crate::ball::ball_at;
+use crate::pair::{Ask, Memory, PairContact, from_vector, to_point, to_vector};
 use crate::pose::{Order, Placed, Placement, up};
 use crate::shape::BrepShape;
+use feeler::query::{
+    Accuracy, Contacts, Options, StraightWay, Undecided, Way, Workspace, arrival_along,
+};
+use nalgebra::{Point3, Vector3};
 use parry3d_f64::math::{Pose, Vector};
 use parry3d_f64::query::details::ShapeCastOptions;
 use parry3d_f64::query::{NonlinearRigidMotion, ShapeCastHit, ShapeCastStatus};
 use parry3d_f64::shape::PackedFeatureId;
 
-/// How near to the distance sought is there, in sizes.
+/// How exactly the way is known, in sizes.
 const THERE: f64 = 1.0 / (1u64 << 36) as f64;
-/// Most steps.
-const MOST: usize = 2000;
-/// A quotient rounded down.
-const DOWN: f64 = 1.0 - 8.0 * f64::EPSILON;
+/// Nodes that one advance may spend: some hundred steps, each of some queries.
+const NODES: usize = 1_000_000;
+/// Half a unit in the last place of 1.
+const U: f64 = f64::EPSILON / 2.0;
+/// What the system's sine and cosine may be off, in units of the last place.
+const SINE: f64 = 4.0;
 
 /// A hit in the BREP's terms.
 struct Met {
     time: f64,
     contact: PairContact,
     status: ShapeCastStatus,
-}
-
-/// A ball's way past a BREP.
-trait Way {
-    /// The centre in the BREP's frame.
-    fn center(&self, time: f64) -> Placed;
-    /// How long the ball takes, at the least, to come nearer by this from where it is.
-    fn least_time(&self, center: &Placed, way: f64) -> f64;
-    /// Its velocity in the BREP's frame, for the sign alone.
-    fn velocity(&self, time: f64) -> Vector;
 }
 
 fn contact_at(
@@ -64,52 +61,56 @@ fn contact_at(
 
 /// What is sought: from when to when, the distance, and whether an overlap at the start counts whichever way the ball goes.
 struct Sought {
-    start: f64,
-    end: f64,
+    span: [f64; 2],
     distance: f64,
     stop_at_penetration: bool,
 }
 
 fn advance(shape: &BrepShape, way: &dyn Way, radius: f64, sought: &Sought) -> Option<Met> {
-    let mut memory = Memory::default();
+    let [start, end] = sought.span;
+    if !(start <= end) {
+        return None;
+    }
     let there = THERE * shape.brep().size();
-    let mut time = sought.start;
-    for step in 0..MOST {
-        let center = way.center(time);
-        let separation = separation_at(shape, center, radius, &mut memory);
-        let free = separation.bounds.lo - sought.distance;
-        // Bounds that say nothing leave the ball where it is.
-        if !(free > there) {
-            let contact = contact_at(shape, center, radius, &mut memory)?;
-            let inside = step == 0 && separation.value <= sought.distance;
-            if inside
-                && !sought.stop_at_penetration
-                && contact.normal.dot(way.velocity(time)) >= 0.0
-            {
-                return None;
-            }
-            let status = if inside {
-                ShapeCastStatus::PenetratingOrWithinTargetDist
-            } else {
-                ShapeCastStatus::Converged
-            };
-            return Some(Met {
-                time,
-                contact,
-                status,
-            });
-        }
-        let step = way.least_time(&center, free) * DOWN;
-        time = (time + step).next_down().max(time);
-        if !(time <= sought.end) {
+    let options = Options {
+        accuracy: Accuracy::Length(there),
+        prediction: sought.distance,
+        contacts: Contacts::None,
+        node_budget: NODES,
+    };
+    let mut workspace = Workspace::default();
+    let brep = shape.brep();
+    let answer = arrival_along(brep, radius, way, sought.span, &options, &mut workspace);
+    // Steps that are too short for the time's own digits end an advance as well as may be.
+    let settled = matches!(answer.undecided, None | Some(Undecided::Precision));
+    if !settled {
+        shape.note_undecided();
+    }
+    let bounds = answer.time?.bounds;
+    let (point, bound) = way.center(bounds.lo);
+    let center = Placed {
+        point: Vector::new(point.x, point.y, point.z),
+        bound,
+    };
+    let contact = contact_at(shape, center, radius, &mut Memory::default())?;
+    // Or as good as touching, which may or may not be so.
+    let near = contact.separation.value <= sought.distance + there;
+    let inside = bounds.lo == start && near;
+    if inside {
+        let apart = contact.normal.dot(from_vector(&way.velocity(start))) >= 0.0;
+        if apart && !sought.stop_at_penetration {
             return None;
         }
     }
-    let contact = contact_at(shape, way.center(time), radius, &mut memory)?;
+    let status = match inside {
+        true => ShapeCastStatus::PenetratingOrWithinTargetDist,
+        false if near && settled => ShapeCastStatus::Converged,
+        false => ShapeCastStatus::OutOfIterations,
+    };
     Some(Met {
-        time,
+        time: bounds.lo,
         contact,
-        status: ShapeCastStatus::OutOfIterations,
+        status,
     })
 }
 
@@ -132,42 +133,6 @@ fn hit(met: &Met, order: Order, radius: f64, other: impl Fn(Vector) -> Vector) -
     }
 }
 
-struct Straight<'a> {
-    placement: Placement<'a>,
-    velocity: Vector,
-    speed: f64,
-}
-
-impl Way for Straight<'_> {
-    fn center(&self, time: f64) -> Placed {
-        let pos12 = Pose {
-            translation: self.placement.pos12.translation + self.velocity * time,
-            ..*self.placement.pos12
-        };
-        let moved = Placement {
-            pos12: &pos12,
-            order: self.placement.order,
-        };
-        let at = moved.to_brep(Vector::ZERO);
-        let rounding = f64::EPSILON * (pos12.translation.length() + self.speed * time);
-        Placed {
-            point: at.point,
-            bound: up(at.bound + rounding),
-        }
-    }
-
-    fn least_time(&self, _: &Placed, way: f64) -> f64 {
-        way / self.speed
-    }
-
-    fn velocity(&self, _: f64) -> Vector {
-        match self.placement.order {
-            Order::First => self.velocity,
-            Order::Second => self.placement.turn_to_brep(-self.velocity).point,
-        }
-    }
-}
-
 /// Along a straight line, as Parry's `cast_shapes`: the second shape moves in the frame of the first.
 pub(crate) fn straight(
     shape: &BrepShape,
@@ -176,14 +141,20 @@ pub(crate) fn straight(
     radius: f64,
     options: &ShapeCastOptions,
 ) -> Option<ShapeCastHit> {
-    let way = Straight {
-        placement,
-        velocity,
-        speed: up(velocity.length()),
+    let center = placement.to_brep(Vector::ZERO);
+    let velocity = match placement.order {
+        Order::First => Placed::exact(velocity),
+        Order::Second if velocity == Vector::ZERO => Placed::exact(velocity),
+        Order::Second => placement.turn_to_brep(-velocity),
+    };
+    let way = StraightWay {
+        center: to_point(center.point),
+        center_bound: center.bound,
+        velocity: to_vector(velocity.point),
+        velocity_bound: velocity.bound,
     };
     let sought = Sought {
-        start: 0.0,
-        end: options.max_time_of_impact,
+        span: [0.0, options.max_time_of_impact],
         distance: options.target_distance,
         stop_at_penetration: options.stop_at_penetration,
     };
@@ -202,32 +173,68 @@ struct Turning<'a> {
     spin: f64,
 }
 
-impl Way for Turning<'_> {
-    fn center(&self, time: f64) -> Placed {
+/// How far a body's place at a time may be off, and how far it may be turned too far, in radians.
+///
+/// The angle t |w| is off by 4u of itself: products, length; half of it, its sine and cosine by [`SINE`] u, and
+/// the axis by 4u, give a quaternion that is off by (2 t |w| + SINE + 4) u, a rotation by twice that; the product with
+/// the start's quaternion, which is not quite of unit length, is off by some 8u more, thrice for the three poses that are multiplied. What is
+/// turned and added on the way is no longer than the centre's place, twice, and the way.
+fn rounding(motion: &NonlinearRigidMotion, time: f64) -> [f64; 2] {
+    let turned = motion.angvel.length() * time.abs();
+    let angle = U * (4.0 * turned + 2.0 * (SINE + 4.0) + 24.0);
+    let center = motion.start.translation.length() + motion.local_center.length();
+    let sizes = 2.0 * center + motion.linvel.length() * time.abs();
+    [up((angle + 48.0 * U) * sizes), up(angle)]
+}
+
+impl Turning<'_> {
+    fn placed(&self, time: f64) -> Placed {
         let at = self.ball.position_at_time(time).translation;
-        crate::pose::into(&self.brep.position_at_time(time), at)
+        let placed = crate::pose::into(&self.brep.position_at_time(time), at);
+        let ([ball, _], [brep, angle]) = (rounding(self.ball, time), rounding(self.brep, time));
+        let bound = up(placed.bound + ball + brep + angle * placed.point.length());
+        Placed { bound, ..placed }
+    }
+}
+
+impl Way for Turning<'_> {
+    fn center(&self, time: f64) -> (Point3<f64>, f64) {
+        let placed = self.placed(time);
+        (to_point(placed.point), placed.bound)
     }
 
     /// While the ball comes nearer by w, it moves by at most w against the BREP's centre, from which it is then at most
     /// D + w away: in the BREP's frame it is no faster than V + spin (D + w).
-    fn least_time(&self, center: &Placed, way: f64) -> f64 {
+    fn least_time(&self, time: f64, length: f64) -> f64 {
+        /// A quotient rounded down.
+        const DOWN: f64 = 1.0 - 8.0 * f64::EPSILON;
+        if !(length > 0.0) {
+            return 0.0;
+        }
+        let center = self.placed(time);
         let from = (center.point - self.brep.local_center).length() + center.bound;
-        way / up(self.speed + self.spin * (from + way))
+        match up(self.speed + self.spin * (from + length)) {
+            0.0 => f64::INFINITY,
+            // Beyond all numbers: nothing is known.
+            speed if speed.is_nan() || speed == f64::INFINITY => 0.0,
+            speed => (length / speed * DOWN).min(f64::MAX),
+        }
     }
 
-    fn velocity(&self, time: f64) -> Vector {
+    fn velocity(&self, time: f64) -> Vector3<f64> {
         let later = (time.abs() + 1.0) * f64::EPSILON.sqrt();
-        self.center(time + later).point - self.center(time).point
+        let way = self.placed(time + later).point - self.placed(time).point;
+        to_vector(way / later)
     }
 }
 
-/// The bound leaves out what is rounded in the poses along the motions.
+/// Both bodies move and turn, as Parry's `cast_shapes_nonlinear`.
 pub(crate) fn turning(
     shape: &BrepShape,
     order: Order,
     [brep, ball]: [&NonlinearRigidMotion; 2],
     radius: f64,
-    [start, end]: [f64; 2],
+    span: [f64; 2],
     stop_at_penetration: bool,
 ) -> Option<ShapeCastHit> {
     // The ball's centre, the origin of its frame, goes round the ball's centre of mass.
@@ -239,8 +246,7 @@ pub(crate) fn turning(
         spin: up(brep.angvel.length()),
     };
     let sought = Sought {
-        start,
-        end,
+        span,
         distance: 0.0,
         stop_at_penetration,
     };

@@ -3,12 +3,14 @@
 use crate::advance::{straight, turning};
 use crate::along::along;
 use crate::ball::ball;
-use crate::convex::{Hull, convex};
+use crate::compound;
+use crate::convex::convex;
 use crate::half_space::half_space;
 use crate::pair::{Ask, Memory, PairAnswer, PairContact};
 use crate::pose::{Order, Placement};
 use crate::report::{Report, UnsupportedPair};
 use crate::shape::BrepShape;
+use crate::solid::Hull;
 use parry3d_f64::math::{Pose, Vector};
 use parry3d_f64::query::details::{NormalConstraints, ShapeCastOptions};
 use parry3d_f64::query::{
@@ -61,8 +63,8 @@ impl BrepDispatcher {
         self.report.pairs()
     }
 
-    /// What is known of a BREP and another shape, at most `prediction` apart, in the BREP's frame; `None` if the pair has no BREP
-    /// or is not supported. This is what the manifolds are made of, with its bounds.
+    /// What is known of a BREP and another shape, at most `prediction` apart, in the BREP's frame; `None` if the pair has no BREP,
+    /// is one of compounds or is not supported. This is what the manifolds are made of, with its bounds.
     pub fn pair(
         &self,
         pos12: &Pose,
@@ -70,18 +72,13 @@ impl BrepDispatcher {
         g2: &dyn Shape,
         prediction: f64,
     ) -> Option<PairAnswer> {
-        let pair = self.find("contact", g1, g2).ok()?;
+        let pair = Self::find(g1, g2).ok()?;
         let mut memory = Memory::default();
         let answer = self.answer("contact", &pair, pos12, prediction, true, &mut memory);
         answer.ok()
     }
 
-    fn find<'a>(
-        &self,
-        query: &'static str,
-        g1: &'a dyn Shape,
-        g2: &'a dyn Shape,
-    ) -> Result<Pair<'a>, Unsupported> {
+    fn find<'a>(g1: &'a dyn Shape, g2: &'a dyn Shape) -> Result<Pair<'a>, Unsupported> {
         let pair = |shape, other, order| Pair {
             shape,
             other,
@@ -92,18 +89,6 @@ impl BrepDispatcher {
         }
         if let Some(shape) = g2.as_shape::<BrepShape>() {
             return Ok(pair(shape, g1, Order::Second));
-        }
-        // Parry's own dispatcher would take a compound apart without asking us, and drop what it does not know.
-        for g in [g1, g2] {
-            let parts = g.as_compound().map(|c| c.shapes());
-            let parts = parts.unwrap_or_default();
-            if parts
-                .iter()
-                .any(|(_, s)| s.as_shape::<BrepShape>().is_some())
-            {
-                self.report.note(query, g);
-                break;
-            }
         }
         Err(Unsupported)
     }
@@ -152,7 +137,7 @@ impl BrepDispatcher {
         g2: &dyn Shape,
         prediction: f64,
     ) -> Result<(PairAnswer, Order), Unsupported> {
-        let pair = self.find(query, g1, g2)?;
+        let pair = Self::find(g1, g2)?;
         let mut memory = Memory::default();
         let answer = self.answer(query, &pair, pos12, prediction, false, &mut memory)?;
         Ok((answer, pair.order))
@@ -192,6 +177,9 @@ impl QueryDispatcher for BrepDispatcher {
         g1: &dyn Shape,
         g2: &dyn Shape,
     ) -> Result<ShapeIntersection, Unsupported> {
+        if let Some(pairs) = compound::pairs(pos12, g1, g2) {
+            return compound::intersect(self, &pairs).map(ShapeIntersection::new);
+        }
         let (answer, _) = self.once("intersection", pos12, g1, g2, f64::NEG_INFINITY)?;
         Ok(ShapeIntersection::new(answer.separation.value <= 0.0))
     }
@@ -202,6 +190,9 @@ impl QueryDispatcher for BrepDispatcher {
         g1: &dyn Shape,
         g2: &dyn Shape,
     ) -> Result<ShapeDistance, Unsupported> {
+        if let Some(pairs) = compound::pairs(pos12, g1, g2) {
+            return compound::distance(self, &pairs).map(ShapeDistance::new);
+        }
         let (answer, _) = self.once("distance", pos12, g1, g2, f64::NEG_INFINITY)?;
         Ok(ShapeDistance::new(answer.separation.value.max(0.0)))
     }
@@ -213,6 +204,9 @@ impl QueryDispatcher for BrepDispatcher {
         g2: &dyn Shape,
         prediction: f64,
     ) -> Result<Option<Contact>, Unsupported> {
+        if let Some(pairs) = compound::pairs(pos12, g1, g2) {
+            return compound::contact(self, &pairs, prediction);
+        }
         let (answer, order) = self.once("contact", pos12, g1, g2, prediction)?;
         let other = match order {
             Order::First => g2,
@@ -235,6 +229,9 @@ impl QueryDispatcher for BrepDispatcher {
         g2: &dyn Shape,
         max_dist: f64,
     ) -> Result<ClosestPoints, Unsupported> {
+        if let Some(pairs) = compound::pairs(pos12, g1, g2) {
+            return compound::closest_points(self, &pairs, pos12, max_dist);
+        }
         let Some(c) = self.contact(pos12, g1, g2, max_dist)? else {
             return Ok(ClosestPoints::Disjoint);
         };
@@ -255,7 +252,10 @@ impl QueryDispatcher for BrepDispatcher {
         g2: &dyn Shape,
         options: ShapeCastOptions,
     ) -> Result<Option<ShapeCastHit>, Unsupported> {
-        let pair = self.find("shape cast", g1, g2)?;
+        if let Some(pairs) = compound::pairs(pos12, g1, g2) {
+            return compound::cast(self, &pairs, local_vel12, options);
+        }
+        let pair = Self::find(g1, g2)?;
         let Some(ball) = pair.other.as_ball() else {
             self.report.note("shape cast", pair.other);
             return Err(Unsupported);
@@ -284,8 +284,12 @@ impl QueryDispatcher for BrepDispatcher {
         end_time: f64,
         stop_at_penetration: bool,
     ) -> Result<Option<ShapeCastHit>, Unsupported> {
+        if let Some(pairs) = compound::pairs(&Pose::IDENTITY, g1, g2) {
+            let (motions, time) = ([motion1, motion2], [start_time, end_time]);
+            return compound::cast_nonlinear(self, &pairs, motions, time, stop_at_penetration);
+        }
         let query = "nonlinear shape cast";
-        let pair = self.find(query, g1, g2)?;
+        let pair = Self::find(g1, g2)?;
         let Some(ball) = pair.other.as_ball() else {
             self.report.note(query, pair.other);
             return Err(Unsupported);
@@ -312,14 +316,14 @@ const SAME_WAY: f64 = 0.9;
 
 impl<M, C> PersistentQueryDispatcher<M, C> for BrepDispatcher
 where
-    M: Default + Clone,
-    C: Default + Copy,
+    M: Default + Clone + Send + Sync,
+    C: Default + Copy + Send + Sync,
 {
     /// One manifold for each normal: a single one for a half-space, one a contact for the rest.
     ///
     /// A contact takes the place, and with it what the engine knows for its warm start, of the earlier one with the same features; or
     /// else of one whose normal is nearly the same, so that a ball that rolls from face to face does not start
-    /// afresh. Manifolds are emptied, not removed.
+    /// afresh. Manifolds are emptied, not removed, but for those of a pair of parts of compounds whose boxes are apart.
     fn contact_manifolds(
         &self,
         pos12: &Pose,
@@ -329,7 +333,11 @@ where
         manifolds: &mut Vec<ContactManifold<M, C>>,
         workspace: &mut Option<ContactManifoldsWorkspace>,
     ) -> Result<(), Unsupported> {
-        let pair = self.find("contact", g1, g2)?;
+        if let Some(pairs) = compound::pairs(pos12, g1, g2) {
+            compound::manifolds(self, &pairs, prediction, manifolds, workspace);
+            return Ok(());
+        }
+        let pair = Self::find(g1, g2)?;
         let memory = Memory::of(workspace);
         let answer = self.answer("contact", &pair, pos12, prediction, true, memory);
         let Ok(answer) = answer else {
@@ -374,7 +382,7 @@ where
         _manifold: &mut ContactManifold<M, C>,
     ) -> Result<(), Unsupported> {
         // A BREP is not convex, and nothing that knows this asks.
-        if let Ok(pair) = self.find("convex contact", g1, g2) {
+        if let Ok(pair) = Self::find(g1, g2) {
             self.report.note("convex contact", pair.other);
         }
         Err(Unsupported)

@@ -34,10 +34,11 @@
 //! | BREP, ball | certified | the deepest certified; further ones see [`Several`] |
 //! | BREP, half-space | certified | the deepest certified, and points of the BREP within the prediction, each certified |
 //! | BREP, segment or capsule | certified, but no narrower than about 2^-10 of the length | the deepest found, and both ends |
-//! | BREP, cuboid, triangle, convex polyhedron, also with round borders | certified; tight where a plane parts the two, else about as wide as the shape | **approximate**: corners, the deepest point found, points of the BREP's edges |
+//! | BREP, cuboid, triangle, convex polyhedron, cylinder, cone, also with round borders | certified; tight where a plane parts the two, else about as wide as the shape (and told as undecided) | **approximate**: corners and points of round rims, the deepest point found, points of the BREP's edges |
 //! | BREP, ray or point | certified by the kernel | - |
-//! | ball that moves | no contact before the time that is given (certified); the nonlinear one up to rounding | at that time |
-//! | any other, and a BREP within a compound | **unsupported**: [`BrepDispatcher`] says so, once for each kind of pair, and counts | |
+//! | ball that moves | no contact before the time that is given (certified; where bodies turn, as far as the system's sine and cosine are right to 4 units of the last place) | at that time |
+//! | compound with a BREP, or a compound and a BREP | as of each pair of parts; what composing their poses rounds is in no bound | of each pair of parts, which the manifolds name |
+//! | any other (meshes, height fields, voxels, two BREPs) | **unsupported**: [`BrepDispatcher`] says so, once for each kind of pair, and counts | |
 //!
 //! Bounds hold for the poses as they are given: a quaternion stands for the rotation by its exact normalisation, and what is
 //! rounded on the way into the BREP's frame is in the bound (module [`pose`]). Where an engine forms the relative
@@ -69,6 +70,7 @@
 mod advance;
 mod along;
 mod ball;
+mod compound;
 mod convex;
 mod dispatcher;
 #[cfg(feature = "experiments")]
@@ -79,6 +81,7 @@ mod pair;
 pub mod pose;
 mod report;
 mod shape;
+mod solid;
 
 pub use ball::ball_gap;
 pub use dispatcher::BrepDispatcher;

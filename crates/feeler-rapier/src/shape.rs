@@ -157,6 +157,10 @@ impl BrepShape {
         self.inner.undecided.fetch_add(1, Ordering::Relaxed);
     }
 
+    pub(crate) fn accuracy(&self) -> f64 {
+        self.accuracy
+    }
+
     pub(crate) fn several(&self) -> Several {
         self.several
     }

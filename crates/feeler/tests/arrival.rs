@@ -6,11 +6,11 @@ mod scenes;
 use feeler::brep::Brep;
 use feeler::prepare::PreparedBrep;
 use feeler::query::{
-    Accuracy, ArrivalAnswer, Feature, HalfSpace, Motion, Options, Probe, Sphere, Undecided,
-    Workspace, arrival,
+    Accuracy, ArrivalAnswer, Contacts, Feature, HalfSpace, Motion, Options, Probe, Sphere,
+    Undecided, Way, Workspace, arrival, arrival_along,
 };
 use nalgebra::{Point3, Vector3};
-use scenes::{bicubic, cube, native_sphere, nurbs_cylinder, nurbs_sphere};
+use scenes::{bicubic, blocks, cube, native_sphere, nurbs_cylinder, nurbs_sphere};
 
 fn ask(brep: &Brep, probe: &Probe, velocity: [f64; 3], until: f64) -> ArrivalAnswer {
     let brep = PreparedBrep::new(brep.clone());
@@ -263,4 +263,122 @@ fn contacts_of_a_ball_from_afar() {
         let b = contact.separation.bounds;
         assert!(exact(b.lo) <= truth && truth <= exact(b.hi), "{b:?}");
     }
+}
+
+/// All queries of a search share the budget; the contacts at the end may spend as much again.
+#[test]
+fn the_budget_is_that_of_the_whole_search() {
+    let brep = PreparedBrep::new(bicubic());
+    let motion = Motion::new(Vector3::new(0.1, 0.05, -1.0), FOREVER).unwrap();
+    let mut workspace = Workspace::default();
+    for node_budget in [0, 5, 20, 80] {
+        let options = Options {
+            node_budget,
+            ..Options::default()
+        };
+        let probe = ball([0.4, 0.5, 1.0], 0.05);
+        let answer = arrival(&brep, &probe, &motion, &options, &mut workspace);
+        // The last node of a query may open a handful of others before the count is looked at.
+        let most = 2 * (node_budget + 16);
+        let spent = workspace.work().nodes;
+        assert!(spent <= most, "{spent} {node_budget}");
+        // What is said holds all the same: without a budget it arrives where the next test's checks say.
+        let full = arrival(&brep, &probe, &motion, &Options::default(), &mut workspace);
+        let (some, all) = (answer.time.unwrap().bounds, full.time.unwrap().bounds);
+        assert!(some.lo <= all.hi && all.lo <= some.hi, "{some:?} {all:?}");
+    }
+}
+
+#[test]
+fn predictions_that_are_no_lengths() {
+    let brep = PreparedBrep::new(cube());
+    let motion = Motion::new(Vector3::new(0.0, 0.0, -1.0), FOREVER).unwrap();
+    let above = ball([0.5, 0.5, 2.25], 0.25);
+    let ground = Probe::HalfSpace(HalfSpace::new(-Vector3::z(), -3.0).unwrap());
+    for probe in [above, ground] {
+        let ask = |prediction| {
+            let options = Options {
+                prediction,
+                ..Options::default()
+            };
+            arrival(&brep, &probe, &motion, &options, &mut Workspace::default())
+        };
+        // However far is near enough; nothing is; and nothing is known.
+        let b = ask(f64::INFINITY).time.unwrap().bounds;
+        assert_eq!([b.lo, b.hi], [0.0; 2]);
+        let never = ask(f64::NEG_INFINITY);
+        assert_eq!((never.time, never.undecided), (None, None));
+        let unknown = ask(f64::NAN);
+        let b = unknown.time.unwrap().bounds;
+        assert_eq!([b.lo, b.hi], [0.0, f64::INFINITY]);
+        assert_eq!(unknown.undecided, Some(Undecided::Degenerate));
+    }
+}
+
+/// A way that says of itself how it goes: round the z axis at a radius of 3, a turn in 2 pi.
+struct Round;
+
+impl Way for Round {
+    fn center(&self, time: f64) -> (Point3<f64>, f64) {
+        let (sin, cos) = time.sin_cos();
+        let bound = 16.0 * f64::EPSILON;
+        (Point3::new(3.0 * cos, 3.0 * sin, 0.5), bound)
+    }
+    fn least_time(&self, _: f64, length: f64) -> f64 {
+        length / 3.0 * (1.0 - 4.0 * f64::EPSILON)
+    }
+    fn velocity(&self, time: f64) -> Vector3<f64> {
+        let (sin, cos) = time.sin_cos();
+        Vector3::new(-3.0 * sin, 3.0 * cos, 0.0)
+    }
+}
+
+#[test]
+fn a_ball_on_a_round_way() {
+    // The cube's nearest points to the ring are those of the edge at (1, 1), or of faces: from 3 away on the x axis it comes to
+    // the block x <= 0.5, y >= 2.5 from above: touch where 3 cos t = 0.5 + r, for y is beyond its lower edge there.
+    let brep = PreparedBrep::new(blocks(&[[[-1.0, 2.5, 0.0], [0.5, 3.5, 1.0]]]));
+    let radius = 0.25;
+    let expected = (0.75f64 / 3.0).acos();
+    let options = Options::default();
+    let mut workspace = Workspace::default();
+    let mut ask =
+        |span: [f64; 2]| arrival_along(&brep, radius, &Round, span, &options, &mut workspace);
+    let answer = ask([0.0, 6.0]);
+    let b = answer.time.unwrap().bounds;
+    assert!(
+        b.lo <= expected + 1e-15 && expected - 1e-15 <= b.hi,
+        "{b:?}"
+    );
+    assert!(b.width() <= 4.0 / (1u64 << 40) as f64, "{b:?}");
+    assert_eq!(answer.undecided, None);
+    assert_eq!(answer.contacts.len(), 1);
+    assert!((answer.contacts[0].normal - Vector3::x()).norm() < 1e-9);
+    // From a later time on, and until an earlier one.
+    let later = ask([1.0, 6.0]).time.unwrap().bounds;
+    assert!(later.lo <= b.hi && b.lo <= later.hi);
+    assert_eq!(ask([0.0, 1.25]).time, None);
+    assert_eq!(ask([4.0, 6.0]).time, None);
+}
+
+/// Two faces that are reached together are both told.
+#[test]
+fn all_contacts_on_arrival() {
+    // Into the slot between two blocks, 2 wide: it hangs on the edges 0.75 above them, all but as near to either.
+    let slot = blocks(&[
+        [[-3.0, -5.0, 0.0], [-1.0, 5.0, 1.0]],
+        [[1.0, -5.0, 0.0], [3.0, 5.0, 1.0]],
+    ]);
+    let beside = 1.0 / (1u64 << 42) as f64;
+    let probe = ball([beside - 0.125, -0.5, 2.75], 1.25);
+    let motion = Motion::new(Vector3::new(0.125, 0.25, -1.0), FOREVER).unwrap();
+    let options = Options {
+        contacts: Contacts::All,
+        ..Options::default()
+    };
+    let brep = PreparedBrep::new(slot);
+    let answer = arrival(&brep, &probe, &motion, &options, &mut Workspace::default());
+    let b = answer.time.unwrap().bounds;
+    assert!(b.lo <= 1.0 + 1e-12 && 1.0 - 1e-12 <= b.hi, "{b:?}");
+    assert_eq!(answer.contacts.len(), 2, "{answer:?}");
 }

@@ -83,10 +83,7 @@ impl FeelerEngine {
         let mut answers = Vec::with_capacity(self.parts.len());
         for part in &self.parts {
             let mut answer = query::contact(&part.brep, probe, options, &mut self.workspace);
-            for c in &mut answer.contacts {
-                c.feature = part.feature(c.feature);
-                c.face += part.faces;
-            }
+            part.name_in_model(&mut answer);
             answers.push(answer);
         }
         if answers.len() == 1
@@ -155,17 +152,35 @@ impl FeelerEngine {
         all
     }
 
-    /// The first arrival at any BREP.
+    /// The first arrival at any BREP, with the contacts of all of them then.
     fn arrival(&mut self, probe: &Probe, motion: &Motion, options: &Options) -> ArrivalAnswer {
         let mut first = ArrivalAnswer::default();
         for part in &self.parts {
-            let mut one = query::arrival(&part.brep, probe, motion, options, &mut self.workspace);
-            for c in &mut one.contacts {
-                c.feature = part.feature(c.feature);
-                c.face += part.faces;
-            }
+            let one = query::arrival(&part.brep, probe, motion, options, &mut self.workspace);
             first = first.or_earlier(one);
         }
+        let at = first.time.filter(|t| t.bounds.hi.is_finite());
+        let (Some(at), 2..) = (at, self.parts.len()) else {
+            return first;
+        };
+        let mut answers = Vec::with_capacity(self.parts.len());
+        for part in &self.parts {
+            let workspace = &mut self.workspace;
+            let time = at.bounds.hi;
+            let found =
+                query::contact_on_arrival(&part.brep, probe, motion, time, options, workspace);
+            let Some(mut found) = found else {
+                first.undecided = first.undecided.or(Some(Undecided::Precision));
+                continue;
+            };
+            if options.contacts == Contacts::All {
+                first.undecided = first.undecided.or(found.undecided);
+            }
+            part.name_in_model(&mut found);
+            answers.push(found);
+        }
+        let all = union(answers, options, self.size());
+        (first.contacts, first.continuum) = (all.contacts, all.continuum);
         first
     }
 
@@ -220,6 +235,14 @@ impl FeelerEngine {
 }
 
 impl Part {
+    /// Counts the faces and features of contacts through the whole model.
+    fn name_in_model(&self, answer: &mut ContactAnswer) {
+        for c in &mut answer.contacts {
+            c.feature = self.feature(c.feature);
+            c.face += self.faces;
+        }
+    }
+
     fn feature(&self, feature: Feature) -> Feature {
         match feature {
             Feature::Face(i) => Feature::Face(i + self.faces),
@@ -400,4 +423,58 @@ fn about_native(mut body: Body, bounds: bool, size: f64) -> Body {
         }
     }
     body
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use feeler::brep::{Brep, BrepBuilder};
+    use feeler::query::Sphere;
+    use nalgebra::Vector3;
+    use std::path::PathBuf;
+
+    /// A square of side 2 about the origin, at a height.
+    fn plate(x: f64, height: f64) -> Brep {
+        let mut b = BrepBuilder::new();
+        let corners = [[-1., -1.], [1., -1.], [1., 1.], [-1., 1.]];
+        let corners = corners.map(|[u, v]| b.vertex([x + u, v, height]));
+        b.planar_face(&corners).unwrap();
+        b.build().unwrap()
+    }
+
+    /// A ball comes down on three plates of which two are reached together: both are told, the deepest first, and the third is not.
+    #[test]
+    fn a_ball_arrives_at_several_breps() {
+        // On the borders of the first two, 1 to either side of it, and a hair deeper on the second.
+        let hair = 1e-13;
+        let model = Model {
+            path: PathBuf::from("plates"),
+            breps: vec![plate(-2.0, 0.0), plate(2.0, hair), plate(0.0, -8.0)],
+        };
+        let mut engine = FeelerEngine::new(Options::default());
+        engine.open(&model).unwrap();
+        let ball = Sphere::new(Point3::new(0.0, 0.0, 2.75), 1.25).unwrap();
+        let motion = Motion::new(-Vector3::z(), f64::INFINITY).unwrap();
+        let mut ask = |contacts| {
+            let options = Options {
+                contacts,
+                ..Options::default()
+            };
+            engine.arrival(&Probe::Sphere(ball), &motion, &options)
+        };
+        let all = ask(Contacts::All);
+        // It hangs 0.75 above the edges.
+        let time = all.time.unwrap();
+        assert!((time.value - 2.0).abs() < 1e-10, "{time:?}");
+        assert_eq!(all.undecided, None);
+        let faces: Vec<usize> = all.contacts.iter().map(|c| c.face).collect();
+        assert_eq!(faces, [1, 0], "{:?}", all.contacts);
+        let features: Vec<Feature> = all.contacts.iter().map(|c| c.feature).collect();
+        assert!(matches!(features[0], Feature::Edge(4..8)), "{features:?}");
+        assert!(matches!(features[1], Feature::Edge(0..4)), "{features:?}");
+        let deepest = ask(Contacts::Deepest);
+        assert_eq!(deepest.time, all.time);
+        let faces: Vec<usize> = deepest.contacts.iter().map(|c| c.face).collect();
+        assert_eq!(faces, [1]);
+    }
 }

@@ -40,6 +40,8 @@ const BALL_DAMPING: f64 = 100.0;
 const GAIN: f64 = 1e6;
 /// From kg mm^2/s^2 to N mm.
 const NEWTON_MM: f64 = 1e-3;
+/// What is as near as this counts as touching on the page that shows it, mm: four times the ball's depth at rest, g / (2 pi f)^2.
+const SHOWN: f64 = 1e-3;
 /// From which part of a run the ball is taken to slide evenly.
 const EVEN: f64 = 0.5;
 /// Depths and torques below this are not drawn.
@@ -351,7 +353,7 @@ pub(super) fn run(
     let slides = |radius: f64| {
         let off = (HOLE - radius).max(0.0);
         let name = format!("ball of {radius} mm where it slides");
-        ball_query(&name, [0.0, off * sin, -off * cos], radius, 1e-3)
+        ball_query(&name, [0.0, off * sin, -off * cos], radius, SHOWN)
     };
     finding.scenes.push(Scene {
         name: "ball-joint".to_owned(),

@@ -1,8 +1,8 @@
 //! Time per step at 1 to 1,000 balls against one BREP, beside a mesh of it and beside a plane.
 
-use super::sheet::{SIDE, height, sheet};
+use super::sheet::{SIDE, height, sheet, upward};
 use super::world::{Body, DAMPING, Edges, HERTZ, brep_body, mesh_body, world};
-use super::{Extent, Finding, median, short, table};
+use super::{Extent, Finding, drawn, median, short, table};
 use rapier3d_f64::prelude::*;
 use std::time::Instant;
 
@@ -22,6 +22,8 @@ struct Found {
     step_us: f64,
     touching: usize,
     deepest: f64,
+    /// Centres at the end.
+    places: Vec<[f64; 3]>,
 }
 
 fn simulate(body: &Body, count: usize, steps: usize, flat: bool) -> Found {
@@ -38,8 +40,12 @@ fn simulate(body: &Body, count: usize, steps: usize, flat: bool) -> Found {
     let balls: Vec<_> = places[..count]
         .iter()
         .map(|[x, y]| {
-            let z = if flat { 0.0 } else { height(*x, *y) };
-            let at = Vector::new(*x, *y, z + BALL);
+            let (z, up) = match flat {
+                true => (0.0, [0.0, 0.0, 1.0]),
+                false => (height(*x, *y), upward(*x, *y).into()),
+            };
+            // In touch: where the sheet is steep, a ball as high above its place would stand 0.1 mm deep in it.
+            let at = Vector::new(*x, *y, z) + Vector::from_array(up) * BALL;
             let own = RigidBodyBuilder::dynamic().translation(at).can_sleep(false);
             let own = w.insert_body(own);
             let collider = ColliderBuilder::ball(BALL).mass(1e-6).friction(0.3);
@@ -59,7 +65,9 @@ fn simulate(body: &Body, count: usize, steps: usize, flat: bool) -> Found {
         .filter_map(|b| w.contact_pair(ground, *b)?.find_deepest_contact())
         .map(|(_, c)| -c.dist)
         .collect();
+    let center = |b: &ColliderHandle| w.colliders[*b].translation().to_array();
     Found {
+        places: balls.iter().map(center).collect(),
         step_us: median(&times),
         touching: depths.iter().filter(|d| **d >= 0.0).count(),
         deepest: depths.into_iter().fold(f64::NEG_INFINITY, f64::max),
@@ -82,7 +90,7 @@ pub(super) fn run(extent: Extent, progress: &mut dyn FnMut(&str)) -> Result<Find
         triangles: None,
     };
     bodies.push(plane);
-    let mut rows = Vec::new();
+    let (mut rows, mut scenes) = (Vec::new(), Vec::new());
     for (k, body) in bodies.iter().enumerate() {
         let flat = k + 1 == bodies.len();
         let mut row = vec![
@@ -92,6 +100,9 @@ pub(super) fn run(extent: Extent, progress: &mut dyn FnMut(&str)) -> Result<Find
         for count in counts {
             progress(&format!("{count} balls, {}", body.name));
             let found = simulate(body, *count, steps, flat);
+            if k == 0 && counts.last() == Some(count) {
+                scenes.push(drawn("balls", brep.clone(), BALL, &found.places));
+            }
             row.push(format!(
                 "{} ({} touch, {} mm)",
                 short(found.step_us),
@@ -113,6 +124,7 @@ pub(super) fn run(extent: Extent, progress: &mut dyn FnMut(&str)) -> Result<Find
     );
     Ok(Finding {
         page,
+        scenes,
         ..Finding::default()
     })
 }

@@ -107,6 +107,24 @@ fn ball_query(name: &str, center: [f64; 3], radius: f64, prediction: f64) -> Que
     }
 }
 
+/// Most places of one run in a picture.
+const DRAWN: usize = 12;
+
+/// A part and the balls of a run on it, spread over its places, the first and the last among them; with what is within a hundredth of the radius.
+fn drawn(name: &str, brep: Brep, radius: f64, places: &[[f64; 3]]) -> Scene {
+    let count = places.len().min(DRAWN);
+    let queries = (0..count).map(|k| {
+        let place = k * (places.len() - 1) / (count - 1).max(1);
+        let name = format!("place {} of {}", place + 1, places.len());
+        ball_query(&name, places[place], radius, 0.01 * radius)
+    });
+    Scene {
+        name: name.to_owned(),
+        queries: queries.collect(),
+        brep,
+    }
+}
+
 /// The median; NaN of nothing.
 fn median(values: &[f64]) -> f64 {
     let mut sorted = values.to_vec();

@@ -8,7 +8,7 @@
 
 use super::plot::{Line, Marks, Plot};
 use super::world::{Body, DAMPING, Edges, HERTZ, brep_body, mesh_body, world};
-use super::{Extent, Finding, median, short, table};
+use super::{Extent, Finding, drawn, median, short, table};
 use ::nalgebra::{Point3, Vector3};
 use feeler::brep::Brep;
 use feeler::numeric::Interval;
@@ -79,6 +79,7 @@ struct Track {
     /// How far the change of velocity in a step is from that of the even motion, in units of gravity.
     bump: Vec<f64>,
     step_us: Vec<f64>,
+    places: Vec<[f64; 3]>,
 }
 
 fn simulate(body: &Body, dt: f64) -> Track {
@@ -107,6 +108,7 @@ fn simulate(body: &Body, dt: f64) -> Track {
         let (at, now) = (w.bodies[ball].translation(), w.bodies[ball].linvel());
         let across = at.x.hypot(at.y);
         track.time.push((k + 1) as f64 * dt);
+        track.places.push(at.to_array());
         track.energy.push((energy(at, now) - start) / kinetic);
         track.path.push((across - rho).hypot(at.z - z));
         // Even motion: towards the axis, v^2 / rho.
@@ -163,6 +165,7 @@ pub(super) fn run(extent: Extent, progress: &mut dyn FnMut(&str)) -> Result<Find
     // Of plain meshes, then of fixed ones: the path and the jumps.
     let mut marks: [[Vec<(f64, f64)>; 2]; 2] = Default::default();
     let mut own = [0.0; 2];
+    let mut scenes = Vec::new();
     for body in &bodies {
         progress(&format!("torus groove, {}", body.name));
         let t = simulate(body, STEP);
@@ -173,7 +176,10 @@ pub(super) fn run(extent: Extent, progress: &mut dyn FnMut(&str)) -> Result<Find
                 marks[kind][0].push((n as f64, worst[0]));
                 marks[kind][1].push((n as f64, worst[2]));
             }
-            None => own = [worst[0], worst[2]],
+            None => {
+                own = [worst[0], worst[2]];
+                scenes.push(drawn("rolling-torus", brep.clone(), BALL, &t.places));
+            }
         }
         rows.push(row(body.name.clone(), body, &t));
         // Lines over time for some: the others differ little from these.
@@ -288,9 +294,10 @@ pub(super) fn run(extent: Extent, progress: &mut dyn FnMut(&str)) -> Result<Find
     let sheet = super::sheet::run(extent, progress)?;
     page += &sheet.page;
     plots.extend(sheet.plots);
+    scenes.extend(sheet.scenes);
     Ok(Finding {
         page,
         plots,
-        ..Finding::default()
+        scenes,
     })
 }

@@ -8,7 +8,7 @@
 use super::plot::{Line, Marks, Plot};
 use super::stiff::{BALL, BrepWall, GRAVITY, Law, MASS, State, Tally, Wall, step};
 use super::world::{Body, Edges, brep_body, mesh_body, world};
-use super::{Extent, Finding, median, short, table};
+use super::{Extent, Finding, drawn, median, short, table};
 use ::nalgebra::{Point3, Vector3, Vector4};
 use feeler::brep::{Brep, BrepBuilder};
 use feeler::nurbs::{NurbsSurface, Surface};
@@ -45,6 +45,21 @@ pub(super) fn height(x: f64, y: f64) -> f64 {
     let each = POWERS.iter();
     each.map(|(i, j, f)| f * x.powi(*i as i32) * y.powi(*j as i32))
         .sum()
+}
+
+/// The unit normal of the sheet, upwards.
+pub(super) fn upward(x: f64, y: f64) -> Vector3<f64> {
+    // The derivative of t^n.
+    let fall = |t: f64, n: usize| match n {
+        0 => 0.0,
+        n => n as f64 * t.powi(n as i32 - 1),
+    };
+    let each = POWERS.iter().map(|(i, j, f)| {
+        let by_x = f * fall(x, *i) * y.powi(*j as i32);
+        let by_y = f * x.powi(*i as i32) * fall(y, *j);
+        Vector3::new(-by_x, -by_y, 0.0)
+    });
+    (each.sum::<Vector3<f64>>() + Vector3::z()).normalize()
 }
 
 /// x^power as coefficients of the cubic B-splines over some knots: its polar form at the three knots within each.
@@ -145,6 +160,7 @@ struct Track {
     /// How far the change of velocity in a step is from the reference's, in units of gravity.
     bump: Vec<f64>,
     step_us: Vec<f64>,
+    places: Vec<[f64; 3]>,
 }
 
 fn simulate(body: &Body, from: (Point3<f64>, Vector3<f64>), way: &Way, parts: usize) -> Track {
@@ -177,6 +193,7 @@ fn simulate(body: &Body, from: (Point3<f64>, Vector3<f64>), way: &Way, parts: us
         let at = Point3::from(body.translation().to_array());
         let now = Vector3::from(body.linvel().to_array());
         track.time.push((k + 1) as f64 * STEP);
+        track.places.push(body.translation().to_array());
         track.off.push((at - pair[1].0).norm());
         track.energy.push((energy(at.z, &now) - whole) / kinetic);
         let even = pair[1].1 - pair[0].1;
@@ -217,9 +234,9 @@ pub(super) fn run(extent: Extent, progress: &mut dyn FnMut(&str)) -> Result<Find
     };
     let (mut body, _) = brep_body(one.clone())?;
     body.name = "BREP, one face".to_owned();
-    let (mut seams, _) = brep_body(four)?;
+    let (mut seams, _) = brep_body(four.clone())?;
     seams.name = "BREP, four faces".to_owned();
-    let mut bodies = vec![body, seams];
+    let mut bodies = vec![body, seams.clone()];
     for edges in [Edges::Plain, Edges::Fixed { turned: false }] {
         for d in degrees {
             bodies.push(mesh_body(&one, *d, edges)?);
@@ -234,11 +251,15 @@ pub(super) fn run(extent: Extent, progress: &mut dyn FnMut(&str)) -> Result<Find
     let from = way[0];
     let mut rows = Vec::new();
     let mut bumps = Vec::new();
+    let mut scenes = Vec::new();
     let mut against: [Vec<Line>; 2] = Default::default();
     for body in &bodies {
         progress(&format!("sheet, {}", body.name));
         let t = simulate(body, from, &way, 1);
         rows.push(row(body.name.clone(), body, &t));
+        if body.name == seams.name {
+            scenes.push(drawn("rolling-sheet", four.clone(), BALL, &t.places));
+        }
         let values = [most(&t.off) / BALL, most(&t.bump[FORMING..])];
         for (k, value) in values.into_iter().enumerate() {
             let kind = match body.triangles {
@@ -342,6 +363,6 @@ pub(super) fn run(extent: Extent, progress: &mut dyn FnMut(&str)) -> Result<Find
     Ok(Finding {
         page,
         plots,
-        ..Finding::default()
+        scenes,
     })
 }

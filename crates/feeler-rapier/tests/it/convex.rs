@@ -1,10 +1,14 @@
 //! Cuboids and convex polyhedra against closed forms and against Parry's own answers for two cuboids.
 
 use crate::scenes::{Random, block, cube, part, shape};
+use feeler::query::Undecided;
 use feeler_rapier::{BrepDispatcher, BrepShape, PairAnswer};
 use parry3d_f64::math::{Pose, Rotation, Vector};
 use parry3d_f64::query::{DefaultQueryDispatcher, QueryDispatcher, distance};
-use parry3d_f64::shape::{ConvexPolyhedron, Cuboid, RoundCuboid, Shape, SharedShape, Triangle};
+use parry3d_f64::shape::{
+    Cone, ConvexPolyhedron, Cuboid, Cylinder, RoundCuboid, RoundCylinder, Shape, SharedShape,
+    Triangle,
+};
 use rapier3d_f64::prelude::{ColliderBuilder, PhysicsWorld, RigidBodyBuilder};
 
 /// Asks in both orders; the answers must be the same to rounding.
@@ -195,4 +199,136 @@ fn a_cuboid_comes_to_rest_and_sleeps() {
     let height = body.translation().z - 0.25;
     assert!(height > -0.006 && height < 1e-3, "{height}");
     assert!(body.is_sleeping());
+}
+
+/// A cuboid whose sides are flush with the BREP's: it stands on it, and nothing pushes it aside.
+#[test]
+fn a_flush_cuboid_has_no_sideways_contacts() {
+    let brep = shape(cube());
+    let other = Cuboid::new(Vector::splat(0.5));
+    for height in [1e-3, 0.0, -1e-3] {
+        // Flush all around, on one side, and along the other axes.
+        for (aside, out) in [
+            (Vector::ZERO, Vector::Z),
+            (Vector::new(0.25, 0.0, 0.0), Vector::Z),
+            (Vector::ZERO, Vector::X),
+            (Vector::new(0.0, 0.0, -0.5), -Vector::Y),
+        ] {
+            let at = Vector::splat(0.5) + aside + out * (1.0 + height);
+            let answer = ask(&brep, &other, &Pose::from_translation(at));
+            is(&answer, height, 1e-10);
+            assert_eq!(answer.undecided, None);
+            let near = answer.contacts.iter().filter(|c| c.separation.value < 0.01);
+            let near: Vec<_> = near.collect();
+            assert!(near.len() >= 4, "{height} {aside} {near:?}");
+            for c in &near {
+                assert!((c.normal - out).length() < 1e-6, "{height} {aside} {c:?}");
+                assert!((c.separation.value - height).abs() < 1e-9, "{c:?}");
+                assert!(c.separation.bounds.contains(height), "{c:?}");
+            }
+            // They hold it at its corners, not in the middle.
+            let spread = |axis: Vector| {
+                let all = near.iter().map(|c| c.on_brep.dot(axis));
+                all.clone().fold(f64::MIN, f64::max) - all.fold(f64::MAX, f64::min)
+            };
+            let across = [Vector::X, Vector::Y, Vector::Z];
+            for axis in across.into_iter().filter(|a| a.dot(out) == 0.0) {
+                let overlap = 1.0 - aside.dot(axis).abs();
+                assert!(spread(axis) > 0.99 * overlap, "{height} {aside} {near:?}");
+            }
+        }
+    }
+}
+
+/// Wide bounds are told as such.
+#[test]
+fn what_is_not_known_as_exactly_as_asked_is_undecided() {
+    let brep = shape(part("ball_joint_cavity.3dm"));
+    let before = brep.undecided();
+    let pose = Pose::translation(0.125, 0.0625, 0.0);
+    let answer = ask(&brep, &Cuboid::new(Vector::splat(1.25)), &pose);
+    assert_eq!(answer.undecided, Some(Undecided::Precision));
+    assert!(brep.undecided() > before);
+}
+
+#[test]
+fn cylinders_and_cones() {
+    let brep = shape(cube());
+    let lies = Rotation::from_axis_angle(Vector::X, 0.0);
+    let stands = Rotation::from_axis_angle(Vector::X, std::f64::consts::FRAC_PI_2);
+    let (half, radius) = (0.375, 0.25);
+    let cylinder = Cylinder::new(half, radius);
+    let round = RoundCylinder {
+        inner_shape: Cylinder::new(half - 0.125, radius - 0.125),
+        border_radius: 0.125,
+    };
+    let cone = Cone::new(half, radius);
+    let at =
+        |height: f64, turn: Rotation| Pose::from_parts(Vector::new(0.5, 0.5, 1.0 + height), turn);
+    for gap in [0.25, 0.0, -0.015625] {
+        for shape in [&cylinder as &dyn Shape, &round] {
+            // The axis, y, along the face, upright, and at 45 degrees: a rim's lowest point.
+            let answer = ask(&brep, shape, &at(radius + gap, lies));
+            is(&answer, gap, 1e-9);
+            let lowest = answer.contacts.iter();
+            let lowest = lowest.filter(|c| (c.separation.value - gap).abs() < 1e-9);
+            assert!(lowest.count() >= 2, "{answer:?}");
+            let answer = ask(&brep, shape, &at(half + gap, stands));
+            is(&answer, gap, 1e-9);
+            let lowest = answer.contacts.iter();
+            let lowest = lowest.filter(|c| (c.separation.value - gap).abs() < 1e-9);
+            assert!(lowest.count() >= 3, "{answer:?}");
+        }
+        let leans = Rotation::from_axis_angle(Vector::X, std::f64::consts::FRAC_PI_4);
+        let reach = (half + radius) / 2f64.sqrt();
+        is(&ask(&brep, &cylinder, &at(reach + gap, leans)), gap, 1e-6);
+        // On its apex, on its base, and lying on its side: the middle of the axis is half r / sqrt(r^2 + 4 half^2) above.
+        let down = Rotation::from_axis_angle(Vector::X, -std::f64::consts::FRAC_PI_2);
+        is(&ask(&brep, &cone, &at(half + gap, down)), gap, 1e-6);
+        is(&ask(&brep, &cone, &at(half + gap, stands)), gap, 1e-9);
+        let slant = (radius / (2.0 * half)).atan();
+        let lying = Rotation::from_axis_angle(Vector::X, -slant);
+        let above = half * slant.sin();
+        is(&ask(&brep, &cone, &at(above + gap, lying)), gap, 1e-6);
+    }
+    // Beside the cube's edge, the axis along it: from axis to edge.
+    let beside = Pose::translation(1.5, 0.5, 1.5);
+    is(
+        &ask(&brep, &cylinder, &beside),
+        0.5f64.sqrt() - radius,
+        1e-6,
+    );
+}
+
+/// Parry's own distances of cylinders and cones from a cuboid lie within the bounds.
+#[test]
+fn round_solids_are_as_far_apart_as_parry_says() {
+    /// Parry's distances of these, by GJK, are right to about this.
+    const PARRY: f64 = 1e-5;
+    let mut random = Random(43);
+    let brep = shape(block([-0.5; 3], [0.5; 3]));
+    let same = Cuboid::new(Vector::splat(0.5));
+    let mut widths = Vec::new();
+    for k in 0..120 {
+        let (half, radius) = (random.between(0.05, 0.5), random.between(0.05, 0.5));
+        let other: &dyn Shape = match k % 2 {
+            0 => &Cylinder::new(half, radius),
+            _ => &Cone::new(half, radius),
+        };
+        let pose = random.pose(2.0);
+        let truth = distance(&Pose::IDENTITY, &same, &pose, other);
+        let truth = truth.unwrap().distance;
+        if truth == 0.0 {
+            continue;
+        }
+        let b = ask(&brep, other, &pose).separation.bounds;
+        assert!(
+            b.lo <= truth + PARRY && truth - PARRY <= b.hi,
+            "{k} {b:?} {truth}"
+        );
+        widths.push(b.width());
+    }
+    widths.sort_by(f64::total_cmp);
+    assert!(widths.len() > 50);
+    assert!(widths[widths.len() / 2] < 1e-6, "{widths:?}");
 }

@@ -7,7 +7,7 @@
 //! # Method
 //! A half-space {x : n.x <= h} has the separation s - t n.v, s that of the start: a quotient. A ball goes by conservative advancement
 //! (Mirtich, *Impulse-based Dynamic Simulation of Rigid Body Systems*, 1996): the distance from a set changes by no more than the point
-//! moves, so that a ball whose separation is at least a is free for the time a / |v|, again and again. Each time Newton's method, which proves
+//! moves, so that a ball whose separation is at least a is free for the time a / |v|, again and again (module `advance`; a way that turns says itself how long that is: [`super::Way`]). Each time Newton's method, which proves
 //! nothing, proposes where the touch may be; there the kernel is asked. Where steps are short ([`PATIENCE`]), the plane through the nearest point,
 //! across its normal, is asked how far the BREP reaches beyond it: the ball is free until it comes to what holds all of it. On a convex part
 //! that is Newton's method with a proof.
@@ -19,32 +19,19 @@
 //! proven too: either the time asked about is over, or on some axis the ball has passed the box of the faces and does not come back.
 //!
 //! # Cost
-//! Up to ten queries a step. Head on, and to convex parts, a few steps do. Else, at an angle a to the face, the way left shrinks by 1 - sin a a
+//! Up to ten queries a step; all of them share the node budget, and the contacts at the end may spend as much again. Head on, and to convex parts, a few steps do. Else, at an angle a to the face, the way left shrinks by 1 - sin a a
 //! step; a ball that passes at a gap g takes some pi sqrt(2 r / g) steps. Where [`STEPS`] run out the enclosure is as wide as it is, and says so.
 
+use super::Workspace;
+use super::advance::{DOWN, StraightWay, UP, arrival_along, contacts_at, from_prediction};
 use super::answer::{
-    Accuracy, Contact, ContactAnswer, Contacts, HalfSpace, Options, Probe, ProbeError, Separation,
-    Sphere, Undecided, in_range,
+    Contact, ContactAnswer, Contacts, HalfSpace, Options, Probe, ProbeError, Separation, Sphere,
+    Undecided, in_range,
 };
-use super::contact::{Witness, contact, contact_from};
-use super::{Work, Workspace};
+use super::contact::contact;
 use crate::numeric::{Ball, Dd, Enclosure};
 use crate::prepare::PreparedBrep;
 use nalgebra::Vector3;
-
-/// How exactly `full` knows the way to the arrival, in sizes.
-const FULL: f64 = 1.0 / (1u64 << 40) as f64;
-/// Separations are asked for this much finer than the way.
-const FINER: f64 = 64.0;
-/// Most steps of a ball.
-const STEPS: usize = 4096;
-/// Steps after which planes are asked, too.
-const PATIENCE: usize = 8;
-/// Most steps of Newton's method towards a touch.
-const NEWTON: usize = 8;
-/// A quotient of positive numbers, rounded down, and up.
-const DOWN: f64 = 1.0 - 8.0 * f64::EPSILON;
-const UP: f64 = 1.0 + 8.0 * f64::EPSILON;
 
 /// How a probe moves: along a straight line, without turning.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -63,16 +50,6 @@ impl Motion {
             return Err(ProbeError::Until);
         }
         Ok(Self { velocity, until })
-    }
-
-    /// A bound of the speed.
-    fn speed(&self) -> f64 {
-        // Scaled first, so that squares of small ones survive.
-        match self.velocity.amax() {
-            0.0 => 0.0,
-            // Below normal numbers products lose digits: what is added is more than that.
-            scale => scale * (self.velocity / scale).norm() * UP + f64::MIN_POSITIVE,
-        }
     }
 }
 
@@ -117,7 +94,11 @@ impl ArrivalAnswer {
         first
     }
 
-    fn at(time: Enclosure, found: Option<ContactAnswer>, undecided: Option<Undecided>) -> Self {
+    pub(super) fn at(
+        time: Enclosure,
+        found: Option<ContactAnswer>,
+        undecided: Option<Undecided>,
+    ) -> Self {
         let known = time.hi.is_finite();
         let (contacts, continuum) = match found {
             Some(found) => (found.contacts, found.continuum),
@@ -147,9 +128,77 @@ pub fn arrival(
     workspace: &mut Workspace,
 ) -> ArrivalAnswer {
     match probe {
-        Probe::Sphere(ball) => Advance::new(brep, *ball, motion, options).run(workspace),
+        Probe::Sphere(ball) => {
+            let span = [0.0, motion.until];
+            let way = way_of(ball, motion);
+            arrival_along(brep, ball.radius, &way, span, options, workspace)
+        }
         Probe::HalfSpace(plane) => of_half_space(brep, plane, motion, options, workspace),
     }
+}
+
+/// The contacts of a probe that has moved for so long, with what its place is rounded by in their separations: those at the `value` of an
+/// [`arrival`], of another BREP beside the one that it arrives at. `None`: it is beyond the range in which bounds hold.
+pub fn contact_on_arrival(
+    brep: &PreparedBrep,
+    probe: &Probe,
+    motion: &Motion,
+    time: f64,
+    options: &Options,
+    workspace: &mut Workspace,
+) -> Option<ContactAnswer> {
+    match probe {
+        Probe::Sphere(ball) => {
+            let way = way_of(ball, motion);
+            contacts_at(brep, ball.radius, &way, time, options, workspace)
+        }
+        Probe::HalfSpace(plane) => {
+            let gone = time * closing(plane, motion).mid.hi;
+            plane_at(brep, plane, gone, 0.0, options, workspace)
+        }
+    }
+}
+
+fn way_of(ball: &Sphere, motion: &Motion) -> StraightWay {
+    StraightWay {
+        center: ball.center,
+        center_bound: 0.0,
+        velocity: motion.velocity,
+        velocity_bound: 0.0,
+    }
+}
+
+/// How fast the offset of a half-space grows.
+fn closing(plane: &HalfSpace, motion: &Motion) -> Ball<Dd> {
+    // Products with zero are left out: they are exact, and a plane that moves along itself never comes nearer.
+    let factors = plane.normal.iter().zip(&motion.velocity);
+    factors
+        .filter(|(n, v)| **n != 0.0 && **v != 0.0)
+        .map(|(n, v)| Ball::<Dd>::exact(*n) * Ball::exact(*v))
+        .fold(Ball::<Dd>::ZERO, |sum, x| sum + x)
+}
+
+/// The contacts of a half-space whose offset has grown by `gone`; `sizes` of other numbers that its place comes from.
+fn plane_at(
+    brep: &PreparedBrep,
+    plane: &HalfSpace,
+    gone: f64,
+    sizes: f64,
+    options: &Options,
+    workspace: &mut Workspace,
+) -> Option<ContactAnswer> {
+    // The rounded offset may fall short of the touch by its rounding.
+    let short = match gone {
+        0.0 => 0.0,
+        _ => 4.0 * f64::EPSILON * (plane.offset.abs() + gone.abs() + sizes),
+    };
+    let moved = HalfSpace::new(plane.normal, plane.offset + gone).ok()?;
+    let asked = Options {
+        prediction: options.prediction + short,
+        ..*options
+    };
+    let found = contact(brep, &Probe::HalfSpace(moved), &asked, workspace);
+    Some(widened(found, short))
 }
 
 fn of_half_space(
@@ -165,28 +214,25 @@ fn of_half_space(
     };
     let start = contact(brep, &Probe::HalfSpace(*plane), &alone, workspace);
     let Enclosure { lo, hi } = start.separation.bounds;
-    let at = |offset: f64, prediction: f64, workspace: &mut Workspace| {
-        let plane = HalfSpace::new(plane.normal, offset).ok()?;
-        let asked = Options {
-            prediction,
-            ..*options
-        };
-        let found = contact(brep, &Probe::HalfSpace(plane), &asked, workspace);
-        Some(found)
+    let open = |lo: f64| Enclosure {
+        lo,
+        hi: f64::INFINITY,
     };
+    if options.prediction.is_nan() {
+        // Nothing can be said of what is no number.
+        return ArrivalAnswer::at(open(0.0), None, Some(Undecided::Degenerate));
+    }
+    if lo == f64::INFINITY {
+        return ArrivalAnswer::default();
+    }
     if hi <= options.prediction {
-        let found = at(plane.offset, options.prediction, workspace);
+        let found = plane_at(brep, plane, 0.0, 0.0, options, workspace);
         return ArrivalAnswer::at(Enclosure::exact(0.0), found, None);
     }
-    // Products with zero are left out: they are exact, and a plane that moves along itself never comes nearer.
-    let factors = plane.normal.iter().zip(&motion.velocity);
-    let closing = factors
-        .filter(|(n, v)| **n != 0.0 && **v != 0.0)
-        .map(|(n, v)| Ball::<Dd>::exact(*n) * Ball::exact(*v))
-        .fold(Ball::<Dd>::ZERO, |sum, x| sum + x);
+    let closing = closing(plane, motion);
     let (slow, fast) = (closing.lower(), closing.upper());
-    let [near, far] = [lo, hi].map(|s| Ball::<Dd>::difference(s, options.prediction));
-    let (near, far) = (near.lower().max(0.0), far.upper());
+    let left = from_prediction(start.separation.bounds, options.prediction);
+    let (near, far) = (left.lo.max(0.0), left.hi);
     let first = match fast > 0.0 {
         true => near / fast * DOWN,
         // It stays where it is or goes away.
@@ -201,17 +247,10 @@ fn of_half_space(
         false => f64::INFINITY,
     };
     if !(last <= motion.until) || last == f64::INFINITY {
-        let open = Enclosure {
-            lo: first,
-            hi: f64::INFINITY,
-        };
-        return ArrivalAnswer::at(open, None, Some(Undecided::Precision));
+        return ArrivalAnswer::at(open(first), None, Some(Undecided::Precision));
     }
     let gone = last * closing.mid.hi;
-    let offset = plane.offset + gone;
-    // The rounded offset may fall short of the touch by its rounding.
-    let short = 4.0 * f64::EPSILON * (plane.offset.abs() + gone.abs() + hi.abs());
-    let found = at(offset, options.prediction + short, workspace).map(|f| widened(f, short));
+    let found = plane_at(brep, plane, gone, hi.abs(), options, workspace);
     let time = Enclosure {
         lo: first,
         hi: last,
@@ -221,7 +260,7 @@ fn of_half_space(
 }
 
 /// The same contacts, their separations for a probe that is so far off.
-fn widened(mut found: ContactAnswer, by: f64) -> ContactAnswer {
+pub(super) fn widened(mut found: ContactAnswer, by: f64) -> ContactAnswer {
     if by > 0.0 {
         for contact in &mut found.contacts {
             let b = &mut contact.separation.bounds;
@@ -233,266 +272,8 @@ fn widened(mut found: ContactAnswer, by: f64) -> ContactAnswer {
 }
 
 /// Why contacts may be missing of those that were asked for.
-fn missing(options: &Options, found: Option<&ContactAnswer>) -> Option<Undecided> {
+pub(super) fn missing(options: &Options, found: Option<&ContactAnswer>) -> Option<Undecided> {
     found
         .filter(|_| options.contacts == Contacts::All)
         .and_then(|f| f.undecided)
-}
-
-/// The separation at a time, for the true centre, and the way it changes.
-struct Here {
-    /// From the prediction.
-    bounds: Enclosure,
-    value: f64,
-    /// From the BREP to the ball; no proof.
-    normal: Vector3<f64>,
-    /// How fast the separation falls, as the normal says.
-    closing: f64,
-}
-
-struct Advance<'a> {
-    brep: &'a PreparedBrep,
-    ball: Sphere,
-    motion: &'a Motion,
-    options: &'a Options,
-    speed: f64,
-    /// How exactly the way is asked for.
-    way: f64,
-    witness: Witness,
-    work: Work,
-}
-
-impl<'a> Advance<'a> {
-    fn new(brep: &'a PreparedBrep, ball: Sphere, motion: &'a Motion, options: &'a Options) -> Self {
-        Self {
-            brep,
-            ball,
-            motion,
-            options,
-            speed: motion.speed(),
-            way: match options.accuracy {
-                Accuracy::Full => FULL * brep.size(),
-                Accuracy::Length(a) => a,
-            },
-            witness: Witness::default(),
-            work: Work::default(),
-        }
-    }
-
-    /// The ball at a time, and how far its centre may be from the true one.
-    fn moved(&self, time: f64) -> Option<(Sphere, f64)> {
-        if time == 0.0 {
-            return Some((self.ball, 0.0));
-        }
-        let by = self.motion.velocity * time;
-        let center = self.ball.center + by;
-        // Two roundings a coordinate.
-        let one = |v: &Vector3<f64>| v.iter().fold(0.0, |sum: f64, x| sum + x.abs());
-        let off = 2.0 * f64::EPSILON * (one(&self.ball.center.coords) + one(&by));
-        let ball = Sphere::new(center, self.ball.radius).ok()?;
-        Some((ball, off + f64::MIN_POSITIVE))
-    }
-
-    fn ask(
-        &mut self,
-        time: f64,
-        contacts: Contacts,
-        workspace: &mut Workspace,
-    ) -> Option<(ContactAnswer, f64)> {
-        let (ball, off) = self.moved(time)?;
-        let prediction = match contacts {
-            Contacts::All => self.options.prediction,
-            _ => f64::INFINITY,
-        };
-        let options = Options {
-            accuracy: match self.options.accuracy {
-                Accuracy::Full => Accuracy::Full,
-                Accuracy::Length(a) => Accuracy::Length(a / FINER),
-            },
-            prediction,
-            contacts,
-            node_budget: self.options.node_budget,
-        };
-        let probe = Probe::Sphere(ball);
-        let found = contact_from(self.brep, &probe, &mut self.witness, &options, workspace);
-        self.work.nodes += workspace.work.nodes;
-        self.work.contacts += workspace.work.contacts;
-        self.work.rays += workspace.work.rays;
-        Some((found, off))
-    }
-
-    fn here(&mut self, time: f64, workspace: &mut Workspace) -> Option<Here> {
-        let (found, off) = self.ask(time, Contacts::Deepest, workspace)?;
-        let s = found.separation;
-        let less = |x: f64| Ball::<Dd>::difference(x, self.options.prediction);
-        let normal = found
-            .contacts
-            .first()
-            .map_or(Vector3::zeros(), |c| c.normal);
-        let low = less(s.bounds.lo).lower() - 2.0 * off;
-        Some(Here {
-            bounds: Enclosure {
-                // Infinite where there is nothing: it stays so.
-                lo: if s.bounds.lo == f64::INFINITY {
-                    s.bounds.lo
-                } else {
-                    low.next_down()
-                },
-                hi: match off {
-                    0.0 => less(s.bounds.hi).upper(),
-                    _ => (less(s.bounds.hi).upper() + 2.0 * off).next_up(),
-                },
-            },
-            value: s.value - self.options.prediction,
-            normal,
-            closing: -normal.dot(&self.motion.velocity),
-        })
-    }
-
-    /// A time at which the ball is proven to have arrived, found by Newton's method from a time at which it has not.
-    fn touch(&mut self, from: f64, here: &Here, workspace: &mut Workspace) -> Option<f64> {
-        let (mut time, mut value, mut closing) = (from, here.value, here.closing);
-        let mut width = here.bounds.width();
-        for _ in 0..NEWTON {
-            if !(closing > 0.0) {
-                return None;
-            }
-            // A little too far, so that the enclosure there is below zero; the less, the slower it comes nearer.
-            let beyond = (4.0 * self.way / FINER * (closing / self.speed)).max(2.0 * width);
-            let step = (value + beyond) / closing;
-            // At least to the next number, where the last step was one of rounding.
-            time = if step > 0.0 {
-                (time + step).max(time.next_up())
-            } else {
-                time + step
-            };
-            if !(time >= from && time <= self.motion.until) {
-                return None;
-            }
-            let there = self.here(time, workspace)?;
-            if there.bounds.hi <= 0.0 {
-                return Some(time);
-            }
-            (value, closing, width) = (there.value.max(0.0), there.closing, there.bounds.width());
-        }
-        None
-    }
-
-    /// How long the ball is free at the least, from where it is, because all of the BREP is beyond a plane across a normal n: with
-    /// n.x <= m on the BREP, its distance from c is at least (n.c - m) / |n|, and |n| is within 2^-50 of 1. Infinite: for good.
-    fn until_plane(&mut self, time: f64, here: &Here, workspace: &mut Workspace) -> Option<f64> {
-        /// Of sums of three products, in sums of magnitudes, and of |n|.
-        const ROUNDING: f64 = 16.0 * f64::EPSILON;
-        let (ball, off) = self.moved(time)?;
-        let probe = Probe::HalfSpace(HalfSpace::new(-here.normal, 0.0).ok()?);
-        let options = Options {
-            contacts: Contacts::None,
-            accuracy: Accuracy::Length(self.way / FINER),
-            ..*self.options
-        };
-        let found = contact(self.brep, &probe, &options, workspace);
-        self.work.nodes += workspace.work.nodes;
-        let reach = ball.radius + self.options.prediction;
-        let height = here.normal.dot(&ball.center.coords) + found.separation.bounds.lo - reach;
-        let sizes = ball
-            .center
-            .coords
-            .iter()
-            .fold(reach.abs(), |s, x| s + x.abs());
-        let free = height - ROUNDING * (sizes + found.separation.bounds.lo.abs()) - 2.0 * off;
-        let speeds = self
-            .motion
-            .velocity
-            .iter()
-            .fold(0.0, |s: f64, x| s + x.abs());
-        let closing = here.closing + ROUNDING * speeds + f64::MIN_POSITIVE;
-        (free > 0.0).then(|| match closing > 0.0 {
-            true => (free / closing * DOWN).min(f64::MAX),
-            false => f64::INFINITY,
-        })
-    }
-
-    /// Whether the ball is proven to be beyond the box of the faces for good.
-    fn is_gone(&self, time: f64) -> bool {
-        let Some((ball, off)) = self.moved(time) else {
-            return false;
-        };
-        let Some(bounds) = self.brep.bounding_box() else {
-            return false;
-        };
-        // A ball is out of reach of the box where a coordinate of its centre is this far out of it. Differences are rounded once each.
-        let reach = (ball.radius + self.options.prediction.max(0.0)).next_up();
-        (0..3).any(|c| {
-            let [low, high] = bounds[c];
-            let velocity = self.motion.velocity[c];
-            let up = (ball.center[c] - off).next_down() - high;
-            let down = low - (ball.center[c] + off).next_up();
-            velocity >= 0.0 && up.next_down() > reach || velocity <= 0.0 && down.next_down() > reach
-        })
-    }
-
-    fn run(mut self, workspace: &mut Workspace) -> ArrivalAnswer {
-        let answer = self.search(workspace);
-        workspace.work = self.work;
-        answer
-    }
-
-    fn search(&mut self, workspace: &mut Workspace) -> ArrivalAnswer {
-        let (mut lo, mut hi) = (0.0, f64::INFINITY);
-        let mut why = Undecided::Budget;
-        for step in 0..STEPS {
-            let Some(here) = self.here(lo, workspace) else {
-                // Beyond the range in which bounds hold.
-                why = Undecided::Precision;
-                break;
-            };
-            if here.bounds.hi <= 0.0 {
-                hi = lo;
-                break;
-            }
-            if here.bounds.lo > 0.0 && (self.speed == 0.0 || self.is_gone(lo)) {
-                return ArrivalAnswer::default();
-            }
-            if let Some(found) = self.touch(lo, &here, workspace) {
-                hi = hi.min(found);
-            }
-            let mut free = match here.bounds.lo {
-                f64::INFINITY => f64::INFINITY,
-                lo => (lo / self.speed * DOWN).min(f64::MAX),
-            };
-            if step >= PATIENCE
-                && let Some(longer) = self.until_plane(lo, &here, workspace)
-            {
-                free = free.max(longer);
-            }
-            if free == f64::INFINITY && hi == f64::INFINITY {
-                return ArrivalAnswer::default();
-            }
-            let next = (lo + free).next_down();
-            // Bounds that say nothing leave the ball where it is.
-            if !(next > lo) {
-                why = match here.bounds.lo.is_finite() {
-                    true => Undecided::Precision,
-                    false => Undecided::Degenerate,
-                };
-                break;
-            }
-            if next >= self.motion.until && next < hi {
-                return ArrivalAnswer::default();
-            }
-            lo = next.min(hi);
-            if (hi - lo) * self.speed <= self.way || self.work.nodes > self.options.node_budget {
-                break;
-            }
-        }
-        let time = Enclosure { lo, hi };
-        if hi == f64::INFINITY {
-            return ArrivalAnswer::at(time, None, Some(why));
-        }
-        let undecided = ((hi - lo) * self.speed > self.way).then_some(why);
-        let found = self.ask(hi, self.options.contacts, workspace);
-        let found = found.map(|(found, off)| widened(found, 2.0 * off));
-        let missing = missing(self.options, found.as_ref());
-        ArrivalAnswer::at(time, found, undecided.or(missing))
-    }
 }

@@ -1,5 +1,6 @@
 //! Queries and their answers.
 
+mod advance;
 mod answer;
 mod arrival;
 pub mod batch;
@@ -27,7 +28,8 @@ pub use answer::{
     Undecided,
 };
 
-pub use arrival::{ArrivalAnswer, Motion, arrival};
+pub use advance::{StraightWay, Way, arrival_along};
+pub use arrival::{ArrivalAnswer, Motion, arrival, contact_on_arrival};
 pub use contact::{Witness, contact, contact_from};
 pub use inside::inside;
 pub use line::{any_hit, line};

@@ -44,18 +44,25 @@ impl Random {
 
 /// The box [0, 1]^3: native planes.
 pub(crate) fn cube() -> Brep {
+    blocks(&[[[0.0; 3], [1.0; 3]]])
+}
+
+/// Boxes from one corner to the other: native planes.
+pub(crate) fn blocks(corners: &[[[f64; 3]; 2]]) -> Brep {
     let mut b = BrepBuilder::new();
-    let corner = |i: usize| [(i & 1) as f64, (i >> 1 & 1) as f64, (i >> 2) as f64];
-    let v: Vec<usize> = (0..8).map(|i| b.vertex(corner(i))).collect();
-    for face in [
-        [0, 2, 3, 1],
-        [4, 5, 7, 6],
-        [0, 1, 5, 4],
-        [2, 6, 7, 3],
-        [0, 4, 6, 2],
-        [1, 3, 7, 5],
-    ] {
-        b.planar_face(&face.map(|i| v[i])).unwrap();
+    for ends in corners {
+        let corner = |i: usize| [0, 1, 2].map(|c| ends[i >> c & 1][c]);
+        let v: Vec<usize> = (0..8).map(|i| b.vertex(corner(i))).collect();
+        for face in [
+            [0, 2, 3, 1],
+            [4, 5, 7, 6],
+            [0, 1, 5, 4],
+            [2, 6, 7, 3],
+            [0, 4, 6, 2],
+            [1, 3, 7, 5],
+        ] {
+            b.planar_face(&face.map(|i| v[i])).unwrap();
+        }
     }
     b.build().unwrap()
 }

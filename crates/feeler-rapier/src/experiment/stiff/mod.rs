@@ -17,7 +17,7 @@ mod wall;
 pub(super) use motion::{Law, State, Tally, step};
 pub(super) use wall::{BrepWall, Wall};
 
-use super::{Extent, Finding};
+use super::{Extent, Finding, drawn};
 use page::Results;
 use run::{Found, Run, simulate};
 use scene::{Case, Scene, seam, socket};
@@ -143,19 +143,24 @@ pub(super) fn run(
         .copied()
         .filter(|k| [1e4, 1e8, 1e12].contains(k))
         .collect();
+    let mut scenes = vec![drawn(
+        "stiff-socket",
+        socket::part(models)?,
+        BALL,
+        &slid.way(),
+    )];
     let roll = socket::scene(true);
     let rolled = all(&roll, &mut cases, &few, &[grid.usual], &grid, progress);
     let mut seams = Vec::new();
     for power in [1, 2, 3] {
         let (scene, mut cases) = seam::scene_and_cases(power, &grid.meshes)?;
-        seams.push(all(
-            &scene,
-            &mut cases,
-            &few,
-            &[grid.usual],
-            &grid,
-            progress,
-        ));
+        let step = [grid.usual];
+        let found = all(&scene, &mut cases, &few, &step, &grid, progress);
+        let name = format!("stiff-{}", ["c0", "g1", "g2"][seams.len()]);
+        scenes.push(drawn(&name, seam::sheet(power)?, BALL, &found.way()));
+        seams.push(found);
     }
-    Ok(page::page(&slid, &rolled, &seams, &grid))
+    let mut finding = page::page(&slid, &rolled, &seams, &grid);
+    finding.scenes = scenes;
+    Ok(finding)
 }

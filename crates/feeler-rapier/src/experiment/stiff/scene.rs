@@ -73,17 +73,28 @@ pub(super) mod socket {
         }
     }
 
+    fn load(models: &Path, name: &str) -> Result<Model, String> {
+        let model = Model::load(&models.join("thesis").join(name), None);
+        model.map_err(|e| e.to_string())
+    }
+
+    /// The part as NURBS.
+    const NURBS: &str = "ball_joint_cavity_nurbs.3dm";
+
+    pub(in super::super) fn part(models: &Path) -> Result<Brep, String> {
+        let mut breps = load(models, NURBS)?.breps.into_iter();
+        breps
+            .next()
+            .ok_or_else(|| format!("{NURBS}: no BREP in it"))
+    }
+
     pub(in super::super) fn cases(
         models: &Path,
         meshes: &[f64],
         all: bool,
     ) -> Result<Vec<Case>, String> {
-        let load = |name: &str| {
-            let model = Model::load(&models.join("thesis").join(name), None);
-            model.map_err(|e| e.to_string())
-        };
-        let nurbs = load("ball_joint_cavity_nurbs.3dm")?;
-        let native = load("ball_joint_cavity.3dm")?;
+        let nurbs = load(models, NURBS)?;
+        let native = load(models, "ball_joint_cavity.3dm")?;
         let prepared = |m: &Model| Arc::new(PreparedBrep::new(m.breps[0].clone()));
         let (own, closed) = (prepared(&nurbs), prepared(&native));
         let mut cases = Vec::new();
