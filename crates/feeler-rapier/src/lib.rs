@@ -60,7 +60,8 @@
 //!   that is 0.07 mm under a gravity in mm; 1000 Hz give 0.25 um.
 //! - CCD works, as far as the table says.
 //!
-//! Scaling a shape is refused (`scale_dyn` gives `None`), unless it is by 1. Rapier's serialisation refuses custom shapes.
+//! Shapes scale exactly by powers of two (with the feature `files`); other scales are refused aloud. Rapier's serialisation refuses custom shapes; with the feature
+//! `files` a shape is saved by reference to its file (module `file`).
 //!
 //! Queries of one pair remember where the last contact was ([`feeler::query::Witness`]). The memory belongs to the pair, so
 //! that a run has the same bits whatever the number of threads; but a world restored from a snapshot has forgotten it,
@@ -75,6 +76,8 @@ mod convex;
 mod dispatcher;
 #[cfg(feature = "experiments")]
 pub mod experiment;
+#[cfg(feature = "files")]
+pub mod file;
 mod half_space;
 mod mass;
 mod pair;
@@ -85,6 +88,8 @@ mod solid;
 
 pub use ball::ball_gap;
 pub use dispatcher::BrepDispatcher;
+#[cfg(feature = "files")]
+pub use file::{ShapeFile, ShapeFileError};
 pub use mass::MassEstimate;
 pub use pair::{PairAnswer, PairContact};
 pub use report::UnsupportedPair;

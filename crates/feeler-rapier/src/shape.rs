@@ -15,7 +15,7 @@ use parry3d_f64::mass_properties::MassProperties;
 use parry3d_f64::math::{Matrix, Vector};
 use parry3d_f64::query::{PointProjection, PointQuery, Ray, RayCast, RayIntersection};
 use parry3d_f64::shape::{FeatureId, Shape, ShapeType, TypedShape};
-use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, OnceLock};
 
 /// Width of enclosures that are asked for, in sizes, unless said otherwise.
@@ -27,6 +27,8 @@ const BOX: f64 = 1.0 / (1u64 << 20) as f64;
 
 /// Which contacts of a ball a manifold holds.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "files", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "files", serde(rename_all = "kebab-case"))]
 pub enum Several {
     /// The deepest alone.
     Deepest,
@@ -65,6 +67,10 @@ struct Inner {
     vertex_faces: OnceLock<Vec<Vec<usize>>>,
     points: OnceLock<Vec<BorderPoint>>,
     undecided: AtomicU64,
+    /// Whether a scale has been refused aloud.
+    said: AtomicBool,
+    #[cfg(feature = "files")]
+    source: Option<crate::file::Source>,
 }
 
 /// A point of the BREP on one of its edges or vertices.
@@ -104,6 +110,17 @@ impl BrepShape {
     /// # Errors
     /// The BREP has no points, or no finite box around it is known.
     pub fn new(brep: Arc<PreparedBrep>) -> Result<Self, ShapeError> {
+        Self::with_source(
+            brep,
+            #[cfg(feature = "files")]
+            None,
+        )
+    }
+
+    pub(crate) fn with_source(
+        brep: Arc<PreparedBrep>,
+        #[cfg(feature = "files")] source: Option<crate::file::Source>,
+    ) -> Result<Self, ShapeError> {
         let aabb = aabb(&brep)?;
         let slots = brep.brep().faces().len();
         let accuracy = ACCURACY * brep.size();
@@ -116,6 +133,9 @@ impl BrepShape {
                 vertex_faces: OnceLock::new(),
                 points: OnceLock::new(),
                 undecided: AtomicU64::new(0),
+                said: AtomicBool::new(false),
+                #[cfg(feature = "files")]
+                source,
                 brep,
             }),
             accuracy,
@@ -155,6 +175,11 @@ impl BrepShape {
 
     pub(crate) fn note_undecided(&self) {
         self.inner.undecided.fetch_add(1, Ordering::Relaxed);
+    }
+
+    #[cfg(feature = "files")]
+    pub(crate) fn source(&self) -> Option<&crate::file::Source> {
+        self.inner.source.as_ref()
     }
 
     pub(crate) fn accuracy(&self) -> f64 {
@@ -388,6 +413,21 @@ fn border_points(brep: &Brep) -> Vec<BorderPoint> {
     out
 }
 
+impl BrepShape {
+    #[cfg(feature = "files")]
+    fn scaled(&self, by: Vector) -> Option<Self> {
+        let scaled = crate::file::scaled(self.brep().brep(), by)?;
+        let shape = Self::new(Arc::new(PreparedBrep::new(scaled))).ok()?;
+        let accuracy = self.accuracy * by.x.abs();
+        Some(shape.with_accuracy(accuracy).with_several(self.several))
+    }
+
+    #[cfg(not(feature = "files"))]
+    fn scaled(&self, _: Vector) -> Option<Self> {
+        None
+    }
+}
+
 impl PointQuery for BrepShape {
     fn project_local_point(&self, pt: Vector, solid: bool) -> PointProjection {
         self.project(pt, solid).0
@@ -478,9 +518,19 @@ impl Shape for BrepShape {
         Box::new(self.clone())
     }
 
-    /// Scaling is refused but for 1: a scaled BREP would have other, rounded numbers.
+    /// By a power of two, the same along all axes but for the sign, a BREP scales exactly (with the feature `files`; without, by 1 alone). Other
+    /// scales are refused, once aloud on standard error: the BREP would have other, rounded numbers.
     fn scale_dyn(&self, scale: Vector, _num_subdivisions: u32) -> Option<Box<dyn Shape>> {
-        (scale == Vector::splat(1.0)).then(|| self.clone_dyn())
+        if scale == Vector::splat(1.0) {
+            return Some(self.clone_dyn());
+        }
+        let scaled = self.scaled(scale);
+        if scaled.is_none() && !self.inner.said.swap(true, Ordering::Relaxed) {
+            eprintln!(
+                "feeler-rapier: a BREP is not scaled by {scale}: it would be rounded; take a power of two along all axes, or scale the model                  (said once for this BREP)"
+            );
+        }
+        scaled.map(|s| Box::new(s) as Box<dyn Shape>)
     }
 
     /// Of a closed BREP, from [`BrepShape::mass`]: approximate, with the error stated there. An open one has none.

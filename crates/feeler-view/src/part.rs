@@ -132,7 +132,8 @@ impl Part {
                 let mut part = Self::of(name, model, &found, size, goal);
                 if part.chord_found > goal {
                     part.notes.push(format!(
-                        "chords are off by up to {:.3e} where {goal:.3e} was asked for",
+                        "chords are off by up to {:.3e} where {goal:.3e} was asked for; where faces do not meet at their edge, which is cut once for both, no finer ones help \
+                         (`feeler inspect --health` names such cracks)",
                         part.chord_found
                     ));
                 }

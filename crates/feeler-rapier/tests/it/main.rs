@@ -5,6 +5,8 @@ mod contacts;
 mod convex;
 #[cfg(feature = "experiments")]
 mod experiments;
+#[cfg(feature = "files")]
+mod files;
 mod in_rapier;
 mod pairs;
 mod scenes;

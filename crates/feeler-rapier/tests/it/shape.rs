@@ -147,8 +147,13 @@ fn mass_of_a_ball_and_of_the_joint() {
 }
 
 #[test]
-fn scaling_is_refused() {
+fn scaling_is_exact_or_refused() {
     let brep = shape(cube());
-    assert!(brep.scale_dyn(Vector::splat(2.0), 1).is_none());
+    for by in [Vector::splat(1.5), Vector::new(2.0, 1.0, 1.0), Vector::ZERO] {
+        assert!(brep.scale_dyn(by, 1).is_none());
+    }
+    assert!(brep.scale_dyn(Vector::splat(f64::NAN), 1).is_none());
     assert!(brep.scale_dyn(Vector::splat(1.0), 1).is_some());
+    let half = brep.scale_dyn(Vector::splat(0.5), 1);
+    assert_eq!(half.is_some(), cfg!(feature = "files"));
 }

@@ -53,11 +53,8 @@ impl Results {
     /// Where the ball was each millisecond on the first wall, a BREP, at the largest stiffness and in the shortest steps.
     pub(super) fn way(&self) -> Vec<[f64; 3]> {
         let first = self.names().first().copied();
-        let own = self
-            .entries
-            .iter()
-            .filter(|e| Some(e.name.as_str()) == first);
-        let last = own.last();
+        let mut own = self.entries.iter().rev();
+        let last = own.find(|e| Some(e.name.as_str()) == first);
         last.map_or_else(Vec::new, |e| {
             e.found.path.iter().map(|p| (*p).into()).collect()
         })
