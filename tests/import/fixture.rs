@@ -368,6 +368,15 @@ pub(crate) fn nurbs_surface(w: &mut Writer) {
 
 /// A square sheet with what a BREP may hold: missing curves, parts of curves, curves run backwards.
 pub(crate) fn brep(w: &mut Writer) {
+    brep_with(w, false);
+}
+
+/// The same with one edge whose curve is a curve on a surface.
+pub(crate) fn brep_on_surface(w: &mut Writer) {
+    brep_with(w, true);
+}
+
+fn brep_with(w: &mut Writer, on_surface: bool) {
     let object_list = |w: &mut Writer, objects: &[&dyn Fn(&mut Writer)]| {
         w.chunk(ANONYMOUS, |w| {
             w.u8(0x10);
@@ -403,6 +412,14 @@ pub(crate) fn brep(w: &mut Writer) {
     };
     let back = |w: &mut Writer| {
         w.i32s(&[1]);
+        if on_surface {
+            w.object(CURVE_ON_SURFACE, |w| {
+                w.object(LINE, |w| line(w, [0.0; 3], [0.0, 1.0, 0.0], [0.0, 4.0], 2));
+                w.i32s(&[0]);
+                w.object(PLANE, |w| plane(w, [0.0, 5.0, 0.0, 5.0]));
+            });
+            return;
+        }
         w.object(LINE, |w| {
             line(w, corners[0], [1.0, 8.0, 11.0], [0.0, 4.0], 3)
         });

@@ -275,9 +275,13 @@ fn messages_name_the_place_and_the_remedy() {
          as .3dm (version 3 to 8)"
     );
     assert_eq!(
-        message(b"3D Geometry File Format        1"),
-        "a .3dm file of version 1; versions 3 to 8 are read: open it in Rhino or with rhino3dm and \
+        message(b"3D Geometry File Format        9"),
+        "a .3dm file of version 9; versions 1 to 8 are read: open it in Rhino or with rhino3dm and \
          save it as one of these"
+    );
+    assert_eq!(
+        message(b"3D Geometry File Format        1"),
+        message(b"3D Geometry File Format       60")
     );
     assert_eq!(
         message(b"3D Geometry File Format       60"),
@@ -292,12 +296,12 @@ fn messages_name_the_place_and_the_remedy() {
             .position(|w| w == typecode)
             .expect("class data")
     };
-    let old = f::file(4, |w| w.record("", f::BREP, |w| w.u8(0x21)));
+    let old = f::file(4, |w| w.record("", f::BREP, |w| w.u8(0x11)));
     let at = class_data(&old);
     assert_eq!(
         message(&old),
         format!(
-            "Brep: class data 0x0002FFFC at byte {at}: Brep 2.1 is not read; save the file as version \
+            "Brep: class data 0x0002FFFC at byte {at}: Brep 1.1 is not read; save the file as version \
              3 or later (open it in Rhino or with rhino3dm) (byte {})",
             at + 8
         )

@@ -7,5 +7,6 @@ mod fixture;
 mod hostile;
 mod models;
 mod mutated;
+mod older;
 mod reference;
 mod written;

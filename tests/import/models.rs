@@ -162,6 +162,13 @@ fn breps_have_the_counts_of_another_reader() {
                 assert_eq!(face.reversed, theirs.reversed);
             }
             for (vertex, theirs) in parts.vertices.iter().zip(&other.vertices) {
+                if document.version <= 2 && vertex.point != Point3::from(*theirs) {
+                    // Files as old as that have no vertices: the mean of edges' ends, in which a few roundings differ.
+                    let off = (vertex.point - Point3::from(*theirs)).amax();
+                    let size = vertex.point.coords.amax();
+                    assert!(off <= 4.0 * f64::EPSILON * size, "{}", reference.file);
+                    continue;
+                }
                 assert_eq!(vertex.point, Point3::from(*theirs));
             }
             breps += 1;

@@ -1,5 +1,6 @@
 //! Six thousand files of the corpus, each damaged in its own way: truncated, bits flipped, lengths and counts and numbers replaced, pieces moved,
-//! said twice or blanked. Each loads or gives one clear line, at once. (`memory.rs` watches allocation.)
+//! said twice or blanked. Each loads or gives one clear line, at once. (`memory.rs` watches allocation.) `FEELER_DAMAGED=5000` asks for so many of
+//! each format.
 
 use feeler_io::{Document, ObjectKind, Problem, ReadError, read_3dm, read_brep, read_step};
 use std::path::{Path, PathBuf};
@@ -33,6 +34,12 @@ impl Random {
     fn below(&mut self, count: usize) -> usize {
         (self.next() as usize) % count.max(1)
     }
+}
+
+/// How many files of a kind are damaged: those said here, or as many as one asks for.
+fn wanted(usual: u32) -> u32 {
+    let asked = std::env::var("FEELER_DAMAGED").ok();
+    asked.map_or(usual, |n| n.parse().expect("FEELER_DAMAGED is a number"))
 }
 
 fn files(extension: &str) -> Vec<(PathBuf, Vec<u8>)> {
@@ -170,7 +177,7 @@ impl Tally {
 }
 
 /// Makes the checksums of damaged chunks fit, one after the other, so that the damage gets past them.
-fn mend(bytes: &mut [u8]) {
+pub(crate) fn mend(bytes: &mut [u8]) {
     let checksum = |reason: &ReadError| match reason {
         ReadError::Chunk { at, problem, .. } => match **problem {
             Problem::Checksum { computed, .. } => Some((*at, computed.to_le_bytes())),
@@ -202,21 +209,23 @@ fn six_thousand_damaged_files_load_or_say_one_line() {
     let found = [rhino.len(), occt.len(), step.len()];
     assert!(found.iter().all(|n| *n >= 15), "{found:?}");
     let [mut raw, mut mended, mut text, mut entities] = [(); 4].map(|()| Tally::default());
-    for i in 0..OF_3DM + OF_3DM_MENDED {
+    let (of_3dm, of_3dm_mended) = (wanted(OF_3DM), wanted(OF_3DM_MENDED));
+    let (of_brep, of_step) = (wanted(OF_BREP), wanted(OF_STEP));
+    for i in 0..of_3dm + of_3dm_mended {
         let mut r = Random(u64::from(i));
         r.next();
         let (path, whole) = &rhino[r.below(rhino.len())];
         let mut bytes = whole.clone();
         damage(&mut bytes, &mut r);
         let what = format!("{} {i}", path.display());
-        if i < OF_3DM {
+        if i < of_3dm {
             raw.take(&what, || read_3dm(&bytes));
         } else {
             mend(&mut bytes);
             mended.take(&what, || read_3dm(&bytes));
         }
     }
-    for i in 0..OF_BREP {
+    for i in 0..of_brep {
         let mut r = Random(u64::from(i) + (1 << 32));
         r.next();
         let (path, whole) = &occt[r.below(occt.len())];
@@ -224,7 +233,7 @@ fn six_thousand_damaged_files_load_or_say_one_line() {
         damage(&mut bytes, &mut r);
         text.take(&format!("{} {i}", path.display()), || read_brep(&bytes));
     }
-    for i in 0..OF_STEP {
+    for i in 0..of_step {
         let mut r = Random(u64::from(i) + (1 << 33));
         r.next();
         let (path, whole) = &step[r.below(step.len())];
@@ -250,6 +259,6 @@ fn six_thousand_damaged_files_load_or_say_one_line() {
     assert!(raw.refusals > 20 && mended.refusals > 20);
     assert_eq!(
         raw.all() + mended.all() + text.all() + entities.all(),
-        6_000
+        (of_3dm + of_3dm_mended + of_brep + of_step) as usize
     );
 }

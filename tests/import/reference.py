@@ -78,9 +78,12 @@ def main():
         model = rhino3dm.File3dm.Read(path)
         out = {"file": path, "objects": 0, "breps": [], "surfaces": [], "curves": []}
         for i, item in enumerate(model.Objects if model else []):
-            out["objects"] += 1
             geometry = item.Geometry
             kind = type(geometry).__name__
+            if kind == "Light":
+                # Last, from a table of its own.
+                continue
+            out["objects"] += 1
             if kind == "Brep":
                 out["breps"].append({"object": i, **brep(geometry)})
             elif kind in SURFACES:

@@ -32,7 +32,7 @@ impl Format {
 pub struct Document {
     /// In which format it was.
     pub format: Format,
-    /// The version of the format, as in the file. Of .3dm: 3, 4, 5, 50, 60, 70 or 80 (2 too, with a warning);
+    /// The version of the format, as in the file. Of .3dm: 1 to 5, 50, 60, 70 or 80;
     /// of .brep: 1, 2 or 3; of .step: the application protocol, 203, 214 or 242, 0 for another.
     pub version: u32,
     /// Version of the library that wrote a .3dm file, as stored; 0 if not said.

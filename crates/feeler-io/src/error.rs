@@ -76,7 +76,7 @@ pub enum ReadError {
     },
     /// A version that this reader does not read.
     #[error(
-        "a .3dm file of version {found}; versions 3 to 8 are read: \
+        "a .3dm file of version {found}; versions 1 to 8 are read: \
          open it in Rhino or with rhino3dm and save it as one of these"
     )]
     Version {

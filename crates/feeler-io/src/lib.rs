@@ -1,6 +1,6 @@
 //! Files into [`feeler::brep::Brep`]s.
 //!
-//! [`read_file`] reads a file into a [`Document`], [`read_3dm`] a .3dm file of version 3 to 8 from memory, and
+//! [`read_file`] reads a file into a [`Document`], [`read_3dm`] a .3dm file of version 1 to 8 from memory, and
 //! [`read_brep`] OCCT's text format `.brep`, versions 1 to 3, [`read_step`] STEP files:
 //!
 //! ```no_run

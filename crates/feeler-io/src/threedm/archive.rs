@@ -5,6 +5,9 @@
 //! body; with [`HAS_CRC`] set the body's last 4 bytes are the CRC-32 of the bytes that belong to the
 //! chunk itself, not to the chunks inside it. A [`Chunk`] is a cursor over one
 //! body that hashes what it steps over, so that [`Chunk::finish`] can compare.
+//!
+//! Files of version 1 have no such bit: there a typecode of 0 is a whole chunk, too, and the inner chunks of geometry
+//! ([`STUFF_1`]) end with a checksum of 16 bits.
 
 use crate::error::{ChunkId, Problem, ReadError};
 use crc32fast::Hasher;
@@ -20,6 +23,12 @@ const SHORT: u32 = 0x8000_0000;
 const HAS_CRC: u32 = 0x0000_8000;
 /// The checksum's size.
 const CRC_SIZE: usize = 4;
+/// The bits of a typecode whose chunk ends with a checksum of 16 bits in files of version 1, ...
+const STUFF_1: u32 = 0x0001_0100;
+/// ... its size, the register it starts from, and its polynomial (that of the CCITT).
+const CRC_SIZE_1: usize = 2;
+const CRC_START_1: u16 = 1;
+const CRC_POLYNOMIAL_1: u16 = 0x1021;
 /// The chunk that wraps parts without a typecode of their own.
 pub(super) const ANONYMOUS: u32 = 0x4000_8000;
 /// What the format stores for "not set".
@@ -29,7 +38,7 @@ pub(super) const UNSET: f64 = -1.234_321_012_343_21e308;
 #[derive(Clone, Copy)]
 pub(super) struct Archive<'a> {
     pub(super) bytes: &'a [u8],
-    /// 3, 4, 5, 50, 60, ...
+    /// 1, 2, 3, 4, 5, 50, 60, ...
     pub(super) version: u32,
     /// Version of the library that wrote it; 0 if not said.
     pub(super) opennurbs: u32,
@@ -44,9 +53,31 @@ pub(super) struct Chunk<'a> {
     depth: u32,
     pos: usize,
     end: usize,
-    stored_crc: Option<u32>,
-    hasher: Hasher,
+    check: Check,
     hashed: usize,
+}
+
+/// A checksum, and what was hashed so far.
+#[derive(Clone)]
+enum Check {
+    None,
+    Crc32 { stored: u32, hasher: Hasher },
+    Crc16 { stored: u16, register: u16 },
+}
+
+/// The register after these bytes: the rest of the division of what went through it as one polynomial, so that it is 0 after a
+/// message with its checksum. Bit by bit: the old files are small.
+fn crc16(register: u16, bytes: &[u8]) -> u16 {
+    bytes.iter().fold(register, |register, byte| {
+        (0..8).fold(register, |r, bit| {
+            let next = (r << 1) | u16::from(byte >> (7 - bit) & 1);
+            if r & 0x8000 == 0 {
+                next
+            } else {
+                next ^ CRC_POLYNOMIAL_1
+            }
+        })
+    })
 }
 
 impl<'a> Chunk<'a> {
@@ -62,8 +93,7 @@ impl<'a> Chunk<'a> {
             depth: 0,
             pos: start,
             end: archive.bytes.len(),
-            stored_crc: None,
-            hasher: Hasher::new(),
+            check: Check::None,
             hashed: start,
         }
     }
@@ -109,6 +139,10 @@ impl<'a> Chunk<'a> {
 
     pub(super) fn u8(&mut self, what: &'static str) -> Result<u8, ReadError> {
         self.take::<1>(what).map(|b| b[0])
+    }
+
+    pub(super) fn u16(&mut self, what: &'static str) -> Result<u16, ReadError> {
+        self.take(what).map(u16::from_le_bytes)
     }
 
     pub(super) fn i32(&mut self, what: &'static str) -> Result<i32, ReadError> {
@@ -231,12 +265,20 @@ impl<'a> Chunk<'a> {
         let n = self.count(what, size_of::<u16>())?;
         let mut units = Vec::with_capacity(n);
         for _ in 0..n {
-            units.push(self.take(what).map(u16::from_le_bytes)?);
+            units.push(self.u16(what)?);
         }
         while units.last() == Some(&0) {
             units.pop();
         }
         Ok(String::from_utf16_lossy(&units))
+    }
+
+    /// Text of files of version 1: its length in front, a byte a character (those of Latin-1).
+    pub(super) fn narrow_string(&mut self, what: &'static str) -> Result<String, ReadError> {
+        let n = self.count(what, 1)?;
+        let text = (0..n).map(|_| self.u8(what).map(char::from));
+        let text = text.collect::<Result<String, _>>()?;
+        Ok(text.trim_end_matches('\0').to_owned())
     }
 
     /// A parameter interval, which must be finite and increasing.
@@ -270,7 +312,8 @@ impl<'a> Chunk<'a> {
             return Err(self.fail_at(offset, Problem::Depth { limit: MAX_DEPTH }));
         }
         let start = self.pos;
-        let short = typecode & SHORT != 0;
+        let first_version = self.archive.version == 1;
+        let short = typecode & SHORT != 0 || (first_version && typecode == 0);
         let length = if short { 0 } else { value };
         let bad_length = |left| Problem::ChunkLength {
             typecode,
@@ -285,24 +328,31 @@ impl<'a> Chunk<'a> {
             return Err(self.fail_at(offset, bad_length(self.left() as u64)));
         };
         let id = ChunkId { typecode, offset };
-        let (end_of_data, stored_crc) = if !short && typecode & HAS_CRC != 0 {
-            let data_end = end.checked_sub(CRC_SIZE).filter(|e| *e >= start);
-            let crc = data_end.and_then(|e| self.archive.bytes.get(e..end)?.first_chunk());
-            match (data_end, crc) {
-                (Some(e), Some(crc)) => (e, Some(u32::from_le_bytes(*crc))),
-                _ => {
-                    return Err(self.fail_at(
-                        offset,
-                        Problem::Truncated {
-                            what: "a checksum",
-                            needed: CRC_SIZE as u64,
-                            left: (end - start) as u64,
-                        },
-                    ));
-                }
-            }
-        } else {
-            (end, None)
+        let size = match (short, first_version) {
+            (false, false) if typecode & HAS_CRC != 0 => CRC_SIZE,
+            (false, true) if typecode & STUFF_1 == STUFF_1 => CRC_SIZE_1,
+            _ => 0,
+        };
+        let Some(end_of_data) = end.checked_sub(size).filter(|e| *e >= start) else {
+            return Err(self.fail_at(
+                offset,
+                Problem::Truncated {
+                    what: "a checksum",
+                    needed: size as u64,
+                    left: (end - start) as u64,
+                },
+            ));
+        };
+        let check = match self.archive.bytes.get(end_of_data..end) {
+            Some(&[a, b, c, d]) => Check::Crc32 {
+                stored: u32::from_le_bytes([a, b, c, d]),
+                hasher: Hasher::new(),
+            },
+            Some(&[a, b]) => Check::Crc16 {
+                stored: u16::from_be_bytes([a, b]),
+                register: CRC_START_1,
+            },
+            _ => Check::None,
         };
         self.pos = end;
         self.hashed = end;
@@ -313,8 +363,7 @@ impl<'a> Chunk<'a> {
             depth: self.depth + 1,
             pos: start,
             end: end_of_data,
-            stored_crc,
-            hasher: Hasher::new(),
+            check,
             hashed: start,
         })
     }
@@ -340,10 +389,12 @@ impl<'a> Chunk<'a> {
     }
 
     fn hash_to(&mut self, to: usize) {
-        if self.stored_crc.is_some()
-            && let Some(bytes) = self.archive.bytes.get(self.hashed..to)
-        {
-            self.hasher.update(bytes);
+        if let Some(bytes) = self.archive.bytes.get(self.hashed..to) {
+            match &mut self.check {
+                Check::None => {}
+                Check::Crc32 { hasher, .. } => hasher.update(bytes),
+                Check::Crc16 { register, .. } => *register = crc16(*register, bytes),
+            }
         }
         self.hashed = to;
     }
@@ -351,14 +402,21 @@ impl<'a> Chunk<'a> {
     /// Verifies the checksum. What was not read (fields of newer layouts) belongs to the chunk, too:
     /// either all of it, or, if that does not fit, all but the chunks found in it.
     pub(super) fn finish(mut self) -> Result<(), ReadError> {
-        let Some(stored) = self.stored_crc else {
-            return Ok(());
-        };
         self.hash_to(self.pos);
-        let mut whole = self.hasher.clone();
-        whole.update(self.archive.bytes.get(self.pos..self.end).unwrap_or(&[]));
-        let computed = whole.finalize();
-        if stored == computed || stored == self.crc_without_chunks() {
+        let rest = self.archive.bytes.get(self.pos..self.end).unwrap_or(&[]);
+        let (stored, computed) = match &self.check {
+            Check::None => return Ok(()),
+            Check::Crc32 { stored, hasher } => {
+                let mut whole = hasher.clone();
+                whole.update(rest);
+                (*stored, whole.finalize())
+            }
+            Check::Crc16 { stored, register } => {
+                let computed = crc16(crc16(*register, rest), &[0; CRC_SIZE_1]);
+                (u32::from(*stored), u32::from(computed))
+            }
+        };
+        if stored == computed || self.crc_without_chunks() == Some(stored) {
             Ok(())
         } else {
             Err(self.fail_at(self.end, Problem::Checksum { stored, computed }))
@@ -367,9 +425,12 @@ impl<'a> Chunk<'a> {
 
     /// The checksum when the unread rest is searched for chunks and these are left out. One pass: what
     /// looks like a chunk and fits is taken for one, and a wrong guess shows in the checksum.
-    fn crc_without_chunks(&self) -> u32 {
+    fn crc_without_chunks(&self) -> Option<u32> {
+        let Check::Crc32 { hasher, .. } = &self.check else {
+            return None;
+        };
+        let mut hasher = hasher.clone();
         let bytes = self.archive.bytes;
-        let mut hasher = self.hasher.clone();
         let header = if self.archive.version < 50 { 8 } else { 12 };
         let (mut pos, mut hashed) = (self.pos, self.pos);
         while pos + header <= self.end {
@@ -397,6 +458,6 @@ impl<'a> Chunk<'a> {
             }
         }
         hasher.update(bytes.get(hashed..self.end).unwrap_or(&[]));
-        hasher.finalize()
+        Some(hasher.finalize())
     }
 }

@@ -32,6 +32,10 @@ impl<T> Kept<T> {
         self.place.push(item.as_ref().map(|_| self.items.len()));
         self.items.extend(item);
     }
+
+    pub(super) fn items_mut(&mut self) -> impl Iterator<Item = &mut T> {
+        self.items.iter_mut()
+    }
 }
 
 pub(super) struct StoredVertex {

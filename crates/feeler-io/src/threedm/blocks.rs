@@ -2,11 +2,14 @@
 //!
 //! A definition names the objects it consists of by their ids; they stand in the object table, marked as its members. A
 //! reference has the definition's id and a matrix; definitions may hold references. Each reference is unfolded to what it places.
+//!
+//! A definition may be linked to another file. That file is never opened: where a copy of its objects is embedded, that is placed, and
+//! said; else the reference is refused with the path.
 
 use super::archive::{ANONYMOUS, Chunk};
 use super::class;
 use super::curves::REMEDY;
-use crate::affine::{Affine, Moved};
+use crate::affine::Affine;
 use crate::document::{Document, Object, ObjectKind};
 use crate::error::{Problem, ReadError};
 use feeler::brep::Brep;
@@ -32,6 +35,18 @@ pub(super) type Id = [u8; 16];
 pub(super) struct Definition {
     name: String,
     members: Vec<Id>,
+    /// The path of the file it is linked to.
+    link: Option<String>,
+}
+
+/// How a definition comes by its objects: these numbers of its kind mean that it is linked to a file, without a copy or with one.
+const LINKED_AND_EMBEDDED: i32 = 2;
+const LINKED: i32 = 3;
+
+/// The path of the file that a definition of this kind is linked to: the full one, or the relative one if that is all there is.
+fn link(kind: i32, full: String, relative: String) -> Option<String> {
+    let path = if full.is_empty() { relative } else { full };
+    (matches!(kind, LINKED | LINKED_AND_EMBEDDED) && !path.is_empty()).then_some(path)
 }
 
 /// A reference to a block.
@@ -61,7 +76,21 @@ fn fixed(d: &mut Chunk<'_>) -> Result<(Id, Definition), ReadError> {
     let id = d.uuid()?;
     let members = ids(d)?;
     let name = d.string("a block's name")?;
-    Ok((id, Definition { name, members }))
+    for what in ["a block's description", "a block's address", "its label"] {
+        d.string(what)?;
+    }
+    d.f64s::<6>("a block's box")?;
+    let kind = d.i32("how a block is updated")?;
+    let path = d.string("the path of a linked file")?;
+    let link = link(kind, path, String::new());
+    Ok((
+        id,
+        Definition {
+            name,
+            members,
+            link,
+        },
+    ))
 }
 
 /// A definition, as files of version 6 and later have it.
@@ -85,7 +114,7 @@ fn newer(parent: &mut Chunk<'_>) -> Result<(Id, Definition), ReadError> {
         }
     }
     c.finish()?;
-    d.i32("how a block is updated")?;
+    let kind = d.i32("how a block is updated")?;
     d.expect(ANONYMOUS, "a block's units")?;
     for what in ["a block's description", "a block's address", "its label"] {
         d.string(what)?;
@@ -95,8 +124,24 @@ fn newer(parent: &mut Chunk<'_>) -> Result<(Id, Definition), ReadError> {
         0 => Vec::new(),
         _ => ids(&mut d)?,
     };
+    let mut link = None;
+    if d.u8("whether a block is linked")? != 0 {
+        let mut linked = d.expect(ANONYMOUS, "a block's link")?;
+        linked.skip(8, "the layout version")?;
+        let mut file = linked.expect(ANONYMOUS, "a linked file")?;
+        file.skip(8, "the layout version")?;
+        let full = file.string("the path of a linked file")?;
+        link = self::link(kind, full, file.string("the path of a linked file")?);
+    }
     d.finish()?;
-    Ok((id, Definition { name, members }))
+    Ok((
+        id,
+        Definition {
+            name,
+            members,
+            link,
+        },
+    ))
 }
 
 /// A reference's data.
@@ -183,22 +228,20 @@ impl Blocks {
             if object.block_member {
                 continue;
             }
-            let mut parts = Vec::new();
-            let result = self.placed(document, index, &mut budget, &mut parts);
+            let mut placed = Placed::default();
+            let result = self.placed(document, index, &mut budget, &mut placed);
             let offset = object.offset;
             let name = self.name_of(index);
             let Some(object) = document.objects.get_mut(index) else {
                 continue;
             };
+            object.warnings.extend(placed.warnings);
             object.kind = match result {
-                Ok(()) => ObjectKind::Block { name, parts },
-                Err(problem) => ObjectKind::Refused {
-                    class: "InstanceRef".into(),
-                    reason: ReadError::Object {
-                        at: offset,
-                        problem: Box::new(problem),
-                    },
+                Ok(()) => ObjectKind::Block {
+                    name,
+                    parts: placed.parts,
                 },
+                Err(problem) => refused("InstanceRef", offset, problem),
             };
         }
     }
@@ -209,13 +252,14 @@ impl Blocks {
         definition.map(|d| d.name.clone()).unwrap_or_default()
     }
 
-    /// What the reference at `index` places. The stack of open references is a list, not the machine's.
+    /// What the reference at `index` places. The stack of open references is a list, not the machine's. What is amiss with a
+    /// reference in a block is refused by itself, and the rest placed.
     fn placed(
         &self,
         document: &Document,
         index: usize,
         budget: &mut Budget,
-        parts: &mut Vec<Object>,
+        placed: &mut Placed,
     ) -> Result<(), Problem> {
         let mut open: Vec<(usize, Option<Affine>, usize)> = vec![(index, None, 0)];
         while let Some((index, outer, depth)) = open.pop() {
@@ -227,39 +271,96 @@ impl Blocks {
                     limit: MAX_NESTED as u32,
                 });
             }
-            let unknown = || Problem::Block {
-                why: "the block it refers to is not in the file (it may be linked to another)"
-                    .into(),
+            let (definition, own) = match self.usable(reference) {
+                Ok(usable) => usable,
+                Err(problem) if depth == 0 => return Err(problem),
+                Err(problem) => {
+                    if let Some(object) = document.objects.get(index) {
+                        let kind = refused("InstanceRef", object.offset, problem);
+                        placed.parts.push(copied(object, kind, budget)?);
+                    }
+                    continue;
+                }
             };
-            let definition = self.definitions.get(&reference.block).ok_or_else(unknown)?;
-            let own = Affine::from_rows(&reference.matrix).ok_or_else(|| Problem::Block {
-                why: format!("its matrix {:?} is no affine map", reference.matrix),
-            })?;
+            if let Some(path) = &definition.link {
+                let note = format!(
+                    "the block `{}` is linked to `{path}`, which is not opened: placed is the copy embedded in this file",
+                    definition.name
+                );
+                if !placed.warnings.contains(&note) {
+                    placed.warnings.push(note);
+                }
+            }
             let map = match outer {
                 None => own,
                 Some(outer) => outer.after(&own),
             };
-            if definition.members.is_empty() {
-                return Err(Problem::Block {
-                    why: format!(
-                        "the block `{}` holds nothing (it may be linked to another file)",
-                        definition.name
-                    ),
-                });
-            }
+            let mut lost = 0_usize;
             for member in &definition.members {
                 budget.take(1, 0)?;
                 let Some(at) = self.objects.get(member).copied() else {
+                    lost += 1;
                     continue;
                 };
                 if self.references.contains_key(&at) {
                     open.push((at, Some(map.clone()), depth + 1));
                 } else if let Some(object) = document.objects.get(at) {
-                    parts.push(moved(object, &map, budget)?);
+                    placed.parts.push(moved(object, &map, budget)?);
+                }
+            }
+            if lost > 0 {
+                let note = format!(
+                    "{lost} of the {} members of the block `{}` are not among the file's objects",
+                    definition.members.len(),
+                    definition.name
+                );
+                if !placed.warnings.contains(&note) {
+                    placed.warnings.push(note);
                 }
             }
         }
         Ok(())
+    }
+
+    /// The definition of a reference and its own map.
+    fn usable(&self, reference: &Reference) -> Result<(&Definition, Affine), Problem> {
+        let definition = self.definitions.get(&reference.block);
+        let definition = definition.ok_or_else(|| Problem::Block {
+            why: "the block it refers to is not in the file".into(),
+        })?;
+        let own = Affine::from_rows(&reference.matrix).ok_or_else(|| Problem::Block {
+            why: format!("its matrix {:?} is no affine map", reference.matrix),
+        })?;
+        if !definition.members.is_empty() {
+            return Ok((definition, own));
+        }
+        let name = &definition.name;
+        Err(Problem::Block {
+            why: match &definition.link {
+                Some(path) => format!(
+                    "the block `{name}` is linked to `{path}`, which is not loaded; embed it (Rhino: BlockManager, Block Definition \
+                     Type: Embedded) and save again, or load that file by itself"
+                ),
+                None => format!("the block `{name}` holds nothing"),
+            },
+        })
+    }
+}
+
+/// What a reference places, and what is to be said of it.
+#[derive(Default)]
+struct Placed {
+    parts: Vec<Object>,
+    warnings: Vec<String>,
+}
+
+fn refused(class: &str, offset: usize, problem: Problem) -> ObjectKind {
+    ObjectKind::Refused {
+        class: class.into(),
+        reason: ReadError::Object {
+            at: offset,
+            problem: Box::new(problem),
+        },
     }
 }
 
@@ -278,8 +379,8 @@ impl Budget {
     }
 }
 
-/// A member where a reference puts it.
-fn moved(object: &Object, map: &Affine, budget: &mut Budget) -> Result<Object, Problem> {
+/// A copy of a member as another kind, paid from the budget.
+fn copied(object: &Object, kind: ObjectKind, budget: &mut Budget) -> Result<Object, Problem> {
     // What is copied besides a BREP: names and warnings, 8 bytes of text for a number, and the object itself.
     let texts = object
         .warnings
@@ -291,43 +392,6 @@ fn moved(object: &Object, map: &Affine, budget: &mut Budget) -> Result<Object, P
         0,
         texts / size_of::<f64>() + size_of::<Object>() / size_of::<f64>(),
     )?;
-    let mut warnings = object.warnings.clone();
-    let (brep, kind): (_, fn(Brep) -> ObjectKind) = match &object.kind {
-        ObjectKind::Brep(brep) => (Some(brep), ObjectKind::Brep),
-        ObjectKind::Surface(brep) => (Some(brep), ObjectKind::Surface),
-        ObjectKind::Extrusion(brep) => (Some(brep), ObjectKind::Extrusion),
-        _ => (None, ObjectKind::Brep),
-    };
-    let kind = if let Some(brep) = brep {
-        budget.take(0, numbers(brep))?;
-        match map.apply(brep) {
-            Ok(Moved { brep, off }) => {
-                if off > 0.0 {
-                    warnings.push(format!(
-                        "moved to where a block reference puts it: coordinates are rounded, off by no more than {off:.1e}"
-                    ));
-                }
-                kind(brep)
-            }
-            Err(problem) => ObjectKind::Refused {
-                class: format!("Brep of a block ({})", object.kind.name()),
-                reason: ReadError::Object {
-                    at: object.offset,
-                    problem: Box::new(Problem::Block {
-                        why: problem.to_string(),
-                    }),
-                },
-            },
-        }
-    } else if let ObjectKind::Refused { class, reason } = &object.kind {
-        ObjectKind::Refused {
-            class: class.clone(),
-            reason: reason.clone(),
-        }
-    } else {
-        // Curves are not asked: where they stand is of no use.
-        ObjectKind::Other(object.kind.name().to_owned())
-    };
     Ok(Object {
         name: object.name.clone(),
         layer: object.layer.clone(),
@@ -336,6 +400,46 @@ fn moved(object: &Object, map: &Affine, budget: &mut Budget) -> Result<Object, P
         locked: object.locked,
         offset: object.offset,
         kind,
-        warnings,
+        warnings: object.warnings.clone(),
     })
+}
+
+/// A member where a reference puts it.
+fn moved(object: &Object, map: &Affine, budget: &mut Budget) -> Result<Object, Problem> {
+    let (brep, kind): (_, fn(Brep) -> ObjectKind) = match &object.kind {
+        ObjectKind::Brep(brep) => (brep, ObjectKind::Brep),
+        ObjectKind::Surface(brep) => (brep, ObjectKind::Surface),
+        ObjectKind::Extrusion(brep) => (brep, ObjectKind::Extrusion),
+        ObjectKind::Refused { class, reason } => {
+            let kind = ObjectKind::Refused {
+                class: class.clone(),
+                reason: reason.clone(),
+            };
+            return copied(object, kind, budget);
+        }
+        // Curves are not asked: where they stand is of no use.
+        other => return copied(object, ObjectKind::Other(other.name().to_owned()), budget),
+    };
+    budget.take(0, numbers(brep))?;
+    let mut off = 0.0;
+    let kind = match map.apply(brep) {
+        Ok(moved) => {
+            off = moved.off;
+            kind(moved.brep)
+        }
+        Err(problem) => refused(
+            &format!("Brep of a block ({})", object.kind.name()),
+            object.offset,
+            Problem::Block {
+                why: problem.to_string(),
+            },
+        ),
+    };
+    let mut copy = copied(object, kind, budget)?;
+    if off > 0.0 {
+        copy.warnings.push(format!(
+            "moved to where a block reference puts it: coordinates are rounded, off by no more than {off:.1e}"
+        ));
+    }
+    Ok(copy)
 }

@@ -1,4 +1,4 @@
-//! `ON_Brep` 3.x.
+//! `ON_Brep` 3.x (2.x: [`brep2`]).
 //!
 //! The format keeps lists with holes: a curve may be missing, an item may be marked as deleted. Both
 //! are dropped here and the indices renumbered; a reference to one is an error.
@@ -7,12 +7,13 @@ use super::archive::{ANONYMOUS, Chunk};
 use super::assembly::{
     Assembly, Kept, StoredEdge, StoredFace, StoredLoop, StoredTrim, StoredVertex, Topology,
 };
-use super::class;
-use super::curves::curve;
+use super::brep2;
+use super::class::{self, Class};
+use super::curves::{curve, curve_of};
 use super::surfaces::surface;
 use crate::error::{Problem, ReadError};
 use crate::sheets::{jumps, open};
-use feeler::brep::{Brep, Iso, TrimKind};
+use feeler::brep::{Brep, BrepParts, Iso, TrimKind};
 use nalgebra::Point3;
 
 /// From this version of the library on, edges and trims store the domain they are shown with.
@@ -30,18 +31,18 @@ fn part<'a>(
     Ok((list, count))
 }
 
-/// A list of curves or surfaces, some of which may be missing.
+/// A list of curves or surfaces, some of which may be missing. `read` gets the place of the one to read, which it may leave out.
 fn geometry<'a, T>(
     data: &mut Chunk<'a>,
     what: &'static str,
-    mut read: impl FnMut(&mut Chunk<'a>) -> Result<T, ReadError>,
+    mut read: impl FnMut(&mut Chunk<'a>, usize) -> Result<Option<T>, ReadError>,
 ) -> Result<Kept<T>, ReadError> {
     let (mut list, count) = part(data, what, size_of::<i32>())?;
     let mut kept = Kept::new(what);
-    for _ in 0..count {
+    for i in 0..count {
         let item = match list.i32("whether there is one")? {
             0 => None,
-            _ => Some(read(&mut list)?),
+            _ => read(&mut list, i)?,
         };
         kept.push(item);
     }
@@ -186,11 +187,46 @@ impl Topology {
 /// A BREP, and what was odd about it.
 pub(super) fn brep(mut data: Chunk<'_>) -> Result<(Brep, Vec<String>), ReadError> {
     let remedy = "3 or later (open it in Rhino or with rhino3dm)";
-    let (_, minor) = class::layout(&mut data, "Brep", &[3], remedy)?;
-    let curves2 = geometry(&mut data, "uv curve", |d| curve(d, "a uv curve"))?;
-    let curves3 = geometry(&mut data, "space curve", |d| curve(d, "a space curve"))?;
-    let surfaces = geometry(&mut data, "surface", surface)?;
-    let topology = Topology::read(&mut data)?;
+    let (major, minor) = class::layout(&mut data, "Brep", &[2, 3], remedy)?;
+    let (parts, mut warnings) = if major == 2 {
+        // Meshes for display follow: stepped over.
+        (brep2::read(&mut data)?, Vec::new())
+    } else {
+        brep3(&mut data, minor)?
+    };
+    let (brep, found) = finished(parts, data)?;
+    warnings.extend(found);
+    Ok((brep, warnings))
+}
+
+/// The BREP of parts read from a chunk, which is done with, and what was odd about it.
+pub(super) fn finished(
+    mut parts: BrepParts,
+    data: Chunk<'_>,
+) -> Result<(Brep, Vec<String>), ReadError> {
+    let mut warnings = open(&mut parts);
+    let brep =
+        Brep::new(parts).map_err(|problem| data.fail_at(data.id.offset, Problem::Brep(problem)))?;
+    data.finish()?;
+    warnings.extend(jumps(&brep));
+    Ok((brep, warnings))
+}
+
+/// Layout 3.x after its version.
+fn brep3(data: &mut Chunk<'_>, minor: u8) -> Result<(BrepParts, Vec<String>), ReadError> {
+    let curves2 = geometry(data, "uv curve", |d, _| curve(d, "a uv curve").map(Some))?;
+    // Where an edge's curve is said to be a curve on a surface, trims say as much: the edge does without.
+    let mut on_surface = Vec::new();
+    let curves3 = geometry(data, "space curve", |d, i| {
+        let (class, object) = class::object(d)?;
+        if class == Class::CurveOnSurface {
+            on_surface.push(i);
+            return Ok(None);
+        }
+        curve_of(class, object, "a space curve").map(Some)
+    })?;
+    let surfaces = geometry(data, "surface", |d, _| surface(d).map(Some))?;
+    let mut topology = Topology::read(data)?;
     data.f64s::<6>("a BREP's box")?;
     // Meshes for display, a flag whether it is a solid, regions: not used (whether a BREP is closed is
     // decided by its edges), and stepped over only because the checksum leaves inner chunks out.
@@ -204,17 +240,23 @@ pub(super) fn brep(mut data: Chunk<'_>) -> Result<(Brep, Vec<String>), ReadError
     if minor >= 3 {
         data.expect(ANONYMOUS, "regions")?;
     }
+    let mut warnings = Vec::new();
+    if !on_surface.is_empty() {
+        for (e, edge) in topology.edges.items_mut().enumerate() {
+            let curve = usize::try_from(edge.curve);
+            if curve.is_ok_and(|c| on_surface.binary_search(&c).is_ok()) {
+                edge.curve = -1;
+                warnings.push(format!(
+                    "edge {e}: its curve is a curve on a surface (CurveOnSurface), which is left out; the faces' trims are used"
+                ));
+            }
+        }
+    }
     let mut assembly = Assembly {
         at: data.id.offset,
-        data: &data,
-        warnings: Vec::new(),
+        data,
+        warnings,
     };
-    let mut parts = assembly.parts(curves2, curves3, surfaces, &topology)?;
-    let mut warnings = assembly.warnings;
-    warnings.extend(open(&mut parts));
-    let brep =
-        Brep::new(parts).map_err(|problem| data.fail_at(data.id.offset, Problem::Brep(problem)))?;
-    data.finish()?;
-    warnings.extend(jumps(&brep));
-    Ok((brep, warnings))
+    let parts = assembly.parts(curves2, curves3, surfaces, &topology)?;
+    Ok((parts, assembly.warnings))
 }

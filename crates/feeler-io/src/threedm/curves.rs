@@ -171,6 +171,20 @@ pub(super) fn poly_segments<const D: usize, const H: usize>(
     Ok(segments)
 }
 
+/// A poly-curve whose fields come next, without an object's wrapper; of one segment, that segment.
+pub(super) fn poly_or_only<const D: usize, const H: usize>(
+    data: &mut Chunk<'_>,
+    role: &'static str,
+) -> Result<Curve<D, H>, ReadError> {
+    let mut segments = segments(data, role)?;
+    if segments.curves.len() == 1
+        && let Some(only) = segments.curves.pop()
+    {
+        return Ok(only);
+    }
+    geometry(data, "PolyCurve", segments.join())
+}
+
 fn segments<const D: usize, const H: usize>(
     data: &mut Chunk<'_>,
     role: &'static str,
@@ -238,24 +252,28 @@ impl SplineSize {
         let at = data.position();
         let stored = data.f64_array("knots")?;
         let expected = self.count.saturating_add(self.degree).saturating_sub(1);
-        match (stored.first(), stored.last()) {
-            (Some(&first), Some(&last)) if stored.len() == expected => {
-                let mut knots = Vec::with_capacity(stored.len() + 2);
-                knots.push(first);
-                knots.extend_from_slice(&stored);
-                knots.push(last);
-                Ok(knots)
-            }
-            _ => Err(data.fail_at(
-                at,
-                Problem::Value {
-                    what: "the number of knots".into(),
-                    found: stored.len().to_string(),
-                    expected: expected.to_string(),
-                },
-            )),
+        if stored.len() == expected {
+            return Ok(widened(&stored));
         }
+        Err(data.fail_at(
+            at,
+            Problem::Value {
+                what: "the number of knots".into(),
+                found: stored.len().to_string(),
+                expected: expected.to_string(),
+            },
+        ))
     }
+}
+
+/// Stored knots with the two outer ones, which repeat the ends.
+pub(super) fn widened(stored: &[f64]) -> Vec<f64> {
+    let ends = stored
+        .first()
+        .into_iter()
+        .chain(stored)
+        .chain(stored.last());
+    ends.copied().collect()
 }
 
 /// Whether control points have weights.

@@ -8,6 +8,7 @@ use super::class::{self, Class};
 use super::curves::curve_of;
 use super::extrusion::extrusion;
 use super::surfaces::surface_of;
+use super::version1;
 use crate::document::{Document, Format, Object, ObjectKind};
 use crate::error::{ChunkId, Problem, ReadError};
 use crate::units::Units;
@@ -38,11 +39,12 @@ const OBJECT: u32 = 0x0002_7FFA;
 const ATTRIBUTES: u32 = 0x0200_8072;
 const END_OF_OBJECT: u32 = 0x8200_007F;
 
-/// Reads a .3dm file of version 3 to 8 from memory.
+/// Reads a .3dm file of version 1 to 8 from memory.
 ///
 /// A bad object does not lose the others: it becomes [`ObjectKind::Refused`] with the reason.
-/// Extrusions become BREPs, and a block reference holds what it places ([`ObjectKind::Block`]). A file of version 2 is read too, with a
-/// warning; BREPs of an older layout (Brep 2.x) are refused one by one.
+/// Extrusions become BREPs, and a block reference holds what it places ([`ObjectKind::Block`]). A file of version 2 is read with a
+/// warning. Of BREPs in files of versions 1 and 2, which hold neither vertices nor what a trim is, these are rebuilt; of version 1,
+/// coordinates with weights are stored apart and multiplied at import, which rounds them.
 ///
 /// # Errors
 /// [`ReadError`], which names the chunk, its byte offset and the remedy: no .3dm file, a version that is
@@ -60,14 +62,20 @@ pub fn read_3dm(bytes: &[u8]) -> Result<Document, ReadError> {
         .position(|w| w == MAGIC)
         .ok_or(ReadError::NotA3dm { size: bytes.len() })?;
     let digits = start + MAGIC.len();
-    let version = version(bytes.get(digits..digits + VERSION_DIGITS).unwrap_or(&[]))?;
-    let archive = Archive {
+    let mut archive = Archive {
         bytes,
-        version,
+        version: version(bytes.get(digits..digits + VERSION_DIGITS).unwrap_or(&[]))?,
         opennurbs: 0,
     };
-    let mut reader = DocumentReader::new(version, start);
-    reader.file(Chunk::file(archive, digits + VERSION_DIGITS))?;
+    let body = digits + VERSION_DIGITS;
+    if archive.version == 1 {
+        if !version1::has_tables(Chunk::file(archive, body)) {
+            return version1::read(Chunk::file(archive, body));
+        }
+        archive.version = 2;
+    }
+    let mut reader = DocumentReader::new(archive.version, start);
+    reader.file(Chunk::file(archive, body))?;
     let DocumentReader {
         mut document,
         blocks,
@@ -80,7 +88,7 @@ pub fn read_3dm(bytes: &[u8]) -> Result<Document, ReadError> {
 fn version(digits: &[u8]) -> Result<u32, ReadError> {
     let text = String::from_utf8_lossy(digits);
     match text.trim().parse() {
-        Ok(version @ (2..=5 | 50 | 60 | 70 | 80)) => Ok(version),
+        Ok(version @ (1..=5 | 50 | 60 | 70 | 80)) => Ok(version),
         _ => Err(ReadError::Version {
             found: text.trim().escape_default().to_string(),
         }),

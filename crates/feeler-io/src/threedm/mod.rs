@@ -1,11 +1,13 @@
-//! The .3dm format, versions 3 to 8 (archive versions 3, 4, 5, 50, 60, 70, 80), little-endian.
+//! The .3dm format, versions 1 to 8 (archive versions 1 to 5, 50, 60, 70, 80), little-endian.
 //!
 //! | module | reads |
 //! |---|---|
 //! | `archive` | chunks, checksums, plain values |
 //! | `class` | class ids, and the wrapper around the data of an object |
 //! | `curves`, `surfaces` | one class each |
-//! | `brep` | `ON_Brep` 3.x |
+//! | `brep`, `brep2` | `ON_Brep` 3.x, 2.x |
+//! | `rebuild` | the topology that BREPs before 3.x do not store |
+//! | `version1` | files of version 1: another container, other geometry |
 //! | `extrusion` | `ON_Extrusion`, as a BREP |
 //! | `blocks` | definitions and references, and what these place |
 //! | `attributes` | names, layers, units |
@@ -17,11 +19,14 @@ mod assembly;
 mod attributes;
 pub(crate) mod blocks;
 mod brep;
+mod brep2;
 mod class;
 mod curves;
 mod document;
 mod extrusion;
+mod rebuild;
 mod surfaces;
+mod version1;
 mod write;
 
 pub use archive::MAX_DEPTH;

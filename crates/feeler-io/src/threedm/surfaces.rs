@@ -131,7 +131,8 @@ fn sum(data: &mut Chunk<'_>) -> Result<Sum, ReadError> {
     })
 }
 
-fn nurbs(data: &mut Chunk<'_>) -> Result<NurbsSurface, ReadError> {
+/// A NURBS surface whose fields come next.
+pub(super) fn nurbs(data: &mut Chunk<'_>) -> Result<NurbsSurface, ReadError> {
     class::layout(data, "NurbsSurface", &[1], REMEDY)?;
     let at = data.position();
     let dimension = data.i32("the dimension")?;

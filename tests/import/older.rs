@@ -1,0 +1,245 @@
+//! BREPs of files of versions 1 and 2, and blocks that are linked to other files (`corpora/make_old_3dm.py`; what rhino3dm makes of the
+//! same files is held against ours in `models.rs`).
+
+use crate::fixture as f;
+use crate::mutated::mend;
+use feeler::brep::{Brep, Iso, LoopKind, TrimKind};
+use feeler::nurbs::{Curve, Surface};
+use feeler_io::{Document, ObjectKind, read_3dm};
+use nalgebra::{Point3, Vector4};
+use std::path::Path;
+
+fn bytes(name: &str) -> Vec<u8> {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../corpora/models/3dm");
+    std::fs::read(folder.join(name)).expect("a file of the corpus")
+}
+
+fn read(name: &str) -> Document {
+    read_3dm(&bytes(name)).expect("a file of the corpus")
+}
+
+fn brep(document: &Document, object: usize) -> &Brep {
+    match &document.objects[object].kind {
+        ObjectKind::Brep(brep) => brep,
+        other => panic!("{other:?}"),
+    }
+}
+
+fn is_the_pyramid(brep: &Brep) {
+    let p = brep.parts();
+    assert!(brep.is_closed());
+    let [corner, apex] = [Point3::origin(), Point3::new(1.0, 1.0, 1.5)];
+    let points: Vec<_> = p.vertices.iter().map(|v| v.point).collect();
+    assert_eq!(points, [corner, apex]);
+    let edges: Vec<_> = p.edges.iter().map(|e| (e.vertices, &e.trims[..])).collect();
+    assert_eq!(edges, [([0, 0], &[0, 4][..]), ([0, 1], &[1, 3][..])]);
+    assert_eq!(p.edges[0].tolerance, Some(1e-3));
+    let kinds: Vec<_> = p.trims.iter().map(|t| t.kind).collect();
+    use TrimKind::{Mated, Seam, Singular};
+    assert_eq!(kinds, [Mated, Seam, Singular, Seam, Mated]);
+    let iso: Vec<_> = p.trims.iter().map(|t| t.iso).collect();
+    assert_eq!(
+        iso,
+        [Iso::South, Iso::East, Iso::North, Iso::West, Iso::None]
+    );
+    let ends: Vec<_> = p.trims.iter().map(|t| t.vertices).collect();
+    assert_eq!(ends, [[0, 0], [0, 1], [1, 1], [1, 0], [0, 0]]);
+    let loops: Vec<_> = p.loops.iter().map(|l| (l.kind, l.trims.len())).collect();
+    assert_eq!(loops, [(LoopKind::Outer, 4), (LoopKind::Outer, 1)]);
+    let reversed: Vec<_> = p.faces.iter().map(|f| f.reversed).collect();
+    assert_eq!(reversed, [false, true]);
+    // The ridge, whose apex has weight 2.
+    let Curve::Nurbs(ridge) = &p.curves3[1] else {
+        panic!("a spline");
+    };
+    assert_eq!(ridge.control_points()[1], Vector4::new(2.0, 2.0, 3.0, 2.0));
+    // The base is bounded by four segments.
+    assert!(matches!(&p.curves2[4], Curve::Poly(c) if c.segments().len() == 4));
+}
+
+#[test]
+fn old_breps_get_their_topology_back() {
+    for name in ["pyramid_v1.3dm", "pyramid_v2.3dm"] {
+        let document = read(name);
+        assert_eq!(document.units.symbol(), "mm", "{name}");
+        assert_eq!(document.tolerance, Some(0.001), "{name}");
+        assert_eq!(document.objects[0].name, "pyramid", "{name}");
+        is_the_pyramid(brep(&document, 0));
+    }
+    let [first, second] = ["pyramid_v1.3dm", "pyramid_v2.3dm"].map(read);
+    let surfaces = |d: &Document| -> Vec<Surface> { brep(d, 0).parts().surfaces.clone() };
+    assert_eq!(surfaces(&first), surfaces(&second));
+}
+
+#[test]
+fn a_trim_may_name_its_twin_in_place_of_its_edge() {
+    let mut bytes = bytes("pyramid_v2.3dm");
+    // The last trim: its number, its twin, whether it has the edge, the edge.
+    let trim = [
+        &4_i32.to_le_bytes()[..],
+        &0_i32.to_le_bytes(),
+        &[0],
+        &0_i32.to_le_bytes(),
+    ]
+    .concat();
+    let at = bytes
+        .windows(trim.len())
+        .position(|w| w == trim)
+        .expect("the trim");
+    bytes[at + 9..at + 13].copy_from_slice(&(-1_i32).to_le_bytes());
+    mend(&mut bytes);
+    is_the_pyramid(brep(&read_3dm(&bytes).expect("a file"), 0));
+}
+
+#[test]
+fn files_of_version_1_have_layers_and_curves() {
+    let document = read("pyramid_v1.3dm");
+    assert_eq!(document.warnings, Vec::<String>::new());
+    let [pyramid, base, curves @ ..] = &document.objects[..] else {
+        panic!("{document:?}");
+    };
+    let shown = (Some("shapes"), false, false);
+    for object in curves.iter().chain([pyramid]) {
+        assert_eq!(
+            (object.layer.as_deref(), object.hidden, object.locked),
+            shown
+        );
+    }
+    assert_eq!((base.layer.as_deref(), base.hidden), (Some("shapes"), true));
+    let ObjectKind::Brep(base) = &base.kind else {
+        panic!("{base:?}");
+    };
+    assert!(!base.is_closed());
+    assert_eq!(base.parts().trims[0].kind, TrimKind::Boundary);
+    let knots = [
+        [-1.0, -1.0, 0.0, 0.5, 1.0, 2.0, 2.0],
+        [0.0, 0.0, 0.0, 0.5, 1.0, 2.0, 2.0],
+        [-1.0, -1.0, 0.0, 0.5, 1.0, 1.0, 1.0],
+        [0.0, 0.0, 0.0, 0.5, 1.0, 1.0, 1.0],
+    ];
+    assert_eq!(curves.len(), knots.len());
+    for (curve, knots) in curves.iter().zip(knots) {
+        let ObjectKind::Curve(Curve::Nurbs(curve)) = &curve.kind else {
+            panic!("{curve:?}");
+        };
+        assert_eq!(curve.knots().knots(), knots);
+        // Stored as (1, 2, 0) with weight 0.5.
+        assert_eq!(curve.control_points()[1], Vector4::new(0.5, 1.0, 0.0, 0.5));
+    }
+}
+
+#[test]
+fn damage_to_files_of_version_1_is_told() {
+    let whole = bytes("pyramid_v1.3dm");
+    // A coordinate of the ridge's end with its weight.
+    let apex = [1.0_f64, 1.0, 1.5, 2.0].map(f64::to_le_bytes).concat();
+    let mut places = (0..whole.len() - 32).filter(|i| whole[*i..*i + 32] == apex[..]);
+    let at = places.next_back().expect("the apex");
+    let mut damaged = whole.clone();
+    damaged[at] ^= 1;
+    let document = read_3dm(&damaged).expect("a file");
+    let ObjectKind::Refused { reason, .. } = &document.objects[0].kind else {
+        panic!("{:?}", document.objects[0].kind);
+    };
+    let text = reason.to_string();
+    assert!(
+        text.contains("checksum") && text.contains("0x00010109"),
+        "{text}"
+    );
+    let whole_ones = document.objects.iter().skip(1);
+    assert!(
+        whole_ones
+            .into_iter()
+            .all(|o| !matches!(o.kind, ObjectKind::Refused { .. }))
+    );
+    let error = read_3dm(&whole[..whole.len() - 1]).expect_err("a part of a file");
+    assert!(error.to_string().contains("truncated"), "{error}");
+    // What an old toolkit wrote is refused by name.
+    let mut other = whole;
+    other.extend([0x0B, 0, 2, 0, 0, 0, 0, 0]);
+    let document = read_3dm(&other).expect("a file");
+    let ObjectKind::Refused { reason, .. } = &document.objects.last().expect("objects").kind else {
+        panic!("refused");
+    };
+    assert!(
+        reason.to_string().contains("save it as version 5"),
+        "{reason}"
+    );
+}
+
+#[test]
+fn a_later_body_under_the_first_header_is_read() {
+    let mut bytes = bytes("pyramid_v2.3dm");
+    bytes[31] = b'1';
+    let document = read_3dm(&bytes).expect("a file");
+    assert_eq!(document.version, 2);
+    is_the_pyramid(brep(&document, 0));
+}
+
+#[test]
+fn linked_blocks_say_what_they_want() {
+    for name in ["blocks_linked_v4.3dm", "blocks_linked_v8.3dm"] {
+        let document = read(name);
+        assert_eq!(document.warnings, Vec::<String>::new(), "{name}");
+        let of = |wanted: &str| {
+            let found = document.objects.iter().find(|o| o.name == wanted);
+            found.unwrap_or_else(|| panic!("{name}: no {wanted}"))
+        };
+        let asks =
+            "the block `bolt` is linked to `C:\\parts\\bolt.3dm`, which is not loaded; embed it";
+        let ObjectKind::Refused { reason, .. } = &of("bolt").kind else {
+            panic!("{name}: {:?}", of("bolt").kind);
+        };
+        assert!(reason.to_string().contains(asks), "{name}: {reason}");
+        // With a copy.
+        let ObjectKind::Block { name: block, parts } = &of("nut").kind else {
+            panic!("{name}: {:?}", of("nut").kind);
+        };
+        assert_eq!((block.as_str(), parts.len()), ("nut", 1));
+        let ObjectKind::Surface(sheet) = &parts[0].kind else {
+            panic!("{name}: {:?}", parts[0].kind);
+        };
+        assert_eq!(
+            sheet.surface(0).point(0.5, 1.0),
+            Point3::new(10.5, 1.0, 0.0)
+        );
+        let note = &of("nut").warnings[0];
+        assert!(
+            note.contains("`C:\\parts\\bolt.3dm`, which is not opened"),
+            "{name}: {note}"
+        );
+        // Within another block: what there is is placed, the rest refused.
+        let ObjectKind::Block { parts, .. } = &of("both").kind else {
+            panic!("{name}: {:?}", of("both").kind);
+        };
+        let [sheet, bolt] = &parts[..] else {
+            panic!("{name}: {parts:?}");
+        };
+        assert!(matches!(&sheet.kind, ObjectKind::Surface(_)), "{name}");
+        let ObjectKind::Refused { reason, .. } = &bolt.kind else {
+            panic!("{name}: {:?}", bolt.kind);
+        };
+        assert!(reason.to_string().contains(asks), "{name}: {reason}");
+        let ObjectKind::Refused { reason, .. } = &of("nothing").kind else {
+            panic!("{name}: {:?}", of("nothing").kind);
+        };
+        assert!(
+            reason.to_string().contains("is not in the file"),
+            "{reason}"
+        );
+    }
+}
+
+#[test]
+fn edges_do_without_curves_on_surfaces() {
+    let bytes = f::file(60, |w| w.record("it", f::BREP, f::brep_on_surface));
+    let document = read_3dm(&bytes).expect("a file");
+    let [object] = &document.objects[..] else {
+        panic!("{document:?}");
+    };
+    let p = brep(&document, 0).parts();
+    let curves: Vec<_> = p.edges.iter().map(|e| e.curve).collect();
+    assert_eq!(curves, [Some(0), Some(0), Some(0), None]);
+    assert_eq!(object.warnings.len(), 1);
+    assert!(object.warnings[0].starts_with("edge 3: its curve is a curve on a surface"));
+}
