@@ -7,6 +7,7 @@ use feeler::brep::{Brep, BrepParts, Edge, TrimCurve};
 use feeler::numeric::Interval;
 use feeler::nurbs::Surface;
 use nalgebra::Point3;
+use std::collections::HashMap;
 
 /// OCCT's smallest tolerance, in the model's unit: `Precision::Confusion()`. For edges and vertices whose file says none.
 pub(super) const CONFUSION: f64 = 1e-7;
@@ -33,8 +34,8 @@ pub(super) struct Curves {
     /// Whether a curve in uv did: the other side of a seam.
     pub(super) uv_rounded: bool,
     pub(super) tolerance: f64,
-    /// Whether that is more than the source says.
-    pub(super) raised: bool,
+    /// How much more that is than the source says, because of the need.
+    pub(super) raised: f64,
     /// How far the curves end from the vertices.
     pub(super) at_ends: [f64; 2],
 }
@@ -143,16 +144,15 @@ pub(super) fn curves(
         same &= is_same(own[i].2.range, range);
     }
     // Both sides of a seam stand in one record, with one range.
-    for i in 1..own.len() {
-        let face = |t: &TrimCurve| parts.loops.get(t.trim_loop).map(|l| l.face);
-        let other = own[..i].iter().find(|o| face(o.1) == face(own[i].1));
-        if let Some(range) = other.map(|o| o.2.range)
-            && range != own[i].2.range
-        {
-            let was_loose = own[i].2.is_loose();
-            let moved = own[i].2.over(range)?;
+    let mut ranges = HashMap::new();
+    for (_, trim, piece) in &mut own {
+        let face = parts.loops.get(trim.trim_loop).map(|l| l.face);
+        let range = *ranges.entry(face).or_insert(piece.range);
+        if range != piece.range {
+            let was_loose = piece.is_loose();
+            let moved = piece.over(range)?;
             let problem = "the two sides of a seam are arcs of different angles in uv";
-            own[i].2 = moved.ok_or_else(|| Problem::new(problem))?;
+            *piece = moved.ok_or_else(|| Problem::new(problem))?;
             uv_rounded |= !was_loose;
         }
     }
@@ -219,12 +219,12 @@ pub(super) fn curves(
     })
 }
 
-/// The stored tolerance, but no less than OCCT's smallest, and no less than needed. And whether the need is why it is more.
-pub(super) fn tolerance(stored: Option<f64>, off: f64) -> (f64, bool) {
+/// The stored tolerance, but no less than OCCT's smallest, and no less than needed. And by how much the need raises it.
+pub(super) fn tolerance(stored: Option<f64>, off: f64) -> (f64, f64) {
     let own = stored.map_or(CONFUSION, |t| t.max(CONFUSION));
     if off > own {
-        (off * SEEN, true)
+        (off * SEEN, off * SEEN - own)
     } else {
-        (own, false)
+        (own, 0.0)
     }
 }

@@ -6,6 +6,7 @@ use super::super::motion::Motion;
 use super::super::surfaces::{Axes, Form3};
 use super::Problem;
 use super::curves::{ROUNDED, form, knots, sine_cosine};
+use super::paced::{paced, paced_all};
 use super::text::{near, read_again};
 use feeler::numeric::Interval;
 use feeler::nurbs::{
@@ -259,7 +260,15 @@ pub(super) fn written(surface: &Surface) -> Result<Written, Problem> {
 
 /// As NURBS, where that leaves the parameters as they are.
 fn as_nurbs(surface: &Surface) -> Result<Written, Problem> {
-    let converted = surface.to_nurbs()?;
+    let converted = match surface {
+        Surface::Sum(s) => Surface::Sum(Sum {
+            base: s.base,
+            first: paced_all(&s.first)?,
+            second: paced_all(&s.second)?,
+        })
+        .to_nurbs()?,
+        other => other.to_nurbs()?,
+    };
     if !converted.maps.iter().all(|m| m.is_identity()) {
         return Err(Problem::new(format!(
             "a surface ({}) has no equal in the format, and as NURBS would have other parameters; convert it to NURBS first",
@@ -324,7 +333,7 @@ fn revolution(r: &Revolution) -> Result<Candidates, Problem> {
             });
             form(&own).map(|f| Form::Trimmed([a.angle.start, a.angle.end], Box::new(f)))
         }
-        other => form(other),
+        other => form(&paced(other)?),
     };
     if let Ok(profile) = profile {
         let profile = match profile {
@@ -336,7 +345,9 @@ fn revolution(r: &Revolution) -> Result<Candidates, Problem> {
         };
         found.push(Form3::Revolution(r.origin, r.axis, Box::new(profile)));
     }
-    let as_it_is = |f: &Form3| matches!(f, Form3::Revolution(..));
+    // A curve in pieces became one, rounded.
+    let in_pieces = matches!(r.profile, Curve::Poly(_));
+    let as_it_is = |f: &Form3| matches!(f, Form3::Revolution(..)) && !in_pieces;
     let found = found.into_iter();
     Ok(found
         .map(|f| (as_it_is(&f), f))
@@ -476,8 +487,8 @@ fn sphere_or_torus(r: &Revolution, a: &Arc<3>) -> Option<Form3> {
 }
 
 /// A curve as one that a surface of the format may be made of, its parameter's range changed in the chart.
-fn profile(curve: &Curve3, c: usize, chart: Chart) -> (Curve3, Chart) {
-    match curve {
+fn profile(curve: &Curve3, c: usize, chart: Chart) -> Result<(Curve3, Chart), Problem> {
+    Ok(match curve {
         Curve::Arc(a) => {
             let own = Arc {
                 domain: a.angle,
@@ -485,8 +496,8 @@ fn profile(curve: &Curve3, c: usize, chart: Chart) -> (Curve3, Chart) {
             };
             (Curve::Arc(own), chart.scale(c, a.domain, a.angle))
         }
-        other => (other.clone(), chart),
-    }
+        other => (paced(other)?, chart),
+    })
 }
 
 fn shifted(curve: &Curve3, by: Vector3<f64>) -> Result<Curve3, Problem> {
@@ -553,7 +564,8 @@ fn sum(s: &Sum) -> Result<Candidates, Problem> {
             (pace / speed, by)
         }
     };
-    let (curve, chart) = profile(curve, across, chart);
+    let in_pieces = matches!(curve, Curve::Poly(_));
+    let (curve, chart) = profile(curve, across, chart)?;
     let Ok(basis) = form(&shifted(&curve, by)?) else {
         return Ok(Vec::new());
     };
@@ -564,7 +576,7 @@ fn sum(s: &Sum) -> Result<Candidates, Problem> {
         }
         other => other,
     };
-    let same = fits && by == Vector3::zeros();
+    let same = fits && by == Vector3::zeros() && !in_pieces;
     let extrusion = Form3::Extrusion(direction, Box::new(basis));
     Ok(vec![(extrusion, chart, same)])
 }

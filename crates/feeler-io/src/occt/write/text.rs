@@ -4,6 +4,7 @@
 use super::super::curves::{Form, Frame};
 use super::super::splines::Knots;
 use super::super::surfaces::{Axes, Form3};
+use super::Problem;
 use nalgebra::{Point, SVector};
 use std::fmt::Write;
 
@@ -108,7 +109,15 @@ fn is_rational<const H: usize>(points: &[SVector<f64, H>]) -> bool {
     points.iter().any(|p| p[H - 1] != 1.0)
 }
 
-pub(super) fn curve<const D: usize, const H: usize>(out: &mut String, form: &Form<D, H>) {
+/// What the writer makes no form of: it would be left out in silence.
+fn offset() -> Problem {
+    Problem::new("an offset curve or surface is not written; convert it to NURBS first")
+}
+
+pub(super) fn curve<const D: usize, const H: usize>(
+    out: &mut String,
+    form: &Form<D, H>,
+) -> Result<(), Problem> {
     match form {
         Form::Line { from, direction } => {
             out.push_str("1 ");
@@ -145,7 +154,7 @@ pub(super) fn curve<const D: usize, const H: usize>(out: &mut String, form: &For
             );
             control_points(out, points, rational);
             knots(out, k);
-            return;
+            return Ok(());
         }
         Form::Trimmed(range, basis) => {
             out.push_str("8 ");
@@ -153,10 +162,10 @@ pub(super) fn curve<const D: usize, const H: usize>(out: &mut String, form: &For
             out.push('\n');
             return curve(out, basis);
         }
-        // Never made by the writer.
-        Form::Offset => {}
+        Form::Offset => return Err(offset()),
     }
     out.push('\n');
+    Ok(())
 }
 
 fn axes(out: &mut String, a: &Axes) {
@@ -166,7 +175,7 @@ fn axes(out: &mut String, a: &Axes) {
     }
 }
 
-pub(super) fn surface(out: &mut String, form: &Form3) {
+pub(super) fn surface(out: &mut String, form: &Form3) -> Result<(), Problem> {
     match form {
         Form3::Plane(a) => {
             out.push_str("1 ");
@@ -214,7 +223,7 @@ pub(super) fn surface(out: &mut String, form: &Form3) {
             integers(out, k.iter().map(|k| k.distinct().len()));
             control_points(out, net, rational == 1);
             k.iter().for_each(|k| knots(out, k));
-            return;
+            return Ok(());
         }
         Form3::Trimmed(ranges, basis) => {
             out.push_str("10 ");
@@ -222,8 +231,22 @@ pub(super) fn surface(out: &mut String, form: &Form3) {
             out.push('\n');
             return surface(out, basis);
         }
-        // Never made by the writer.
-        Form3::Offset => {}
+        Form3::Offset => return Err(offset()),
     }
     out.push('\n');
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_not_written_says_so() {
+        let mut out = String::new();
+        let trimmed = Form::<2, 3>::Trimmed([0.0, 1.0], Box::new(Form::Offset));
+        assert!(curve(&mut out, &trimmed).is_err());
+        let trimmed = Form3::Trimmed([[0.0, 1.0]; 2], Box::new(Form3::Offset));
+        assert!(surface(&mut out, &trimmed).is_err());
+    }
 }

@@ -4,9 +4,10 @@ use super::curves::Piece;
 use super::edges::{self, Curves};
 use super::surfaces::{self, Chart};
 use super::text::{self, integers, number, numbers};
-use super::{Notes, Problem};
+use super::{Notes, Problem, solids};
 use feeler::brep::{Brep, BrepParts};
 use feeler::nurbs::Surface;
+use std::collections::HashMap;
 use std::fmt::Write;
 
 /// A shape without the numbers of its parts, which count from the end of the file.
@@ -25,10 +26,13 @@ struct Table {
 }
 
 impl Table {
-    fn push(&mut self, write: impl FnOnce(&mut String)) -> usize {
-        write(&mut self.text);
+    fn push(
+        &mut self,
+        write: impl FnOnce(&mut String) -> Result<(), Problem>,
+    ) -> Result<usize, Problem> {
+        write(&mut self.text)?;
         self.count += 1;
-        self.count
+        Ok(self.count)
     }
 }
 
@@ -52,6 +56,10 @@ const NO_CURVE: &str =
     "edges have no curve in space: make them in OCCT with BRepLib::BuildCurves3d";
 const RAISED: &str = "tolerances were too small for their curves: raised";
 const NOTHING: &str = "faces of nothing left out";
+const LUMPS: &str = "objects are several lumps: a solid each";
+const TURNED: &str = "shells' faces look the other way than the format wants: turned";
+const UNTOLD: &str =
+    "objects whose lumps and the way their faces look lines do not tell: one solid, as stored";
 const UNUSED: &str = "edges that bound no face left out";
 
 /// How a face is written.
@@ -99,8 +107,8 @@ impl Tables {
         self.shapes.len() - 1
     }
 
-    /// Writes a BREP and returns its shape.
-    pub(super) fn brep(&mut self, brep: &Brep, notes: &mut Notes) -> Result<usize, Problem> {
+    /// Writes a BREP and returns its shapes: several where it is in several lumps.
+    pub(super) fn brep(&mut self, brep: &Brep, notes: &mut Notes) -> Result<Vec<usize>, Problem> {
         let parts = brep.parts();
         let at_face = |i: usize, problem: Problem| Problem(format!("face {i}: {}", problem.0));
         let mut faces = Vec::with_capacity(parts.faces.len());
@@ -159,8 +167,8 @@ impl Tables {
         let mut vertices = Vec::with_capacity(parts.vertices.len());
         for (v, worst) in parts.vertices.iter().zip(&vertex_off) {
             let (tolerance, raised) = edges::tolerance(v.tolerance, *worst);
-            if raised {
-                notes.add(RAISED, tolerance);
+            if raised > 0.0 {
+                notes.add(RAISED, raised);
             }
             let mut text = String::from("Ve\n");
             number(&mut text, tolerance);
@@ -229,30 +237,60 @@ impl Tables {
             integers(&mut text, [form.surface, 0]);
             text.push('\n');
             let shape = self.shape(text, "0101000", wires);
-            shapes.push((i, sign(face.reversed != form.chart.swapped), shape));
+            shapes.push((i, face.reversed != form.chart.swapped, shape));
         }
-        self.body(brep, &shapes)
+        Ok(self.body(brep, &shapes, notes))
     }
 
-    /// A solid with a shell for each set of faces that hang together, or a shell.
-    fn body(&mut self, brep: &Brep, faces: &[(usize, char, usize)]) -> Result<usize, Problem> {
-        if !brep.is_closed() {
-            let all = faces.iter().map(|(_, sign, shape)| (*sign, *shape));
-            return Ok(self.shape("Sh\n".into(), "0101000", all.collect()));
-        }
-        let groups = connected(brep.parts());
-        let mut shells: Vec<(usize, Vec<(char, usize)>)> = Vec::new();
-        for (face, sign, shape) in faces {
-            let group = groups.get(*face).copied().unwrap_or(*face);
-            match shells.iter_mut().find(|(g, _)| *g == group) {
-                Some((_, all)) => all.push((*sign, *shape)),
-                None => shells.push((group, vec![(*sign, *shape)])),
+    /// A solid for each lump with its cavities, or a shell.
+    fn body(
+        &mut self,
+        brep: &Brep,
+        faces: &[(usize, bool, usize)],
+        notes: &mut Notes,
+    ) -> Vec<usize> {
+        let mut shape_of = vec![None; brep.faces().len()];
+        for (face, against, shape) in faces {
+            if let Some(place) = shape_of.get_mut(*face) {
+                *place = Some((*against, *shape));
             }
         }
-        let shells = shells.into_iter();
-        let shells = shells.map(|(_, all)| ('+', self.shape("Sh\n".into(), "0101100", all)));
-        let shells = shells.collect();
-        Ok(self.shape("So\n".into(), "0100000", shells))
+        let mut shell = |flags, faces: &[usize], turned: bool| {
+            let all = faces.iter().filter_map(|f| shape_of.get(*f).copied()?);
+            let all = all.map(|(against, shape)| (sign(against != turned), shape));
+            self.shape("Sh\n".into(), flags, all.collect())
+        };
+        if !brep.is_closed() {
+            let all = Vec::from_iter(0..brep.faces().len());
+            return vec![shell("0101000", &all, false)];
+        }
+        let groups = connected(brep.parts());
+        let mut solids = Vec::new();
+        if let Some((lumps, shells)) = solids::lumps(brep, &groups) {
+            if lumps.len() > 1 {
+                notes.add(LUMPS, 0.0);
+            }
+            for lump in lumps {
+                let mut parts = Vec::with_capacity(lump.len());
+                for (s, turned) in lump {
+                    if turned {
+                        notes.add(TURNED, 0.0);
+                    }
+                    let faces = shells.get(s).map_or(&[][..], |s| &s.faces);
+                    parts.push(('+', shell("0101100", faces, turned)));
+                }
+                solids.push(parts);
+            }
+        } else {
+            notes.add(UNTOLD, 0.0);
+            let shells = solids::shells(&groups).into_iter();
+            let shells = shells.map(|faces| ('+', shell("0101100", &faces, false)));
+            solids.push(shells.collect());
+        }
+        let solids = solids.into_iter();
+        solids
+            .map(|parts| self.shape("So\n".into(), "0100000", parts))
+            .collect()
     }
 
     fn surface(
@@ -275,7 +313,7 @@ impl Tables {
             written.form
         };
         Ok(FaceForm {
-            surface: self.surfaces.push(|out| text::surface(out, &form)),
+            surface: self.surfaces.push(|out| text::surface(out, &form))?,
             chart,
         })
     }
@@ -292,7 +330,7 @@ impl Tables {
         if off > 0.0 {
             notes.add(WEIGHTS, off);
         }
-        Ok(self.curves2.push(|out| text::curve(out, &form)))
+        self.curves2.push(|out| text::curve(out, &form))
     }
 
     fn edge(
@@ -307,8 +345,8 @@ impl Tables {
         number(&mut text, edge.tolerance);
         integers(&mut text, [alike, alike, 0]);
         text.push('\n');
-        if edge.raised {
-            notes.add(RAISED, edge.tolerance);
+        if edge.raised > 0.0 {
+            notes.add(RAISED, edge.raised);
         }
         if !edge.alike {
             notes.add(NOT_ALIKE, 0.0);
@@ -322,7 +360,7 @@ impl Tables {
         match &edge.in_space {
             Some(piece) => {
                 let form = piece.form()?;
-                let curve = self.curves3.push(|out| text::curve(out, &form));
+                let curve = self.curves3.push(|out| text::curve(out, &form))?;
                 integers(&mut text, [1, curve, 0]);
                 numbers(&mut text, &[piece.range.start, piece.range.end]);
                 text.push('\n');
@@ -333,9 +371,23 @@ impl Tables {
             let trim = parts.trims.get(t)?;
             Some((parts.loops.get(trim.trim_loop)?.face, trim.edge_reversed))
         };
-        let mut done = vec![false; edge.in_uv.len()];
-        for (i, (t, piece)) in edge.in_uv.iter().enumerate() {
-            let Some((face, against)) = face_of(*t).filter(|_| !done[i]) else {
+        // What each face has to do with it, in the order of first uses.
+        let mut uses: Vec<(usize, Vec<usize>)> = Vec::new();
+        let mut place = HashMap::new();
+        for (i, (t, _)) in edge.in_uv.iter().enumerate() {
+            if let Some((face, _)) = face_of(*t) {
+                let at = *place.entry(face).or_insert(uses.len());
+                match uses.get_mut(at) {
+                    Some((_, all)) => all.push(i),
+                    None => uses.push((face, vec![i])),
+                }
+            }
+        }
+        for (face, all) in uses {
+            let Some((t, piece)) = all.first().and_then(|i| edge.in_uv.get(*i)) else {
+                continue;
+            };
+            let Some((_, against)) = face_of(*t) else {
                 continue;
             };
             let Some(form) = faces.get(face).and_then(Option::as_ref) else {
@@ -344,13 +396,10 @@ impl Tables {
             if piece.bound > 0.0 {
                 notes.add(UV_JOINED, piece.bound);
             }
-            let mut others = (i + 1..edge.in_uv.len())
-                .filter(|j| face_of(edge.in_uv[*j].0).is_some_and(|(f, _)| f == face));
             let curve = self.curve2(form, piece, notes)?;
-            match (others.next(), others.next()) {
-                (None, _) => integers(&mut text, [2, curve]),
-                (Some(j), None) if face_of(edge.in_uv[j].0) == Some((face, !against)) => {
-                    done[j] = true;
+            match all[..] {
+                [_] => integers(&mut text, [2, curve]),
+                [_, j] if face_of(edge.in_uv[j].0) == Some((face, !against)) => {
                     let second = self.curve2(form, &edge.in_uv[j].1, notes)?;
                     // Where u and v swap, what ran with the edge runs against it.
                     let pair = if against != form.chart.swapped {
