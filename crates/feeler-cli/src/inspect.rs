@@ -64,7 +64,26 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Bad> {
         as_text(&document, more)
     };
     out.write_all(text.as_bytes()).map_err(write_error)?;
-    Ok(Outcome::Good)
+    let refused = document.objects.iter().map(|o| refused(&o.kind)).sum();
+    if refused == 0 {
+        return Ok(Outcome::Good);
+    }
+    out.flush().map_err(write_error)?;
+    eprintln!(
+        "error: {}: {refused} objects cannot be read, each with its reason and remedy above; all others were read",
+        args.file.display()
+    );
+    Ok(Outcome::Refused)
+}
+
+/// How many objects could not be read: this one, or of those that a block reference places.
+fn refused(kind: &ObjectKind) -> usize {
+    match kind {
+        ObjectKind::Refused { .. } => 1,
+        // What is placed is never a reference itself.
+        ObjectKind::Block { parts, .. } => parts.iter().map(|p| refused(&p.kind)).sum(),
+        _ => 0,
+    }
 }
 
 /// A model file of our own: BREPs and nothing else.

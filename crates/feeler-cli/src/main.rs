@@ -59,7 +59,7 @@ enum Outcome {
     Good,
     /// Something is undecided or short of its bound.
     Short,
-    /// A query line was refused; it has been said on standard error.
+    /// A query line or an object of a file was refused; it has been said on standard error.
     Refused,
 }
 

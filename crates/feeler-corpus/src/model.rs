@@ -72,6 +72,14 @@ pub enum ModelError {
         /// The file.
         path: PathBuf,
     },
+    /// There are surfaces in the file that are no part of a BREP, and no BREP.
+    #[error("{}: the file holds no BREP, but loose surfaces: ask one by itself, with --object {object}", path.display())]
+    OnlySurfaces {
+        /// The file.
+        path: PathBuf,
+        /// The first of them.
+        object: usize,
+    },
 }
 
 /// The BREPs that queries are about: those of a file, or one object of it. Faces, edges and
@@ -162,6 +170,7 @@ impl Model {
         let path = path.to_path_buf();
         let count = document.objects.len();
         let mut breps = Vec::new();
+        let mut surface = None;
         for (index, o) in document.objects.into_iter().enumerate() {
             let wanted = object.map_or(!o.block_member && choice.takes(&o), |w| w == index);
             if !wanted {
@@ -189,6 +198,7 @@ impl Model {
                     }
                 }
                 ObjectKind::Surface(brep) if object.is_some() => breps.push(brep),
+                ObjectKind::Surface(_) => surface = surface.or(Some(index)),
                 ObjectKind::Refused { class, reason } if object.is_some() || is_brep(&class) => {
                     return Err(ModelError::Refused {
                         path,
@@ -213,7 +223,10 @@ impl Model {
                 object,
                 count,
             }),
-            (true, None) => Err(ModelError::NoBrep { path }),
+            (true, None) => Err(match surface {
+                Some(object) => ModelError::OnlySurfaces { path, object },
+                None => ModelError::NoBrep { path },
+            }),
             (false, _) => Ok(Self { path, breps }),
         }
     }

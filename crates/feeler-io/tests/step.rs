@@ -883,3 +883,162 @@ fn a_face_bounded_by_seams_alone_is_where_its_surface_is() {
         near(distance(&document, [0., 5., 2.]), 0.5, 1e-6);
     }
 }
+
+/// Of a box with a bad face, or a bad edge, the rest is read: an open shell, of which is said what it lacks.
+#[test]
+fn bad_faces_are_left_out_and_named() {
+    let text = std::fs::read_to_string(models().join("step/box.step")).expect("a file");
+    let damaged = |kind: &str, of: usize, attribute: usize| {
+        // One attribute of one entity of this kind refers to what is not there.
+        let start = text.match_indices(kind).nth(of).expect("an entity").0;
+        let (before, entity) = text.split_at(start);
+        let end = entity.find(';').expect("its end");
+        let (entity, rest) = entity.split_at(end);
+        let parts: Vec<&str> = entity.split("#").collect();
+        let mut parts: Vec<String> = parts.into_iter().map(str::to_owned).collect();
+        let digits = parts[attribute].find(|c: char| !c.is_ascii_digit());
+        parts[attribute].replace_range(..digits.expect("a delimiter"), "987654");
+        format!("{before}{}{rest}", parts.join("#"))
+    };
+    let loaded = |text: &str| feeler_io::read_step(text.as_bytes()).expect("a file");
+    let of = |document: &Document| -> (usize, Vec<String>) {
+        let ObjectKind::Brep(brep) = &document.objects[0].kind else {
+            panic!("{:?}", document.objects[0].kind);
+        };
+        assert!(!brep.is_closed());
+        let left = document.objects[1..].iter().map(|o| match &o.kind {
+            ObjectKind::Refused { class, reason } => format!("{class}: {reason}"),
+            other => panic!("{other:?}"),
+        });
+        (brep.faces().len(), left.collect())
+    };
+    // The surface of the second face: its bounds come first.
+    let document = loaded(&damaged("ADVANCED_FACE", 1, 2));
+    let (faces, left) = of(&document);
+    assert_eq!((faces, left.len()), (5, 1), "{left:?}");
+    assert!(
+        left[0].starts_with("face #") && left[0].contains("#987654"),
+        "{left:?}"
+    );
+    let said = &document.objects[0].warnings;
+    assert!(
+        said.iter()
+            .any(|w| w.starts_with("1 of 6 faces cannot be read")),
+        "{said:?}"
+    );
+    // Two faces meet at an edge.
+    let (faces, left) = of(&loaded(&damaged("EDGE_CURVE", 3, 3)));
+    assert_eq!((faces, left.len()), (4, 2), "{left:?}");
+    // Where nothing is left, the body is refused.
+    let none = text.replace("PLANE(", "NO_PLANE(");
+    let document = loaded(&none);
+    assert_eq!(document.objects.len(), 1);
+    assert!(matches!(
+        document.objects[0].kind,
+        ObjectKind::Refused { .. }
+    ));
+}
+
+/// A polygon of so many points around the origin in the plane z = 0, as one B-spline of degree 1 from a vertex to itself.
+fn polygon(w: &mut Writer, count: usize) -> String {
+    let points: Vec<String> = (0..=count)
+        .map(|k| {
+            let a = std::f64::consts::TAU * (k % count) as f64 / count as f64;
+            w.point([2.0 * a.cos(), 2.0 * a.sin(), 0.0])
+        })
+        .collect();
+    let inner = vec!["1"; count - 1].join(",");
+    let knots: Vec<String> = (0..=count).map(|k| format!("{k}.")).collect();
+    let curve = w.put(format!(
+        "B_SPLINE_CURVE_WITH_KNOTS('',1,({}),.UNSPECIFIED.,.T.,.F.,(2,{inner},2),({}),.UNSPECIFIED.)",
+        points.join(","),
+        knots.join(",")
+    ));
+    let v = w.put(format!("VERTEX_POINT('',{})", points[0]));
+    w.edge(&v, &v, &curve)
+}
+
+fn flat(w: &mut Writer) -> String {
+    let axes = w.axes([0.; 3], Z, X);
+    w.put(format!("PLANE('',{axes})"))
+}
+
+/// Each use of an edge makes a copy of its curve: a large one, listed again and again.
+#[test]
+fn large_curves_listed_again_are_counted_by_their_size() {
+    let mut w = Writer::default();
+    let edge = polygon(&mut w, 2000);
+    let plane = flat(&mut w);
+    let uses = vec![(edge.as_str(), true); 2000];
+    let bound = w.bound(&uses);
+    let face = w.face(&plane, &[bound]);
+    w.sheet(&[face]);
+    let why = refusal(&w.document());
+    assert!(why.contains("numbers"), "{why}");
+}
+
+/// What is placed again costs what it holds; where that is too much, no more than the reason is made.
+#[test]
+fn copies_that_are_refused_cost_nothing() {
+    let mut w = Writer::default();
+    let mm = w.millimetres();
+    let mm = w.context(&mm, "");
+    let edge = polygon(&mut w, 2000);
+    let plane = flat(&mut w);
+    let bound = w.bound(&[(&edge, true)]);
+    let face = w.face(&plane, &[bound]);
+    let sheet = w.sheet(&[face]);
+    w.representation(&vec![sheet; 2000].join(","), &mm);
+    let document = w.document();
+    assert_eq!(document.objects.len(), 2000);
+    let [first, .., last] = &document.objects[..] else {
+        panic!("objects");
+    };
+    assert!(matches!(first.kind, ObjectKind::Brep(_)) && !first.warnings.is_empty());
+    let ObjectKind::Refused { reason, .. } = &last.kind else {
+        panic!("{}", last.kind.name());
+    };
+    assert!(reason.to_string().contains("numbers"), "{reason}");
+    assert_eq!(last.warnings, Vec::<String>::new());
+}
+
+/// The kernel bounds all trims of an edge at once: one that is to be proven beside thousands costs as much as all.
+#[test]
+fn proofs_are_counted_by_all_trims_of_an_edge() {
+    let mut w = Writer::default();
+    let edge = w.round([0.; 3], Z, X, 2.);
+    let plane = flat(&mut w);
+    let bound = w.bound(&[(&edge, true)]);
+    // Flat, too, but not run evenly: a curve in uv has to be fitted.
+    let mut rows = Vec::new();
+    for x in [-4., -1., 4.] {
+        let row: Vec<String> = [-4., -1., 4.].map(|y| w.point([x, y, 0.])).to_vec();
+        rows.push(format!("({})", row.join(",")));
+    }
+    let uneven = w.put(format!(
+        "B_SPLINE_SURFACE_WITH_KNOTS('',2,2,({}),.UNSPECIFIED.,.F.,.F.,.F.,(3,3),(3,3),(0.,1.),(0.,1.),.UNSPECIFIED.)",
+        rows.join(",")
+    ));
+    let own = w.bound(&[(&edge, true)]);
+    let fitted = w.face(&uneven, &[own]);
+    for (others, left) in [(10, false), (2100, true)] {
+        let mut w = Writer {
+            text: w.text.clone(),
+            count: w.count,
+        };
+        let face = w.face(&plane, std::slice::from_ref(&bound));
+        let mut faces = vec![face; others];
+        faces.push(fitted.clone());
+        w.sheet(&faces);
+        let document = w.document();
+        let said = &document.objects[0].warnings;
+        assert!(
+            said.iter().any(|s| s.contains("1 of them are fitted")),
+            "{said:?}"
+        );
+        let found = said
+            .iter()
+            .any(|s| s.starts_with("1 more are too many to be proven"));
+        assert_eq!(found, left, "{others}: {said:?}");
+    }
+}

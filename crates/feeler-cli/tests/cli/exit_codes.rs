@@ -157,6 +157,63 @@ fn a_brep_file() {
     assert_eq!((run.code, run.err.as_str()), (Some(0), ""), "{run:?}");
 }
 
+/// What could not be read is shown, and the exit code says that there is some.
+#[test]
+fn inspect_tells_refused_objects_by_its_exit_code() {
+    for (file, count) in [
+        (
+            "corpora/models/brep/refused.brep",
+            "4 objects cannot be read",
+        ),
+        (
+            "corpora/models/3dm/blocks_linked_v8.3dm",
+            "3 objects cannot be read",
+        ),
+    ] {
+        for json in [&[][..], &["--json"]] {
+            let run = feeler(&[&["inspect", file][..], json].concat(), "");
+            assert_eq!(run.code, Some(2), "{run:?}");
+            assert!(run.err.contains(file) && run.err.contains(count), "{run:?}");
+            assert!(run.out.contains("refused"), "{run:?}");
+        }
+    }
+}
+
+/// A surface that is no part of a BREP is asked by itself.
+#[test]
+fn loose_surfaces_are_named() {
+    let plane = feeler::nurbs::Plane {
+        origin: [0.0; 3].into(),
+        x: [1.0, 0.0, 0.0].into(),
+        y: [0.0, 1.0, 0.0].into(),
+        domain: [feeler::numeric::Interval {
+            start: 0.0,
+            end: 1.0,
+        }; 2],
+        extents: [feeler::numeric::Interval {
+            start: 0.0,
+            end: 1.0,
+        }; 2],
+    };
+    let mut builder = feeler::brep::BrepBuilder::new();
+    builder.whole_surface(feeler::nurbs::Surface::Plane(plane));
+    let mut document = feeler_io::Document::of_breps(vec![builder.build().unwrap()]);
+    let feeler_io::ObjectKind::Brep(sheet) = document.objects[0].kind.clone() else {
+        panic!("a BREP");
+    };
+    document.objects[0].kind = feeler_io::ObjectKind::Surface(sheet);
+    let bytes = feeler_io::write_3dm(&document).unwrap().bytes;
+    let file = scratch("sheet.3dm", &bytes);
+    let file = file.to_str().unwrap();
+    let ask = ["contact", file, "--sphere", "0.5,0.5,1,0.25"];
+    refused(
+        &feeler(&ask, ""),
+        &["sheet.3dm", "loose surfaces", "--object 0"],
+    );
+    let run = feeler(&[&ask[..], &["--object", "0"]].concat(), "");
+    assert_eq!(run.code, Some(0), "{run:?}");
+}
+
 #[test]
 fn a_truncated_file() {
     let whole = std::fs::read(root().join(PART)).unwrap();

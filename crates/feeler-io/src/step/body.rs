@@ -39,6 +39,8 @@ const FITTED: usize = 4096;
 pub(super) struct Made3 {
     pub(super) brep: Brep,
     pub(super) warnings: Vec<String>,
+    /// Faces that cannot be read: the number and why.
+    pub(super) left_out: Vec<(u64, ReadError)>,
 }
 
 /// A piece of an edge, along its curve.
@@ -125,7 +127,8 @@ pub(super) fn faces(
     Ok(faces)
 }
 
-/// The BREP of some faces. `tolerance`: how far apart what the file says to be one may be, in its units.
+/// The BREP of some faces; of those that can be read, if there are any. `tolerance`: how far apart what the file says to be one may be, in
+/// its units.
 pub(super) fn brep(
     id: u64,
     geometry: &mut Geometry<'_>,
@@ -134,6 +137,8 @@ pub(super) fn brep(
     tolerance: f64,
 ) -> Result<Made3, ReadError> {
     let mut splits = HashMap::new();
+    // By place: what a face that fails has begun is not kept, so that all is begun again without it.
+    let mut left_out: BTreeMap<usize, ReadError> = BTreeMap::new();
     for _ in 0..MOST_SPLITS {
         let mut body = Body {
             geometry: &mut *geometry,
@@ -149,7 +154,11 @@ pub(super) fn brep(
         };
         // All edges that this time shows to be split, each once: what is begun again then finds them so.
         let mut found: HashMap<u64, f64> = HashMap::new();
-        for face in faces {
+        let mut failed = Vec::new();
+        for (i, face) in faces.iter().enumerate() {
+            if left_out.contains_key(&i) {
+                continue;
+            }
             match body.face(*face) {
                 Ok(None) => {}
                 Ok(Some((edge, at))) => {
@@ -157,13 +166,21 @@ pub(super) fn brep(
                 }
                 // May be no error once the edges are split.
                 Err(_) if !found.is_empty() => break,
-                Err(problem) => return Err(problem),
+                Err(problem) => failed.push((i, problem)),
             }
         }
-        if found.is_empty() {
-            return body.finish(id);
+        if found.is_empty() && failed.is_empty() {
+            return body.finish(id, faces, left_out);
         }
         splits = body.splits;
+        if found.is_empty() {
+            left_out.extend(failed);
+            if left_out.len() == faces.len()
+                && let Some((_, first)) = left_out.pop_first()
+            {
+                return Err(first);
+            }
+        }
         for (edge, at) in found {
             splits.entry(edge).or_default().push(at);
         }
@@ -238,7 +255,12 @@ fn edge(b: &mut Builder, key: usize, curve: Option<(Curve3, Interval)>, vertices
 }
 
 impl Body<'_, '_> {
-    fn finish(self, id: u64) -> Result<Made3, ReadError> {
+    fn finish(
+        self,
+        id: u64,
+        faces: &[FaceUse],
+        left_out: BTreeMap<usize, ReadError>,
+    ) -> Result<Made3, ReadError> {
         let Self {
             geometry,
             b,
@@ -297,8 +319,21 @@ impl Body<'_, '_> {
                 "{left} more are too many to be proven while reading: `inspect --health` does"
             ));
         }
+        if !left_out.is_empty() {
+            warnings.push(format!(
+                "{} of {} faces cannot be read and are left out, each named by itself: the body is open there, and nothing tells its inside",
+                left_out.len(),
+                faces.len()
+            ));
+        }
         warnings.extend(jumps(&brep));
-        Ok(Made3 { brep, warnings })
+        let left_out = left_out.into_iter();
+        let left_out = left_out.filter_map(|(i, why)| Some((faces.get(i)?.id, why)));
+        Ok(Made3 {
+            brep,
+            warnings,
+            left_out: left_out.collect(),
+        })
     }
 
     fn point_of(&self, from: u64, id: u64) -> Result<Point3<f64>, ReadError> {

@@ -24,10 +24,14 @@ const PROOFS: usize = 2048;
 /// A file's tolerance counts no further than to this part of the model's size.
 const MOST_TOLERANCE: f64 = 1.0 / (1 << 14) as f64;
 
+/// So many of the faces that a body lacks are named.
+const NAMED: usize = 16;
+
 /// Reads a STEP file (ISO 10303-21; AP203, AP214, AP242) from memory.
 ///
 /// Each solid and each surface model becomes an object, wherever the assemblies place it; a bad one becomes [`ObjectKind::Refused`], which names the
-/// entity and the remedy. Meshes, curves, annotations and colours are not read.
+/// entity and the remedy. Where some of its faces are good the object holds these, and is open where others are missing; each of those follows as
+/// [`ObjectKind::Refused`]. Meshes, curves, annotations and colours are not read.
 ///
 /// **Numbers.** Points, radii and control points are the file's; weights, directions that are no unit vectors, ends of lines,
 /// half angles of cones in degrees and what is placed are rounded to a few units in the last place of the model's size. Curves in uv are made
@@ -87,6 +91,8 @@ pub fn read_step(bytes: &[u8]) -> Result<Document, ReadError> {
     }
     let size = extent(&entities, placed.iter().map(|p| p.id));
     let mut made: HashMap<u64, Result<(Brep, Vec<String>), ReadError>> = HashMap::new();
+    // Faces that bodies lack, of each body once.
+    let mut left_out: Vec<Object> = Vec::new();
     let mut objects = Vec::new();
     for (p, context) in placed.into_iter().zip(contexts) {
         // Placements end in the units of the assembly that is in no other.
@@ -103,7 +109,32 @@ pub fn read_step(bytes: &[u8]) -> Result<Document, ReadError> {
             let tolerance = given.min(MOST_TOLERANCE * size);
             let list = faces(&entities, p.id, &mut geometry.numbers)?;
             let made = brep(p.id, &mut geometry, &list, size, tolerance)?;
-            Ok((made.brep, made.warnings))
+            let more = made.left_out.len().saturating_sub(NAMED);
+            for (face, reason) in made.left_out.into_iter().take(NAMED) {
+                left_out.push(Object {
+                    name: p.name.clone(),
+                    layer: None,
+                    block_member: false,
+                    hidden: false,
+                    locked: false,
+                    offset: entities.offset(face),
+                    kind: ObjectKind::Refused {
+                        class: format!(
+                            "face #{face} of {}",
+                            entities.described(p.id).to_lowercase()
+                        ),
+                        reason,
+                    },
+                    warnings: Vec::new(),
+                });
+            }
+            let mut said = made.warnings;
+            if more > 0 {
+                said.push(format!(
+                    "{more} of the faces that are left out are not named"
+                ));
+            }
+            Ok((made.brep, said))
         });
         let class = entities.described(p.id).to_lowercase();
         let mut own = Vec::new();
@@ -153,6 +184,7 @@ pub fn read_step(bytes: &[u8]) -> Result<Document, ReadError> {
             kind,
             warnings: own,
         });
+        objects.append(&mut left_out);
     }
     Ok(Document {
         format: Format::Step,
