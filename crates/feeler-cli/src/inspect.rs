@@ -64,7 +64,7 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Bad> {
         as_text(&document, more)
     };
     out.write_all(text.as_bytes()).map_err(write_error)?;
-    let refused = document.objects.iter().map(|o| refused(&o.kind)).sum();
+    let refused: usize = document.objects.iter().map(|o| refused(&o.kind)).sum();
     if refused == 0 {
         return Ok(Outcome::Good);
     }

@@ -150,13 +150,21 @@ const REFUSED: &str = "bored_nurbs_seamless";
 #[test]
 fn what_is_not_supported_is_refused_by_its_number() {
     let document = file(&format!("step/{REFUSED}.step"));
-    let [object] = &document.objects[..] else {
+    let [body, face] = &document.objects[..] else {
         panic!("{} objects", document.objects.len());
     };
-    let ObjectKind::Refused { class, reason } = &object.kind else {
-        panic!("{}", object.kind.name());
+    // The body lacks that face.
+    let ObjectKind::Brep(body) = &body.kind else {
+        panic!("{}", body.kind.name());
     };
-    assert_eq!(class, "manifold_solid_brep");
+    assert!(!body.is_closed());
+    let ObjectKind::Refused { class, reason } = &face.kind else {
+        panic!("{}", face.kind.name());
+    };
+    assert!(
+        class.starts_with("face #") && class.ends_with(" of manifold_solid_brep"),
+        "{class}"
+    );
     let why = reason.to_string();
     assert!(
         why.starts_with('#') && why.contains("split closed faces at seams"),
@@ -1041,4 +1049,40 @@ fn proofs_are_counted_by_all_trims_of_an_edge() {
             .any(|s| s.starts_with("1 more are too many to be proven"));
         assert_eq!(found, left, "{others}: {said:?}");
     }
+}
+
+/// Two meridians that leave a pole almost in one direction are taken to do so in one: the second is moved, and the bound on how far images are from
+/// their edges says so.
+#[test]
+fn what_is_moved_at_a_pole_counts_in_the_bound() {
+    let angle = 1e-6_f64;
+    let radius = 2.;
+    let mut w = Writer::default();
+    let axes = w.axes([0.; 3], Z, X);
+    let sphere = w.put(format!("SPHERICAL_SURFACE('',{axes},{radius:?})"));
+    let (sin, cos) = angle.sin_cos();
+    let [p, q, pole] = [
+        [radius, 0., 0.],
+        [radius * cos, radius * sin, 0.],
+        [0., 0., radius],
+    ]
+    .map(|at| w.vertex(at));
+    let equator = w.circle([0.; 3], Z, X, radius);
+    let along = w.edge(&p, &q, &equator);
+    let first = w.circle([0.; 3], [sin, -cos, 0.], [cos, sin, 0.], radius);
+    let up = w.edge(&q, &pole, &first);
+    let second = w.circle([0.; 3], [0., -1., 0.], X, radius);
+    let down = w.edge(&p, &pole, &second);
+    let bound = w.bound(&[(&along, true), (&up, true), (&down, false)]);
+    let face = w.face(&sphere, &[bound]);
+    w.sheet(&[face]);
+    let document = w.document();
+    let said = document.objects[0].warnings.join("; ");
+    let start = said.find("images are within ").expect("a bound") + "images are within ".len();
+    let found = said[start..]
+        .split(' ')
+        .next()
+        .and_then(|x| x.parse::<f64>().ok());
+    let found = found.expect("a number");
+    assert!(found >= 0.9 * radius * angle && found < 1e-5, "{said}");
 }
