@@ -3,14 +3,15 @@
 //! The separation is the least of `d(p) - r` over the points p of the axis, d the signed distance. d changes by no
 //! more than the way between two points, so d at the middle of a piece less half its length is below d on all of it: pieces are
 //! halved, the lowest first, until the least value found is within [`TOLERANCE`] of the axis's length above the least bound, or the
-//! pieces are used up. The enclosure is certified either way; where the axis runs along a face it is as wide as the pieces are long.
+//! pieces are used up. The enclosure is certified either way; where the axis runs along a face it is as wide as the pieces are long,
+//! and told as undecided.
 
 use crate::ball::{ball_at, nothing_known, separation_at};
 use crate::pair::{Ask, Memory, PairAnswer};
 use crate::pose::{Placed, up};
 use crate::shape::BrepShape;
 use feeler::numeric::Enclosure;
-use feeler::query::Separation;
+use feeler::query::{Separation, Undecided};
 use parry3d_f64::math::Vector;
 use parry3d_f64::shape::PackedFeatureId;
 use std::cmp::Ordering;
@@ -71,7 +72,7 @@ pub(crate) fn along(
     let first = lookup(0.5);
     let (mut best, mut best_at) = (first, 0.5);
     let mut heap = BinaryHeap::from([Piece {
-        lowest: first.bounds.lo - 0.5 * length,
+        lowest: (first.bounds.lo - 0.5 * length).next_down(),
         middle: 0.5,
         half: 0.5,
     }]);
@@ -90,7 +91,9 @@ pub(crate) fn along(
             }
             heap.push(Piece {
                 // What its parent proved holds for it, too.
-                lowest: (here.bounds.lo - half * length).max(piece.lowest),
+                lowest: (here.bounds.lo - half * length)
+                    .next_down()
+                    .max(piece.lowest),
                 middle,
                 half,
             });
@@ -107,10 +110,14 @@ pub(crate) fn along(
     let separation = Separation {
         value: best.value,
         bounds: Enclosure {
-            lo: lo.min(best.bounds.lo).next_down(),
+            lo: lo.min(best.bounds.lo),
             hi: best.bounds.hi,
         },
     };
+    let settled = separation.bounds.width() <= (TOLERANCE * length).max(shape.accuracy());
+    if !settled {
+        shape.note_undecided();
+    }
     let single = Ask {
         placement: ask.placement,
         prediction: ask.prediction,
@@ -132,6 +139,6 @@ pub(crate) fn along(
         separation,
         contacts,
         continuum: false,
-        undecided: None,
+        undecided: (!settled).then_some(Undecided::Budget),
     }
 }

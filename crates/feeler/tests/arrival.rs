@@ -315,6 +315,38 @@ fn predictions_that_are_no_lengths() {
     }
 }
 
+/// The same of contacts: whatever they are asked with, an answer, and the separation unmoved.
+#[test]
+fn contacts_within_what_is_no_length() {
+    for brep in [cube(), bicubic(), nurbs_sphere()] {
+        let brep = PreparedBrep::new(brep);
+        let plane = HalfSpace::new(-Vector3::z(), -3.0).unwrap();
+        for probe in [ball([0.25, 0.5, 7.0], 0.25), Probe::HalfSpace(plane)] {
+            for contacts in [Contacts::Deepest, Contacts::All] {
+                let mut workspace = Workspace::default();
+                let mut ask = |prediction| {
+                    let options = Options {
+                        prediction,
+                        contacts,
+                        accuracy: Accuracy::Length(1e-9),
+                        ..Options::default()
+                    };
+                    feeler::query::contact(&brep, &probe, &options, &mut workspace)
+                };
+                let usual = ask(100.0);
+                assert!(!usual.contacts.is_empty());
+                assert_eq!(ask(f64::INFINITY).contacts[0], usual.contacts[0]);
+                for none in [f64::NEG_INFINITY, f64::NAN] {
+                    let found = ask(none);
+                    assert!(found.contacts.is_empty(), "{none} {found:?}");
+                    let (a, b) = (found.separation.bounds, usual.separation.bounds);
+                    assert!(a.lo <= b.hi && b.lo <= a.hi);
+                }
+            }
+        }
+    }
+}
+
 /// A way that says of itself how it goes: round the z axis at a radius of 3, a turn in 2 pi.
 struct Round;
 

@@ -71,7 +71,7 @@ pub fn run(
     extent: Extent,
     progress: &mut dyn FnMut(&str),
 ) -> Result<Finding, String> {
-    match name {
+    let mut finding = match name {
         "ball-joint" => ball_joint::run(models, extent, progress),
         "balls" => balls::run(extent, progress),
         "geneva" => geneva::run(models, extent, progress),
@@ -82,7 +82,18 @@ pub fn run(
             "there is no experiment {name}: give one of {}",
             NAMES.join(", ")
         )),
+    }?;
+    for scene in &finding.scenes {
+        let file = format!("{}.html", scene.name);
+        if !finding.page.contains(&file) {
+            let what = format!(
+                "\n[The part with the ball in {} places]({file})\n",
+                scene.queries.len()
+            );
+            finding.page += &what;
+        }
     }
+    Ok(finding)
 }
 
 /// The first BREP of a part of the thesis.

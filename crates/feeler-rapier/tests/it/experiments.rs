@@ -57,6 +57,13 @@ fn rolling() {
     assert!(number(brep, 4) < 1.0, "{brep:?}");
     assert!(number(mesh, 4) > 3.0 * number(brep, 4), "{brep:?} {mesh:?}");
     assert!(number(mesh, 7) > 3.0 * number(brep, 7), "{brep:?} {mesh:?}");
+    // What is to be seen is named, and is where the ball touches.
+    let names: Vec<_> = found.scenes.iter().map(|s| s.name.as_str()).collect();
+    assert_eq!(names, ["rolling-torus", "rolling-sheet"]);
+    for scene in &found.scenes {
+        assert!(found.page.contains(&format!("({}.html)", scene.name)));
+        assert_eq!(scene.queries.len(), 12);
+    }
 }
 
 #[test]

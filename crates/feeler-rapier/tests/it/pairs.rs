@@ -2,6 +2,7 @@
 
 use crate::scenes::{Random, block, cube, part, shape, to_cube, torus};
 use dashu_ratio::RBig;
+use feeler::query::Undecided;
 use feeler_rapier::{BrepDispatcher, BrepShape, ball_gap, pose};
 use parry3d_f64::math::{Pose, Rotation, Vector};
 use parry3d_f64::query::details::ShapeCastOptions;
@@ -144,6 +145,30 @@ fn capsules_and_segments() {
     let tilted = Rotation::from_axis_angle(Vector::X, std::f64::consts::FRAC_PI_4);
     let pose = Pose::from_parts(Vector::new(0.5, 1.5, 1.5), tilted);
     both_orders(&brep, &c, &pose, 0.5f64.sqrt() - 0.25, 0.02);
+}
+
+/// Where the pieces of the axis are used up, the bounds are wide, and it is told.
+#[test]
+fn a_capsule_along_a_face_is_known_less_well() {
+    let brep = shape(cube());
+    let d = BrepDispatcher::new();
+    let capsule = Capsule::new_z(0.25, 0.125);
+    let (stands, lies) = (
+        Pose::translation(0.5, 0.5, 1.5),
+        Pose::from_parts(
+            Vector::new(0.5, 0.5, 1.25),
+            Rotation::from_axis_angle(Vector::X, std::f64::consts::FRAC_PI_2),
+        ),
+    );
+    let before = brep.undecided();
+    let upright = d.pair(&stands, &brep, &capsule, 1.0).unwrap();
+    assert_eq!(upright.undecided, None);
+    assert_eq!(brep.undecided(), before);
+    let flat = d.pair(&lies, &brep, &capsule, 1.0).unwrap();
+    let b = flat.separation.bounds;
+    assert!(b.contains(0.125) && b.width() > 0.5 / 1024.0, "{b:?}");
+    assert_eq!(flat.undecided, Some(Undecided::Budget));
+    assert!(brep.undecided() > before);
 }
 
 /// The rotation of a quaternion's exact normalisation, in rationals.

@@ -104,7 +104,8 @@ pub enum Contacts {
 pub struct Options {
     /// Width of the separation's enclosure.
     pub accuracy: Accuracy,
-    /// Report contacts with separation <= this, in model units.
+    /// Report contacts with separation <= this, in model units. Infinite: however far they are; minus infinity, or NaN: none. (Of an arrival, which
+    /// asks when the separation is that small: at once, never, and undecided.)
     pub prediction: f64,
     /// Which contacts to report.
     pub contacts: Contacts,

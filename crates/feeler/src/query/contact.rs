@@ -99,6 +99,15 @@ fn answer(
     options: &Options,
     workspace: &mut Workspace,
 ) -> ContactAnswer {
+    // What is no number is no distance within which anything could be.
+    let within_none = Options {
+        prediction: f64::NEG_INFINITY,
+        ..*options
+    };
+    let options = match options.prediction.is_nan() {
+        true => &within_none,
+        false => options,
+    };
     let (objective, radius) = match probe {
         Probe::Sphere(s) => (Objective::SquaredDistance(s.center), s.radius),
         Probe::HalfSpace(h) => (Objective::Height(h.normal, h.offset), 0.0),
