@@ -61,9 +61,11 @@ def row(path, args):
     cells = [path.name, f"{size:,}"]
     if code is None:
         return cells + ["not loaded in time"] + [""] * 9
-    if code == 2:
-        return cells + [text.strip().splitlines()[-1].replace(f"{path}", "it")[:120]] + [""] * 9
-    seen = json.loads(text)
+    # With objects that are refused it ends with 2, too, after it has told them.
+    lines = text.strip().splitlines()
+    if code == 2 and not lines[0].startswith("{"):
+        return cells + [lines[-1].replace(f"{path}", "it")[:120]] + [""] * 9
+    seen = json.loads(lines[0])
     objects = seen["objects"]
     bodies = [o for o in objects if o.get("faces")]
     refused = sum(o["kind"] == "refused" for o in objects)
