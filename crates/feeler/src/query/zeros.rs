@@ -483,7 +483,7 @@ fn side_at<T>(
         };
         Ball::exact(maps[k].start) + x * Ball::difference(maps[k].end, maps[k].start)
     });
-    match region.side_beside_part(uv) {
+    match region.side_of_ball(uv) {
         Some(Side::Inside) => BoxSide::Inside,
         Some(Side::Outside) => BoxSide::Outside,
         Some(Side::Boundary) | None => BoxSide::Mixed,

@@ -1,21 +1,23 @@
-//! The side of a point that is known to more digits than a f64 has, next to one piece of the boundary.
+//! The side of a point that is known to more digits than a f64 has, next to pieces of the boundary.
 //!
 //! # What is proven
-//! Let `B` be the part of a box about the point that is in the open domain, a rectangle, and let only one part of the boundary meet
-//! the box. It cuts `B` into two sets at most that do not meet the boundary and are each connected, so all inside or all outside: then a point
-//! off the part is on the side of any point of `B` that is in the same set, and there may be one whose coordinates are f64: its side
-//! is decided exactly.
+//! Let `B` be the part of a box about the point `p` that is in the open domain, a rectangle. Another point `q` of it, with coordinates that are
+//! f64, is joined to `p` by way of `(q_u, p_v)` or `(p_u, q_v)`, on two segments along u and v in `B`. If these do not meet the boundary, `p`
+//! is on the side of `q`, which is decided exactly. They do not meet parts that do not meet the box; of a part that may, let `p`, `q` and the
+//! corner between them be in one of these sets:
 //!
-//! *A segment*: the sets are the two sides of its line, which are convex. Which one a point is in is the sign of a determinant
-//! of homogeneous coordinates, in double-double with its error.
+//! *A segment*, or a curve along which u or v does not change: one of the two sides of its line, which are convex. Which one a point is in
+//! is the sign of a determinant of homogeneous coordinates, in double-double with its error.
 //!
-//! *A part along which u and v both rise* (or both fall): the sets are that of the points left of and above some point of the part,
-//! and that of the points right of and below one. Going left or up from `p` in the first, no point of the part is met: let `c` be on the part with
+//! *A part along which u and v both rise* (or both fall): the points left of and above some point of the part, those right of and below
+//! one, those that are neither left of nor below its upper end, which is not one of them, and those neither right of nor above its lower end.
+//! Going left or up from `p` in the first, no point of the part is met: let `c` be on the part with
 //! `c_u >= p_u`, `c_v <= p_v`, and let `c'` be on it with `c'_u <= p_u`, `c'_v >= p_v`; as `c'_u <= c_u`, and both rise, `c'_v <= c_v`. So
-//! `c'_v = p_v = c_v`, which strictly rising allows only for `c' = c = p`: but `p` is off the part. Two points `p`, `q` of the set
-//! are joined by way of `(min(p_u, q_u), max(p_v, q_v))`, which is in `B` as well. The second set likewise, and likewise where one coordinate rises and
-//! the other falls, with u turned round. One point of the part that is strictly on the one side in u and on the other in v, in
-//! double-double with its error, tells the set.
+//! `c'_v = p_v = c_v`, which strictly rising allows only for `c' = c = p`: but `p` is off the part. So of two points of the set on a line along
+//! u or v, none between them is on the part. The second set likewise. In the third, of the part only its upper end could be between them, and
+//! only where they are on both sides of it on a line through it: but one is then left of it or below. The fourth likewise, and likewise where
+//! one coordinate rises and the other falls, with u turned round. One point of the part that is strictly on the one side in u and on the other
+//! in v, or an end from which the point is strictly beyond in both, in double-double with its error, tells the set.
 
 use super::decide::Part;
 use super::piece::Piece;
@@ -24,6 +26,7 @@ use super::split::Trend;
 use super::{Side, TrimRegion};
 use crate::numeric::bernstein::evaluate;
 use crate::numeric::{Ball, Dd, Real};
+use arrayvec::ArrayVec;
 use nalgebra::Point2;
 
 /// Half the widths of the boxes that are tried, as parts of the domain: the least keeps clear of other pieces, the largest has f64
@@ -33,14 +36,16 @@ const WIDTHS: [f64; 3] = [
     1.0 / (1u64 << 42) as f64,
     1.0 / (1u64 << 34) as f64,
 ];
-/// Where in the box points are looked for.
-const PLACES: [f64; 2] = [-0.75, 0.75];
+/// Where in the box points are looked for, in both coordinates: some in each sector of a corner that is not all too narrow.
+const PLACES: [f64; 5] = [-0.75, 0.75, -0.375, 0.375, 0.0];
+/// So many parts near the point are looked at: no corner but a few has more.
+const MOST_PARTS: usize = 4;
 /// How many points of a part are tried: the search for one gains digits as a secant method does.
 const TRIALS: usize = 40;
 
 impl TrimRegion {
     /// The side of a point; `None` where what is said above does not tell.
-    pub(crate) fn side_beside_part(&self, uv: [Ball<Dd>; 2]) -> Option<Side> {
+    pub(crate) fn side_of_ball(&self, uv: [Ball<Dd>; 2]) -> Option<Side> {
         let domain = self.domain();
         let in_domain = |k: usize| {
             let (x, d) = (uv[k], domain[k]);
@@ -54,9 +59,16 @@ impl TrimRegion {
             let half = [0, 1].map(|k| width * domain[k].length());
             let about: [[f64; 2]; 2] =
                 [0, 1].map(|k| [uv[k].lower() - half[k], uv[k].upper() + half[k]]);
-            let (piece, part) = self.only_part(about)?;
-            let border = Border::new(piece, part);
-            let set = border.set_of(uv)?;
+            let near = self.parts_near::<MOST_PARTS>(about)?;
+            let borders: ArrayVec<Border, MOST_PARTS> =
+                near.into_iter().map(|(a, b)| Border::new(a, b)).collect();
+            let own: Option<ArrayVec<Set, MOST_PARTS>> =
+                borders.iter().map(|b| b.set_of(uv)).collect();
+            let own = own?;
+            let same = |at: [Ball<Dd>; 2]| {
+                let mut both = borders.iter().zip(&own);
+                both.all(|(border, set)| border.set_of(at) == Some(*set))
+            };
             let candidates = PLACES.iter().flat_map(|a| PLACES.map(|b| [*a, b]));
             let beside = candidates.filter_map(|by| {
                 let at = [0, 1].map(|k| {
@@ -64,7 +76,8 @@ impl TrimRegion {
                     (domain[k].start < x && x < domain[k].end).then_some(x)
                 });
                 let at = [at[0]?, at[1]?];
-                (border.set_of(at.map(Ball::exact))? == set).then_some(at)
+                let [u, v] = at.map(Ball::exact);
+                (same([u, v]) && (same([u, uv[1]]) || same([uv[0], v]))).then_some(at)
             });
             let mut sides = beside.map(|at| self.side(Point2::new(at[0], at[1])).side);
             sides.find_map(|side| side.filter(|s| *s != Side::Boundary))
@@ -72,7 +85,16 @@ impl TrimRegion {
     }
 }
 
-/// The only part of the boundary about.
+/// Where a point is as seen from a part of the boundary: see the module.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Set {
+    /// On one side of it.
+    Beside(bool),
+    /// Beyond one of its ends.
+    Beyond(bool),
+}
+
+/// A part of the boundary near the point.
 struct Border<'a> {
     part: &'a Part,
     /// Its piece's control points.
@@ -87,17 +109,21 @@ impl<'a> Border<'a> {
         }
     }
 
-    /// In which of two sets a point is.
-    fn set_of(&self, uv: [Ball<Dd>; 2]) -> Option<bool> {
-        match self.points.as_slice() {
-            [a, b] => is_above(a, b, uv),
-            _ => self.is_beyond(uv),
+    /// In which set a point is, if that can be told.
+    fn set_of(&self, uv: [Ball<Dd>; 2]) -> Option<Set> {
+        if let [a, b] = self.points.as_slice() {
+            return is_above(a, b, uv).map(Set::Beside);
         }
+        if let Some(k) = self.part.trends.iter().position(|t| *t == Trend::Flat) {
+            let [x, w] = [k, 2].map(|c| self.points[0][c]);
+            return is_positive(uv[k] - x / w).map(Set::Beside);
+        }
+        self.set_by_points(uv)
     }
 
-    /// On which side of a part that rises or falls in both coordinates a point is. The point of the part that tells is sought
+    /// Of a part that rises or falls in both coordinates. The point of the part that tells is sought
     /// where the two coordinates are off by the same share of the part's size, by the secant method within what is known.
-    fn is_beyond(&self, uv: [Ball<Dd>; 2]) -> Option<bool> {
+    fn set_by_points(&self, uv: [Ball<Dd>; 2]) -> Option<Set> {
         let signs = self.part.trends.map(|t| match t {
             Trend::Up => Some(1.0),
             Trend::Down => Some(-1.0),
@@ -129,13 +155,15 @@ impl<'a> Border<'a> {
                 evaluate(coordinate.collect(), Ball { mid: t, rad: 0.0 })
             });
             let off = [x / w - uv[0], y / w - uv[1]];
-            let sign = off.map(|x| {
-                (x.mid.abs().hi > 2.0 * x.rad).then(|| if x.mid > Dd::ZERO { 1.0 } else { -1.0 })
-            });
-            if let [Some(a), Some(b)] = sign
-                && a * signs[0] != b * signs[1]
-            {
-                return Some(a > 0.0);
+            if let [Some(a), Some(b)] = off.map(is_positive) {
+                // Whether the part's point is ahead of the other, along the part, in each coordinate.
+                let ahead = [a == (signs[0] > 0.0), b == (signs[1] > 0.0)];
+                if ahead[0] != ahead[1] {
+                    return Some(Set::Beside(a));
+                }
+                if trial < 2 && ahead[0] == (trial == 0) {
+                    return Some(Set::Beyond(trial == 1));
+                }
             }
             let level = off[0].mid * Dd::from(shares[0]) + off[1].mid * Dd::from(shares[1]);
             let end = match trial {
@@ -159,9 +187,10 @@ impl<'a> Border<'a> {
 fn is_above(a: &Ball3, b: &Ball3, [u, v]: [Ball<Dd>; 2]) -> Option<bool> {
     let minor = |i: usize, j: usize| a[i] * b[j] - a[j] * b[i];
     let level = u * minor(1, 2) - v * minor(0, 2) + minor(0, 1);
-    if level.mid.abs().hi > 2.0 * level.rad {
-        Some(level.mid > Dd::ZERO)
-    } else {
-        None
-    }
+    is_positive(level)
+}
+
+/// The sign of a number, if it is known.
+fn is_positive(x: Ball<Dd>) -> Option<bool> {
+    (x.mid.abs().hi > 2.0 * x.rad).then(|| x.mid > Dd::ZERO)
 }

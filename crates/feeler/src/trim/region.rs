@@ -9,6 +9,7 @@ use super::source::{End, Source, segment, trim_runs};
 use super::split::{Trend, split};
 use crate::brep::Brep;
 use crate::numeric::Interval;
+use arrayvec::ArrayVec;
 use nalgebra::Point2;
 use std::sync::OnceLock;
 
@@ -259,21 +260,24 @@ impl TrimRegion {
         &self.boundary
     }
 
-    /// The only part of the loops that may meet a closed box, and its piece; `None` if none or more than one may.
-    pub(super) fn only_part(&self, b: [[f64; 2]; 2]) -> Option<(&Piece, &Part)> {
-        let mut only = None;
+    /// The parts of the loops that may meet a closed box, and their pieces; `None` if they are more than asked for.
+    pub(super) fn parts_near<const N: usize>(
+        &self,
+        b: [[f64; 2]; 2],
+    ) -> Option<ArrayVec<(&Piece, &Part), N>> {
+        let mut near = ArrayVec::<u32, N>::new();
         for k in self.cells().meeting(b).flatten() {
             let part = &self.parts[*k as usize];
-            if part.misses(&self.pieces[part.piece as usize], b) {
+            if near.contains(k) || part.misses(&self.pieces[part.piece as usize], b) {
                 continue;
             }
-            if only.is_some_and(|o| o != *k) {
-                return None;
-            }
-            only = Some(*k);
+            near.try_push(*k).ok()?;
         }
-        let part = &self.parts[only? as usize];
-        Some((&self.pieces[part.piece as usize], part))
+        let part = |k: u32| {
+            let part = &self.parts[k as usize];
+            (&self.pieces[part.piece as usize], part)
+        };
+        Some(near.into_iter().map(part).collect())
     }
 
     /// On which side of the boundary the point is. Exact; see [`RegionSide::side`] for the exception.
