@@ -25,3 +25,4 @@ pub use interval::Interval;
 pub use real::{Real, TINY};
 pub(crate) use td::Td;
 pub use trig::{MAX_ANGLE, sin_cos};
+pub(crate) use trig::{full_turn, vector_angle};

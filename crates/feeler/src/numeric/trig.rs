@@ -1,7 +1,7 @@
 //! Sine and cosine from our own arithmetic: the same bits on every platform, with a proven
 //! bound.
 
-use super::{Ball, Dd};
+use super::{Ball, Dd, atan2};
 
 /// Angles beyond this magnitude, in radians, get balls that only say "between -1 and 1".
 pub const MAX_ANGLE: f64 = (1u64 << 30) as f64;
@@ -194,6 +194,39 @@ pub fn sin_cos(angle: Ball<Dd>) -> (Ball<Dd>, Ball<Dd>) {
     }
 }
 
+/// 2 pi.
+pub(crate) fn full_turn() -> Ball<Dd> {
+    let [a, b, c] = HALF_PI.map(|x| 4.0 * x);
+    // What the third leaves is far below a unit of it.
+    Ball::from_dd(Dd { hi: a, lo: b }, c.abs() * (1.0 + f64::EPSILON))
+}
+
+/// The angle of the vector `(x, y)` from the x axis, in radians; `None` where that is not known within [`SMALL`].
+///
+/// Method: turned back by the angle `a` that f64 gives, exactly, the vector is at a small angle `atan z = z - z^3/3 + ...`, `z` the quotient of its
+/// coordinates; the series alternates and its terms fall, so that the rest is below `|z|^5 / 5`, and `|z|` is below [`SMALL`].
+pub(crate) fn vector_angle(y: Ball<Dd>, x: Ball<Dd>) -> Option<Ball<Dd>> {
+    let about = Ball::exact(atan2(y.mid.hi, x.mid.hi));
+    let (sin, cos) = sin_cos(about);
+    let (along, across) = (x * cos + y * sin, y * cos - x * sin);
+    if !along.is_above(0.0) {
+        return None;
+    }
+    let z = across / along;
+    let most = z.magnitude();
+    // Negated: what is not a number is not known.
+    if !(most <= SMALL) {
+        return None;
+    }
+    let series = z - z * z * z / Ball::exact(3.0);
+    let rest = most.powi(5) * 0.25;
+    let off = Ball::from_dd(series.mid, (series.rad + rest) * (1.0 + 4.0 * f64::EPSILON));
+    Some(about + off)
+}
+
+/// Angles within which two terms of the series of the arc tangent leave less than 2^-122.
+const SMALL: f64 = 1.0 / (1u64 << 24) as f64;
+
 #[cfg(test)]
 #[allow(
     clippy::approx_constant,
@@ -339,6 +372,29 @@ mod tests {
             };
             assert!(close(s, sin) && close(c, cos), "{x}: {s:?} {c:?}");
         }
+    }
+
+    /// What is turned by a known angle is found at it, to 1e-29, however short the vector is.
+    #[test]
+    fn angles_of_vectors() {
+        for k in -31..=31 {
+            let angle = Ball::exact(f64::from(k) * 0.1);
+            let (sin, cos) = sin_cos(angle);
+            for length in [1.0, 1e-16, 3e-40, 1e30] {
+                let by = Ball::exact(length);
+                let found = vector_angle(sin * by, cos * by).unwrap();
+                let off = found - angle;
+                assert!(
+                    off.mid.magnitude() <= off.rad && off.rad < 1e-29,
+                    "{k} {length:e}: {off:?}"
+                );
+            }
+        }
+        let vague = Ball::from_dd(Dd::from(1e-16), 1e-20);
+        assert!(vector_angle(vague, vague).is_none());
+        assert!(vector_angle(Ball::ZERO, Ball::ZERO).is_none());
+        let (sin, cos) = sin_cos(full_turn());
+        assert!(sin.magnitude() < 1e-31 && (cos - Ball::ONE).magnitude() < 1e-30);
     }
 
     #[test]

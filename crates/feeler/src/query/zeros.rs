@@ -21,7 +21,7 @@ use super::forms::{Forms, Stabber, contraction, narrow, parameter_slope, range, 
 use super::joints;
 use crate::numeric::bernstein::largest;
 use crate::numeric::{Ball, Dd, Real};
-use crate::prepare::closed::{ClosedLine, V3, exact};
+use crate::prepare::closed::{ClosedHit, ClosedLine, V3, exact};
 use crate::prepare::{Meeting, Net, PreparedBrep, jet};
 use crate::trim::{BoxSide, Side};
 use nalgebra::Vector3;
@@ -250,23 +250,58 @@ fn closed_hits(brep: &PreparedBrep, stab: &Stabber, face: usize) -> Option<Vec<R
         }
         match boxes_side(brep, face, &hit.boxes) {
             BoxSide::Outside => {}
-            // The boxes are rounded outward to f64; the patches tell more finely.
-            BoxSide::Mixed => return None,
-            BoxSide::Inside => out.push(RawHit {
-                face,
-                at: HitAt::Closed {
-                    uv: hit.uv,
-                    point: hit.point,
-                },
-                t: hit.t,
-                inside: true,
-                at_joint: false,
-                touches: hit.touches,
-                exact: None,
-            }),
+            BoxSide::Inside => out.push(closed_hit(face, &hit, hit.uv)),
+            // The boxes are rounded outward to f64.
+            BoxSide::Mixed => {
+                let places = form.surface.places(&hit.point)?;
+                if let Some(uv) = place_inside(brep, face, &places)? {
+                    out.push(closed_hit(face, &hit, uv));
+                }
+            }
         }
     }
     Some(out)
+}
+
+fn closed_hit(face: usize, hit: &ClosedHit, uv: [f64; 2]) -> RawHit {
+    RawHit {
+        face,
+        at: HitAt::Closed {
+            uv,
+            point: hit.point,
+        },
+        t: hit.t,
+        inside: true,
+        at_joint: false,
+        touches: hit.touches,
+        exact: None,
+    }
+}
+
+/// Of the copies of one point's parameters the one that is in the region, rounded, if one is; `None` where that is not known.
+fn place_inside(
+    brep: &PreparedBrep,
+    face: usize,
+    places: &[[Ball<Dd>; 2]],
+) -> Option<Option<[f64; 2]>> {
+    let domain = brep.brep().surface(face).domain();
+    let region = brep.region(face);
+    let mut known = true;
+    for uv in places {
+        let beyond = |k: usize| {
+            let [low, high] = [domain[k].start, domain[k].end].map(|end| uv[k] - Ball::exact(end));
+            low.mid.hi < -2.0 * low.rad || high.mid.hi > 2.0 * high.rad
+        };
+        if (0..2).any(beyond) {
+            continue;
+        }
+        match region.side_of_ball(*uv) {
+            Some(Side::Inside) => return Some(Some(uv.map(|x| x.mid.hi))),
+            Some(Side::Outside) => {}
+            Some(Side::Boundary) | None => known = false,
+        }
+    }
+    known.then_some(None)
 }
 
 /// The hits with a face that is a polygon, exactly.

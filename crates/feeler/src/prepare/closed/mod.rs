@@ -8,6 +8,7 @@ mod curve;
 mod form;
 mod gap;
 mod line;
+mod place;
 mod plane;
 mod quadric;
 mod revolution;
@@ -16,7 +17,7 @@ pub(crate) use curve::{ClosedCurve, CurveShape};
 use form::Critical;
 pub(crate) use form::{Boxes, Extent, Minimum, Target, V3, exact, widened};
 pub(crate) use gap::frechet;
-pub(crate) use line::ClosedLine;
+pub(crate) use line::{ClosedHit, ClosedLine};
 
 use plane::PlaneForm;
 use revolution::RevolutionForm;

@@ -387,8 +387,18 @@ impl RevolutionForm {
         }
     }
 
+    /// The angles of its domain, in radians.
+    pub(super) fn angle(&self) -> Interval {
+        self.angle
+    }
+
+    /// The same as native parameters.
+    pub(super) fn angle_domain(&self) -> Interval {
+        self.angle_domain
+    }
+
     /// Native angular parameter from an angle.
-    fn angular(&self) -> Linear {
+    pub(super) fn angular(&self) -> Linear {
         Linear {
             from: self.angle,
             to: self.angle_domain,
@@ -400,7 +410,7 @@ impl RevolutionForm {
     }
 
     /// The profile's map from its own parameter (0 to 1 on a segment, the angle on an arc) to the native one.
-    fn profile_map(&self) -> Linear {
+    pub(super) fn profile_map(&self) -> Linear {
         Linear {
             from: match &self.fine.profile {
                 Profile::Line { .. } => UNIT_INTERVAL,
@@ -419,7 +429,7 @@ impl RevolutionForm {
         if self.transposed { [uv[1], uv[0]] } else { uv }
     }
 
-    fn join<T>(&self, angular: T, profile: T) -> [T; 2] {
+    pub(super) fn join<T>(&self, angular: T, profile: T) -> [T; 2] {
         if self.transposed {
             [profile, angular]
         } else {
