@@ -365,6 +365,21 @@ pub(super) fn narrow(root: &Forms<Dd>, u: [f64; 2], v: [f64; 2]) -> Forms<Dd> {
     node
 }
 
+/// The combination of the two forms with the least slope, given the Jacobian: a line that passes the patch has one sign there.
+pub(super) fn combination(j: &[[f64; 2]; 2]) -> [f64; 2] {
+    if j[0][0].abs() + j[0][1].abs() >= j[1][0].abs() + j[1][1].abs() {
+        let k = if j[0][0].abs() >= j[0][1].abs() { 0 } else { 1 };
+        if j[0][k] == 0.0 {
+            [1.0, 0.0]
+        } else {
+            [-j[1][k] / j[0][k], 1.0]
+        }
+    } else {
+        let k = if j[1][0].abs() >= j[1][1].abs() { 0 } else { 1 };
+        [1.0, -j[0][k] / j[1][k]]
+    }
+}
+
 /// `|I - K'|` in the maximum norm over a box, for `K = Y L`, given each `K_k` and its error.
 pub(super) fn contraction<T: Real>(k: [(&[T], f64); 2], degree: Bidegree) -> f64 {
     let mut worst: f64 = 0.0;

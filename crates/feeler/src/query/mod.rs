@@ -17,6 +17,7 @@ mod node;
 mod objective;
 mod overlap;
 mod passages;
+mod poles;
 mod refine;
 mod search;
 mod upper;

@@ -17,8 +17,10 @@
 //! `Undecided`; it is never dropped.
 
 use super::closed::boxes_side;
-use super::forms::{Forms, Stabber, contraction, narrow, parameter_slope, range, restrict};
-use super::joints;
+use super::forms::{
+    Forms, Stabber, combination, contraction, narrow, parameter_slope, range, restrict,
+};
+use super::{joints, poles};
 use crate::numeric::bernstein::largest;
 use crate::numeric::{Ball, Dd, Real};
 use crate::prepare::closed::{ClosedHit, ClosedLine, V3, exact};
@@ -191,6 +193,9 @@ fn patches_hits(
         if out.is_done(stab) {
             return;
         }
+    }
+    if !out.open.is_empty() {
+        poles::settle(brep, stab, face, budget, out);
     }
     // What f64 cannot settle (a line nearly tangent to the face) is tried again in double-double; not where so
     // much is open that a whole curve of the face must be on the line (a pole's row, a ruling).
@@ -389,19 +394,7 @@ fn patch_hits<T: Real>(
         let (j, change) = node.slopes();
         let det = j[0][0] * j[1][1] - j[0][1] * j[1][0];
         let size = (j[0][0].abs() + j[0][1].abs()) * (j[1][0].abs() + j[1][1].abs());
-        // The combination with the least slope: a line that passes the patch has one sign there.
-        let flat = if j[0][0].abs() + j[0][1].abs() >= j[1][0].abs() + j[1][1].abs() {
-            let k = if j[0][0].abs() >= j[0][1].abs() { 0 } else { 1 };
-            if j[0][k] == 0.0 {
-                [1.0, 0.0]
-            } else {
-                [-j[1][k] / j[0][k], 1.0]
-            }
-        } else {
-            let k = if j[1][0].abs() >= j[1][1].abs() { 0 } else { 1 };
-            [1.0, -j[0][k] / j[1][k]]
-        };
-        let e = node.combine(flat, &mut turned[0]);
+        let e = node.combine(combination(&j), &mut turned[0]);
         let r = range(&turned[0], e);
         if r[0] > 0.0 || r[1] < 0.0 {
             continue;
@@ -468,7 +461,14 @@ fn patch_hits<T: Real>(
             out.open.push((patch, node.u, node.v));
             continue;
         }
-        let along_u = if wide_u.min(wide_v) <= LEAST_WIDTH {
+        let across = poles::split_across(&node);
+        if across.is_some_and(|u| if u { wide_u } else { wide_v } <= LEAST_WIDTH) {
+            out.open.push((patch, node.u, node.v));
+            continue;
+        }
+        let along_u = if let Some(along_u) = across {
+            along_u
+        } else if wide_u.min(wide_v) <= LEAST_WIDTH {
             wide_u > LEAST_WIDTH
         } else if change[0].max(change[1]) > UNEVEN * change[0].min(change[1]) {
             change[0] > change[1]
@@ -763,6 +763,58 @@ pub(super) fn zero_near<R>(
     let widest = (zone.u[1] - zone.u[0]).max(zone.v[1] - zone.v[0]);
     let rho = zone.radius(p, &sample)? * widest * UP;
     Some((p, rho, said))
+}
+
+/// A zero of the forms: its local parameters, how far it can be from there in each, and a box about it in which it is the only one.
+pub(super) struct KnownZero {
+    pub(super) at: [Dd; 2],
+    pub(super) reach: [Dd; 2],
+    pub(super) zone: [[f64; 2]; 2],
+}
+
+/// The zero near the middle of a box, on the patch or not.
+pub(super) fn known_zero(stab: &Stabber, at: &Place<Dd>, node: &Forms<Dd>) -> Option<KnownZero> {
+    let offsets = [0, 1].map(|k| stab.offset(k, &at.net.origin));
+    let middle = [node.u, node.v].map(|r| 0.5 * (r[0] + r[1]));
+    let (p, y) = newton_fine(stab, at.net, &offsets, middle)?;
+    let zone = Zone::new(at, node, p.map(|x| x.hi), y)?;
+    let (value, l) = forms_at(stab, at.net, &offsets, p);
+    let sample = Sample {
+        value,
+        l,
+        origin: at.net.origin,
+    };
+    let rho = zone.radius(p, &sample)?;
+    let reach = [zone.u, zone.v].map(|r| Dd::from(rho * (r[1] - r[0]) * UP));
+    Some(KnownZero {
+        at: p,
+        reach,
+        zone: [zone.u, zone.v],
+    })
+}
+
+/// The parameter of the line at a zero that is known so, and the point, rounded; `None` where a weight may not be positive.
+pub(super) fn parameter_at(
+    stab: &Stabber,
+    net: &Net<Dd>,
+    KnownZero { at, reach, zone }: &KnownZero,
+) -> Option<(Ball<Dd>, [f64; 3])> {
+    let offsets = [0, 1].map(|k| stab.offset(k, &net.origin));
+    let (value, _) = forms_at(stab, net, &offsets, *at);
+    let t = stab.parameter(&value, &net.origin);
+    // t moves with the point: bounded by the slopes over the zone, for coordinates that run over it from 0 to 1.
+    let clock = restrict(&stab.clock(net), zone[0], zone[1]);
+    let share = (0..2).map(|k| reach[k].hi / (zone[k][1] - zone[k][0]));
+    let off = parameter_slope(&clock, stab) * share.fold(0.0, f64::max) * UP;
+    let t = Ball {
+        mid: t.mid,
+        rad: (t.rad + off) * UP,
+    };
+    let point = [0, 1, 2].map(|c| {
+        let x = value[c] / value[3] + Ball::exact(net.origin[c]);
+        x.mid.hi
+    });
+    t.rad.is_finite().then_some((t, point))
 }
 
 /// A box in which there is one zero at most.
