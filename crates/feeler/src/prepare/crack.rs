@@ -4,12 +4,12 @@
 //! direction gives less). What is given here is never less: see `matching` for the proof.
 
 use super::closed;
-use super::closed::CurveShape;
+use super::closed::{CurveShape, V3};
 use super::image::{Image, end, image, join};
 use super::matching::frechet;
 use super::near::distance;
 use super::{Box3, FaceGeometry, PreparedBrep};
-use crate::numeric::Real;
+use crate::numeric::{Ball, Dd, Real};
 use nalgebra::Vector3;
 
 /// A bound that is off by a few roundings.
@@ -54,7 +54,7 @@ const TRIED: usize = 48;
 const LEAST_TRIED: usize = 1;
 
 /// A bound below the width of an edge: each point of one image is matched with one of the other, which is no nearer than the
-/// nearest.
+/// nearest, and ends are matched with ends.
 pub(super) fn least_width(brep: &PreparedBrep, edge: usize) -> f64 {
     let trims = &brep.brep().parts().edges[edge].trims;
     let images: Vec<_> = trims.iter().map(|t| brep.fine_trim_image(*t)).collect();
@@ -67,6 +67,9 @@ pub(super) fn least_width(brep: &PreparedBrep, edge: usize) -> f64 {
             };
             if i == k {
                 continue;
+            }
+            if i < k {
+                least = least.max(ends_apart(from, to).unwrap_or(0.0));
             }
             let count = (TRIED / from.stretches.len()).max(LEAST_TRIED);
             for stretch in &from.stretches {
@@ -81,6 +84,25 @@ pub(super) fn least_width(brep: &PreparedBrep, edge: usize) -> f64 {
         }
     }
     least.min(most)
+}
+
+/// A bound below the distance of the ends that are matched, in the direction in which they are nearer: where closed curves begin
+/// elsewhere, or one turns farther than the other, all points of both may be near the other.
+fn ends_apart(a: &Image<Dd>, b: &Image<Dd>) -> Option<f64> {
+    let ends = |image: &Image<Dd>| {
+        let (first, last) = (image.stretches.first()?, image.stretches.last()?);
+        let slack = (first.slack.max(last.slack) + image.extra) * UP;
+        Some(([first.point(0.0), last.point(1.0)], slack))
+    };
+    let (([p, q], a_slack), ([r, s], b_slack)) = (ends(a)?, ends(b)?);
+    let apart = |x: &V3, y: &V3| {
+        let off: [Ball<Dd>; 3] = std::array::from_fn(|c| x[c] - y[c]);
+        let least = off.map(|x| x.lower().max(-x.upper()).max(0.0));
+        (Vector3::from(least).norm() - a_slack - b_slack) / UP
+    };
+    let with = apart(&p, &r).max(apart(&q, &s));
+    let against = apart(&p, &s).max(apart(&q, &r));
+    Some(with.min(against).max(0.0))
 }
 
 /// A bound of the Frechet distance of the images of two trims that are segments, or arcs.
