@@ -395,16 +395,23 @@ pub(super) fn contraction<T: Real>(k: [(&[T], f64); 2], degree: Bidegree) -> f64
     worst
 }
 
-/// `|dt/dx|` over a zone, summed over both directions: `t = T / (w d)`.
-pub(super) fn parameter_slope<T: Real>(near: &Forms<T>, stab: &Stabber) -> f64 {
+/// `|dt/dx|` over a zone, summed over both directions, given `t` about there: `t - about = (T - about d w) / (w d)`, whose numerator is small
+/// all over a zone next to a pole, where T and w are not.
+pub(super) fn parameter_slope<T: Real>(near: &Forms<T>, stab: &Stabber, about: f64) -> f64 {
     let w = range(&near.c[3], near.error[3]);
     if !(w[0] > 0.0) {
         return f64::INFINITY;
     }
-    let t_max = largest(&near.c[2]) + near.error[2];
+    let shift = T::from_f64(about) * T::from_f64(stab.direction[stab.axis]);
+    let pairs = near.c[2].iter().zip(&near.c[3]);
+    let numerator: Vec<T> = pairs.map(|(t, w)| *t - shift * *w).collect();
+    let by = shift.magnitude();
+    let size = largest(&near.c[2]) + by * largest(&near.c[3]);
+    let error = (near.error[2] + by * near.error[3] + 8.0 * T::UNIT * size) * UP;
+    let t_max = largest(&numerator) + error;
     let mut sum = 0.0;
     for along_u in [true, false] {
-        let dt = slope_range(&near.c[2], near.degree, along_u, near.error[2]);
+        let dt = slope_range(&numerator, near.degree, along_u, error);
         let dw = slope_range(&near.c[3], near.degree, along_u, near.error[3]);
         let dt = dt[0].abs().max(dt[1].abs());
         let dw = dw[0].abs().max(dw[1].abs());

@@ -805,7 +805,7 @@ pub(super) fn parameter_at(
     // t moves with the point: bounded by the slopes over the zone, for coordinates that run over it from 0 to 1.
     let clock = restrict(&stab.clock(net), zone[0], zone[1]);
     let share = (0..2).map(|k| reach[k].hi / (zone[k][1] - zone[k][0]));
-    let off = parameter_slope(&clock, stab) * share.fold(0.0, f64::max) * UP;
+    let off = parameter_slope(&clock, stab, t.mid.hi) * share.fold(0.0, f64::max) * UP;
     let t = Ball {
         mid: t.mid,
         rad: (t.rad + off) * UP,
@@ -908,7 +908,7 @@ fn prove<T: Real>(
     let t = stab.parameter(&sample.value, &sample.origin);
     // t moves with the point: bounded by the slopes over the zone.
     let clock = restrict(&stab.clock(at.net), u, v);
-    let reach = parameter_slope(&clock, stab) * rho * UP;
+    let reach = parameter_slope(&clock, stab, t.mid.hi) * rho * UP;
     let t = Ball {
         mid: t.mid,
         rad: (t.rad + reach) * UP,

@@ -4,10 +4,12 @@
 //! Let `B` be the part of a box about the point `p` that is in the open domain, a rectangle. Another point `q` of it, with coordinates that are
 //! f64, is joined to `p` by way of `(q_u, p_v)` or `(p_u, q_v)`, on two segments along u and v in `B`. If these do not meet the boundary, `p`
 //! is on the side of `q`, which is decided exactly. They do not meet parts that do not meet the box; of a part that may, let `p`, `q` and the
-//! corner between them be in one of these sets:
+//! corner between them be in a common one of these sets:
 //!
 //! *A segment*, or a curve along which u or v does not change: one of the two sides of its line, which are convex. Which one a point is in
 //! is the sign of a determinant of homogeneous coordinates, in double-double with its error.
+//!
+//! *Any part*: what is strictly left of its box, or right of it, or below, or above: half planes.
 //!
 //! *A part along which u and v both rise* (or both fall): the points left of and above some point of the part, those right of and below
 //! one, those that are neither left of nor below its upper end, which is not one of them, and those neither right of nor above its lower end.
@@ -62,12 +64,14 @@ impl TrimRegion {
             let near = self.parts_near::<MOST_PARTS>(about)?;
             let borders: ArrayVec<Border, MOST_PARTS> =
                 near.into_iter().map(|(a, b)| Border::new(a, b)).collect();
-            let own: Option<ArrayVec<Set, MOST_PARTS>> =
-                borders.iter().map(|b| b.set_of(uv)).collect();
-            let own = own?;
-            let same = |at: [Ball<Dd>; 2]| {
-                let mut both = borders.iter().zip(&own);
-                both.all(|(border, set)| border.set_of(at) == Some(*set))
+            let own: ArrayVec<Sets, MOST_PARTS> = borders.iter().map(|b| b.sets(uv)).collect();
+            if own.contains(&0) {
+                return None;
+            }
+            // Which of the sets two points share with the first, of each part one at least.
+            let shared = |at: [[Ball<Dd>; 2]; 2]| {
+                let mut all = borders.iter().zip(&own);
+                all.all(|(border, own)| own & border.sets(at[0]) & border.sets(at[1]) != 0)
             };
             let candidates = PLACES.iter().flat_map(|a| PLACES.map(|b| [*a, b]));
             let beside = candidates.filter_map(|by| {
@@ -77,7 +81,8 @@ impl TrimRegion {
                 });
                 let at = [at[0]?, at[1]?];
                 let [u, v] = at.map(Ball::exact);
-                (same([u, v]) && (same([u, uv[1]]) || same([uv[0], v]))).then_some(at)
+                let corners = [[u, uv[1]], [uv[0], v]];
+                corners.iter().any(|c| shared([[u, v], *c])).then_some(at)
             });
             let mut sides = beside.map(|at| self.side(Point2::new(at[0], at[1])).side);
             sides.find_map(|side| side.filter(|s| *s != Side::Boundary))
@@ -85,14 +90,14 @@ impl TrimRegion {
     }
 }
 
-/// Where a point is as seen from a part of the boundary: see the module.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Set {
-    /// On one side of it.
-    Beside(bool),
-    /// Beyond one of its ends.
-    Beyond(bool),
-}
+/// In which sets of a part of the boundary a point is, a bit each: see the module.
+type Sets = u8;
+/// On one side of it, and on the other.
+const BESIDE: [Sets; 2] = [1, 2];
+/// Beyond its start, and beyond its end.
+const BEYOND: [Sets; 2] = [4, 8];
+/// Below and above its box, along u and v.
+const OFF: [[Sets; 2]; 2] = [[16, 32], [64, 128]];
 
 /// A part of the boundary near the point.
 struct Border<'a> {
@@ -109,21 +114,34 @@ impl<'a> Border<'a> {
         }
     }
 
-    /// In which set a point is, if that can be told.
-    fn set_of(&self, uv: [Ball<Dd>; 2]) -> Option<Set> {
+    /// In which sets a point is, as far as can be told.
+    fn sets(&self, uv: [Ball<Dd>; 2]) -> Sets {
+        let mut out = self.set_by_shape(uv).unwrap_or(0);
+        for k in 0..2 {
+            if uv[k].upper() < self.part.hull[k][0] {
+                out |= OFF[k][0];
+            } else if uv[k].lower() > self.part.hull[k][1] {
+                out |= OFF[k][1];
+            }
+        }
+        out
+    }
+
+    fn set_by_shape(&self, uv: [Ball<Dd>; 2]) -> Option<Sets> {
+        let beside = |positive: bool| BESIDE[usize::from(positive)];
         if let [a, b] = self.points.as_slice() {
-            return is_above(a, b, uv).map(Set::Beside);
+            return is_above(a, b, uv).map(beside);
         }
         if let Some(k) = self.part.trends.iter().position(|t| *t == Trend::Flat) {
             let [x, w] = [k, 2].map(|c| self.points[0][c]);
-            return is_positive(uv[k] - x / w).map(Set::Beside);
+            return is_positive(uv[k] - x / w).map(beside);
         }
         self.set_by_points(uv)
     }
 
     /// Of a part that rises or falls in both coordinates. The point of the part that tells is sought
     /// where the two coordinates are off by the same share of the part's size, by the secant method within what is known.
-    fn set_by_points(&self, uv: [Ball<Dd>; 2]) -> Option<Set> {
+    fn set_by_points(&self, uv: [Ball<Dd>; 2]) -> Option<Sets> {
         let signs = self.part.trends.map(|t| match t {
             Trend::Up => Some(1.0),
             Trend::Down => Some(-1.0),
@@ -159,10 +177,10 @@ impl<'a> Border<'a> {
                 // Whether the part's point is ahead of the other, along the part, in each coordinate.
                 let ahead = [a == (signs[0] > 0.0), b == (signs[1] > 0.0)];
                 if ahead[0] != ahead[1] {
-                    return Some(Set::Beside(a));
+                    return Some(BESIDE[usize::from(a)]);
                 }
                 if trial < 2 && ahead[0] == (trial == 0) {
-                    return Some(Set::Beyond(trial == 1));
+                    return Some(BEYOND[trial]);
                 }
             }
             let level = off[0].mid * Dd::from(shares[0]) + off[1].mid * Dd::from(shares[1]);
