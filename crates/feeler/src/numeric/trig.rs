@@ -385,7 +385,7 @@ mod tests {
                 let found = vector_angle(sin * by, cos * by).unwrap();
                 let off = found - angle;
                 assert!(
-                    off.mid.magnitude() <= off.rad && off.rad < 1e-29,
+                    off.mid.hi.abs() <= off.rad && off.rad < 1e-29,
                     "{k} {length:e}: {off:?}"
                 );
             }

@@ -1,13 +1,13 @@
 //! The side of a point that is known to more digits than a f64 has, next to pieces of the boundary.
 //!
 //! # What is proven
-//! Let `B` be the part of a box about the point `p` that is in the open domain, a rectangle. Another point `q` of it, with coordinates that are
-//! f64, is joined to `p` by way of `(q_u, p_v)` or `(p_u, q_v)`, on two segments along u and v in `B`. If these do not meet the boundary, `p`
-//! is on the side of `q`, which is decided exactly. They do not meet parts that do not meet the box; of a part that may, let `p`, `q` and the
-//! corner between them be in a common one of these sets:
+//! Let `B` be the part of a box about the point `p` that is in the domain, a rectangle. Another point `q` of it, with coordinates that are
+//! f64, is joined to `p` by way of `(q_u, p_v)` or `(p_u, q_v)`, on two segments along u and v in `B`. If these do not meet the loops, the
+//! parity of `p`, which is within the open domain, is that of `q`, which is decided exactly. They do not meet parts that do not meet the
+//! box; of a part that may, let `p`, `q` and the corner between them be in a common one of these sets:
 //!
 //! *A segment*, or a curve along which u or v does not change: one of the two sides of its line, which are convex. Which one a point is in
-//! is the sign of a determinant of homogeneous coordinates, in double-double with its error.
+//! is the sign of a determinant of differences of coordinates, in double-double with its error.
 //!
 //! *Any part*: what is strictly left of its box, or right of it, or below, or above: half planes.
 //!
@@ -77,15 +77,18 @@ impl TrimRegion {
             let beside = candidates.filter_map(|by| {
                 let at = [0, 1].map(|k| {
                     let x = uv[k].mid.hi + by[k] * half[k];
-                    (domain[k].start < x && x < domain[k].end).then_some(x)
+                    x.clamp(domain[k].start, domain[k].end)
                 });
-                let at = [at[0]?, at[1]?];
                 let [u, v] = at.map(Ball::exact);
                 let corners = [[u, uv[1]], [uv[0], v]];
                 corners.iter().any(|c| shared([[u, v], *c])).then_some(at)
             });
             let mut sides = beside.map(|at| self.side(Point2::new(at[0], at[1])).side);
-            sides.find_map(|side| side.filter(|s| *s != Side::Boundary))
+            // Off all parts, it is on the boundary where it is on the border of the domain and the region is on the other side of that.
+            sides.find_map(|side| match side? {
+                Side::Boundary => Some(Side::Inside),
+                other => Some(other),
+            })
         })
     }
 }
@@ -201,11 +204,10 @@ impl<'a> Border<'a> {
     }
 }
 
-/// On which side of the line through two points with positive weights a point is.
+/// On which side of the line through two points with positive weights a point is. Differences come first: the points may be next to each other.
 fn is_above(a: &Ball3, b: &Ball3, [u, v]: [Ball<Dd>; 2]) -> Option<bool> {
-    let minor = |i: usize, j: usize| a[i] * b[j] - a[j] * b[i];
-    let level = u * minor(1, 2) - v * minor(0, 2) + minor(0, 1);
-    is_positive(level)
+    let [a, b] = [a, b].map(|p| [p[0] / p[2], p[1] / p[2]]);
+    is_positive((v - a[1]) * (b[0] - a[0]) - (u - a[0]) * (b[1] - a[1]))
 }
 
 /// The sign of a number, if it is known.
