@@ -4,6 +4,7 @@ mod advance;
 mod answer;
 mod arrival;
 pub mod batch;
+mod border;
 mod closed;
 mod contact;
 mod forms;

@@ -20,13 +20,14 @@ use super::closed::boxes_side;
 use super::forms::{
     Forms, Stabber, combination, contraction, narrow, parameter_slope, range, restrict,
 };
-use super::{joints, poles};
+use super::{border, joints, poles};
 use crate::numeric::bernstein::largest;
 use crate::numeric::{Ball, Dd, Real};
 use crate::prepare::closed::{ClosedHit, ClosedLine, V3, exact};
 use crate::prepare::{Meeting, Net, PreparedBrep, jet};
 use crate::trim::{BoxSide, Side};
-use nalgebra::Vector3;
+use nalgebra::{Point2, Vector3};
+use std::cmp::Ordering;
 
 /// A bound that is off by a few roundings.
 const UP: f64 = 1.0 + 64.0 * f64::EPSILON;
@@ -245,13 +246,20 @@ fn closed_hits(brep: &PreparedBrep, stab: &Stabber, face: usize) -> Option<Vec<R
         reach,
     };
     let mut out = Vec::new();
-    for hit in form.surface.hits(&line)? {
+    for mut hit in form.surface.hits(&line)? {
         if hit.t.upper() < stab.range[0] || hit.t.lower() > stab.range[1] {
             continue;
         }
         // Exact arithmetic may tell.
         if stab.is_at_end(&hit.t) {
-            return None;
+            let [start, end] = stab.range;
+            let at = if hit.t.lower() <= start { start } else { end };
+            match (form.surface.order(&line, &hit, at)?, at == start) {
+                (Ordering::Equal, _) => hit.t = Ball::exact(at),
+                (Ordering::Less, true) | (Ordering::Greater, false) => continue,
+                // Within, by less than double-double tells.
+                _ => return None,
+            }
         }
         match boxes_side(brep, face, &hit.boxes) {
             BoxSide::Outside => {}
@@ -259,7 +267,20 @@ fn closed_hits(brep: &PreparedBrep, stab: &Stabber, face: usize) -> Option<Vec<R
             // The boxes are rounded outward to f64.
             BoxSide::Mixed => {
                 let places = form.surface.places(&hit.point)?;
-                if let Some(uv) = place_inside(brep, face, &places)? {
+                let known = |uv: &[f64; 2]| form.surface.is_exactly_at(&line, *uv);
+                let place = match place_inside(brep, face, &places) {
+                    Some(place) => place,
+                    // On the border: exactly, if its parameters are f64.
+                    None => {
+                        let mut tried = places.iter().map(|uv| uv.map(|x| x.mid.hi));
+                        let [u, v] = tried.find(known)?;
+                        match brep.region(face).side(Point2::new(u, v)).side? {
+                            Side::Inside | Side::Boundary => Some([u, v]),
+                            Side::Outside => None,
+                        }
+                    }
+                };
+                if let Some(uv) = place {
                     out.push(closed_hit(face, &hit, uv));
                 }
             }
@@ -899,12 +920,19 @@ fn prove<T: Real>(
     // Within rounding of the border of the whole surface the hit cannot be settled, unless that is a seam: a joint as any other.
     let domain = brep.brep().surface(face).domain();
     let maps = &brep.double(face).patches[patch].maps;
-    let on_edge = (0..2).any(|k| {
-        let low = p[k] - reach(k) < Dd::ZERO && maps[k].start == domain[k].start;
-        let high = p[k] + reach(k) > Dd::ONE && maps[k].end == domain[k].end;
-        (low || high) && !brep.meets_itself(face, k == 0)
-    });
-    let at_joint = (0..2).any(|k| p[k] - reach(k) <= Dd::ZERO || p[k] + reach(k) >= Dd::ONE);
+    let (mut on_edge, mut at_joint) = (false, false);
+    for k in 0..2 {
+        let (low, high) = (p[k] - reach(k) <= Dd::ZERO, p[k] + reach(k) >= Dd::ONE);
+        let of_surface =
+            low && maps[k].start == domain[k].start || high && maps[k].end == domain[k].end;
+        if of_surface && !brep.meets_itself(face, k == 0) {
+            let net = &brep.double_double(face).patches[patch].net;
+            let exact = low != high && border::holds_zero(stab, net, k, high, [u, v]);
+            on_edge |= !exact;
+        } else {
+            at_joint |= low || high;
+        }
+    }
     let t = stab.parameter(&sample.value, &sample.origin);
     // t moves with the point: bounded by the slopes over the zone.
     let clock = restrict(&stab.clock(at.net), u, v);

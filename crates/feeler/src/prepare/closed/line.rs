@@ -6,6 +6,7 @@ use super::quadric::Root;
 use super::revolution::{Profile, RevolutionForm};
 use super::{ClosedSurface, form};
 use crate::numeric::{Ball, Dd};
+use std::cmp::Ordering;
 
 /// The line `origin + t direction`, and how far from `t = middle` a face can be.
 pub(crate) struct ClosedLine {
@@ -45,6 +46,31 @@ impl ClosedSurface {
             }
         }
     }
+}
+
+impl ClosedSurface {
+    /// Where a hit whose enclosure holds `end` is beside it, exactly; `None` where there is no telling.
+    pub(crate) fn order(&self, line: &ClosedLine, hit: &ClosedHit, end: f64) -> Option<Ordering> {
+        let Self::Revolution(r) = self else {
+            return None;
+        };
+        let [from, direction] = stored(line);
+        let quadric = r.quadric.as_ref()?;
+        quadric.order(&from, &direction, end, hit.t, hit.touches)
+    }
+
+    /// The native parameters of a hit, if they are those of f64 that are given: then they are exact.
+    pub(crate) fn is_exactly_at(&self, line: &ClosedLine, uv: [f64; 2]) -> bool {
+        match self {
+            Self::Plane(p) => p.meets_at(stored(line), uv).unwrap_or(false),
+            Self::Revolution(_) => false,
+        }
+    }
+}
+
+/// Origin and direction, which were made of f64.
+fn stored(line: &ClosedLine) -> [[f64; 3]; 2] {
+    [&line.origin, &line.direction].map(|v| v.map(|x| x.mid.hi))
 }
 
 /// `t = n.(P - o) / n.d`.
@@ -135,8 +161,7 @@ fn roots(r: &RevolutionForm, line: &ClosedLine) -> Option<Vec<Root>> {
 
 /// The same for lines that touch the surface, or nearly.
 fn exact_roots(r: &RevolutionForm, line: &ClosedLine) -> Option<Vec<Root>> {
-    // Vectors that were made of f64.
-    let [from, direction] = [&line.origin, &line.direction].map(|v| v.map(|x| x.mid.hi));
+    let [from, direction] = stored(line);
     within_reach(
         r.quadric.as_ref()?.roots(&from, &direction, line.middle)?,
         line,

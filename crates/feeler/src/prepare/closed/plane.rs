@@ -1,5 +1,6 @@
 //! Planes.
 
+use super::super::exact as dyadic;
 use super::curve::{ClosedCurve, CurveShape, UvPath};
 use super::form::{
     Boxes, Critical, Extent, Linear, Minimum, SHARP, Target, V3, Vector, along, at_gap,
@@ -128,6 +129,27 @@ impl PlaneForm {
         let [xx, xy, yy, det] = self.gram;
         let coordinates = [(wx * yy - wy * xy) / det, (wy * xx - wx * xy) / det];
         [0, 1].map(|k| self.maps[k].inverse().at(coordinates[k]))
+    }
+
+    /// Whether a line meets the plane at native parameters, exactly; `None` where these are not coordinates themselves or the axes not those of
+    /// a file.
+    pub(super) fn meets_at(&self, [from, direction]: [[f64; 3]; 2], uv: [f64; 2]) -> Option<bool> {
+        let plain = |v: &V3| {
+            let stored = v.iter().all(|x| x.rad == 0.0 && x.mid.lo == 0.0);
+            stored.then(|| v.map(|x| x.mid.hi))
+        };
+        if self.maps.iter().any(|m| m.from != m.to) {
+            return None;
+        }
+        let (x, y) = (
+            dyadic::vector(&plain(&self.x)?)?,
+            dyadic::vector(&plain(&self.y)?)?,
+        );
+        let off = dyadic::sub(&dyadic::vector(&self.origin)?, &dyadic::vector(&from)?);
+        let [u, v] = [dyadic::dyadic(uv[0])?, dyadic::dyadic(uv[1])?];
+        let point: dyadic::D3 = std::array::from_fn(|c| &off[c] + &(&(&u * &x[c]) + &(&v * &y[c])));
+        let beside = dyadic::cross(&point, &dyadic::vector(&direction)?);
+        Some(beside.iter().all(|x| x.signum() == 0))
     }
 
     pub(super) fn segment(&self, ends: [[Ball<Dd>; 2]; 2], trim: Option<usize>) -> ClosedCurve {

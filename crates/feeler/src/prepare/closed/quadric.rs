@@ -14,6 +14,7 @@
 use super::super::exact::{D3, Ratio, cross, dot, dyadic, enclosed, scale, sub, vector};
 use crate::numeric::{Ball, Dd, Dyadic};
 use crate::nurbs::{Curve3, Revolution};
+use std::cmp::Ordering;
 
 /// A surface of the second order, by the numbers it is stored with.
 #[derive(Clone, Copy, Debug)]
@@ -146,6 +147,38 @@ impl Quadric {
                 vec![single(q / enclosed(&a)), single(enclosed(&c) / q)]
             }
         })
+    }
+}
+
+impl Quadric {
+    /// Where a root at `t` of the line `from + t direction`, whose enclosure holds `end`, is beside it; `None` where that is not known.
+    ///
+    /// With `f = A x^2 + 2 B x + C` for `x = t - end`: where `C` is zero it is at the end, for the enclosure holds no other root. A double root
+    /// is at `-B / A`. At a simple one `f` has the sign of `f'` beyond it, and `f' / 2 = A x + B`.
+    pub(super) fn order(
+        &self,
+        from: &[f64; 3],
+        direction: &[f64; 3],
+        end: f64,
+        t: Ball<Dd>,
+        double: bool,
+    ) -> Option<Ordering> {
+        let [a, b, c] = self.on_line(from, direction, end)?;
+        if c.signum() == 0 {
+            return Some(Ordering::Equal);
+        }
+        if double {
+            return Some((-a.signum() * b.signum()).cmp(&0));
+        }
+        let slope = enclosed(&a) * (t - Ball::exact(end)) + enclosed(&b);
+        let rises = if slope.is_above(0.0) {
+            1
+        } else if (-slope).is_above(0.0) {
+            -1
+        } else {
+            return None;
+        };
+        Some((-rises * c.signum()).cmp(&0))
     }
 }
 
