@@ -264,6 +264,8 @@ fn closed_hits(brep: &PreparedBrep, stab: &Stabber, face: usize) -> Option<Vec<R
         match boxes_side(brep, face, &hit.boxes) {
             BoxSide::Outside => {}
             BoxSide::Inside => out.push(closed_hit(face, &hit, hit.uv)),
+            // Whether hits are one is known exactly for polygons: they go there.
+            BoxSide::Mixed if brep.polygon(face).is_some() => return None,
             // The boxes are rounded outward to f64.
             BoxSide::Mixed => {
                 let places = form.surface.places(&hit.point)?;
