@@ -4,11 +4,11 @@
 mod scenes;
 
 use feeler::brep::{Brep, BrepBuilder, TrimSpec};
-use feeler::numeric::Interval;
+use feeler::numeric::{Dd, Interval};
 use feeler::nurbs::{Arc, Curve, Line, NurbsSurface, Plane, Polyline, Revolution, Surface};
 use feeler::prepare::PreparedBrep;
 use feeler::query::{Accuracy, LineAnswer, LineKind, LineProbe, Options, Workspace, any_hit, line};
-use nalgebra::{Point2, Point3, Vector3, Vector4};
+use nalgebra::{Point2, Point3, Vector2, Vector3, Vector4};
 
 fn sheet(surface: NurbsSurface) -> PreparedBrep {
     PreparedBrep::new(Brep::from_surface(Surface::Nurbs(surface)).unwrap())
@@ -539,6 +539,191 @@ fn level_lines_about_a_circle() {
                 !hit.tangential && (hit.t.value - t).abs() <= f64::EPSILON,
                 "{name} {hit:?}"
             );
+        }
+    }
+}
+
+/// Next to a pole a sphere is crossed as elsewhere. The meridian of the native one ends at pi/2 as f64, 6.1e-17 before the pole: through the
+/// hole that is left, a line along the axis meets nothing.
+#[test]
+fn lines_next_to_a_pole() {
+    let [native, ..] = round();
+    let nurbs = PreparedBrep::new(scenes::nurbs_sphere());
+    for (brep, radius, least) in [(&native, 1.0, 4e-16), (&nurbs, 2.5, 1e-14)] {
+        for off in [1e-6, 1e-9, 1e-12, 1e-13, 2e-14, least] {
+            for (turn, d) in [
+                (0.3, [0.0, 0.0, 1.0]),
+                (2.9, [0.0, 0.0, -0.5]),
+                (4.4, [0.3, 0.25, 1.0]),
+                (5.6, [-0.125, 0.5, 0.75]),
+            ] {
+                let (sin, cos) = f64::sin_cos(turn);
+                let origin = [off * cos, off * sin, radius];
+                let answer = ask(brep, origin, d);
+                let name = format!("{radius} {off:e} {d:?}");
+                assert_eq!(answer.undecided, None, "{name}");
+                assert_eq!(
+                    (answer.hits.len(), answer.crossings),
+                    (2, Some(2)),
+                    "{name}"
+                );
+                // |o + t d|^2 = R^2.
+                let (o, d) = (Vector3::from(origin), Vector3::from(d));
+                let (a, b) = (d.dot(&d), o.dot(&d));
+                let c = off * off;
+                let root = (b * b - a * c).sqrt();
+                let mut expected = [-b / a - root / a, -b / a + root / a];
+                expected.sort_by(f64::total_cmp);
+                for (hit, t) in answer.hits.iter().zip(expected) {
+                    // The weights and the points of the NURBS sphere are rounded.
+                    assert!(
+                        (hit.t.value - t).abs() < 64.0 * f64::EPSILON,
+                        "{name} {hit:?} {t}"
+                    );
+                }
+            }
+        }
+    }
+    for off in [0.0, 1e-20, 5e-17] {
+        let answer = ask(&native, [off, 0.0, 3.0], [0.0, 0.0, -1.0]);
+        assert_eq!((answer.undecided, answer.hits.len()), (None, 0), "{off:e}");
+    }
+}
+
+/// At the seam and the rim of a native cylinder at once: its height ends at 1 exactly, its angle at 2 pi as f64, 2.4e-16 before the whole turn.
+#[test]
+fn lines_at_the_corner_of_a_cylinder() {
+    let [_, cylinder, _] = round();
+    let below = 1.0f64.next_down();
+    for (y, z, expected) in [
+        (1e-20, below, 2),
+        (1e-26, below, 2),
+        (-1e-15, below, 2),
+        // In the slit of the seam, on its near side alone.
+        (-1e-20, below, 1),
+        (-2e-16, below, 1),
+        (1e-20, 1.0f64.next_up(), 0),
+        (-1e-15, 1.0f64.next_up(), 0),
+        (1e-20, -below, 2),
+        (1e-20, -1.0f64.next_up(), 0),
+    ] {
+        let answer = ask(&cylinder, [3.0, y, z], [-2.0, 0.0, 0.0]);
+        assert_eq!(
+            (answer.undecided, answer.hits.len(), answer.crossings),
+            (None, expected, Some(expected)),
+            "{y:e} {z}"
+        );
+    }
+}
+
+/// Rays and segments that begin or end on a native surface, exactly, and by one ulp before or beyond it.
+#[test]
+fn rays_that_begin_on_a_surface() {
+    let of_kind = |brep: &PreparedBrep, origin: [f64; 3], d: [f64; 3], kind| {
+        let probe = LineProbe::new(Point3::from(origin), Vector3::from(d), kind).unwrap();
+        let answer = line(brep, &probe, &Options::default(), &mut Workspace::default());
+        assert_eq!(answer.undecided, None, "{origin:?} {d:?}");
+        let hits = answer.hits.iter();
+        hits.map(|h| (h.t.value, h.tangential)).collect::<Vec<_>>()
+    };
+    for brep in &round() {
+        let ray = |y: f64, d| of_kind(brep, [0.0, y, 0.0], d, LineKind::Ray);
+        let (inward, outward) = ([0.0, -0.5, 0.0], [0.0, 0.5, 0.0]);
+        assert_eq!(ray(1.0, inward), [(0.0, false), (4.0, false)]);
+        assert_eq!(ray(1.0, outward), [(0.0, false)]);
+        assert_eq!(ray(1.0f64.next_down(), inward).len(), 1);
+        assert_eq!(ray(1.0f64.next_up(), inward).len(), 2);
+        assert_eq!(ray(1.0f64.next_up(), outward), []);
+        // A tangent.
+        assert_eq!(ray(1.0, [0.5, 0.0, 0.0]), [(0.0, true)]);
+        let segment = |x: f64| of_kind(brep, [x, 1.0, 0.0], [0.5, 0.0, 0.0], LineKind::Segment);
+        assert_eq!(segment(-0.5), [(1.0, true)]);
+        assert_eq!(segment((-0.5f64).next_down()), []);
+        assert_eq!(segment((-0.5f64).next_up()).len(), 1);
+        assert_eq!(segment(5e-324), []);
+    }
+}
+
+/// A line across a disc meets its rim where that is, exactly: at (3, 4) of the radius 5, say.
+#[test]
+fn lines_through_the_rim_of_a_disc() {
+    let interval = |a, b| Interval::new(a, b).unwrap();
+    let turn = interval(0.0, std::f64::consts::TAU);
+    let circle = Curve::Arc(Arc {
+        center: Point2::origin(),
+        x: Vector2::x(),
+        y: Vector2::y(),
+        z: Vector2::zeros(),
+        radius: 5.0,
+        angle: turn,
+        domain: turn,
+    });
+    let mut b = BrepBuilder::new();
+    let at = b.vertex([5.0, 0.0, 0.0]);
+    let trim = TrimSpec {
+        vertices: [at, at],
+        curve: circle,
+        edge: None,
+    };
+    let wide = interval(-8.0, 8.0);
+    let plane = Surface::Plane(Plane {
+        origin: Point3::origin(),
+        x: Vector3::x(),
+        y: Vector3::y(),
+        domain: [wide; 2],
+        extents: [wide; 2],
+    });
+    b.face_with_trims(plane, vec![vec![trim]]).unwrap();
+    let disc = PreparedBrep::new(b.build().unwrap());
+    for [x, y] in [
+        [3.0f64, 4.0],
+        [-4.0, 3.0],
+        [0.0, -5.0],
+        [-5.0, 0.0],
+        [1.4, 4.8],
+    ] {
+        // 1.4^2 + 4.8^2 is 25, but neither is a f64: where they are rounded to tells.
+        let level = Dd::product(x, x) + Dd::product(y, y) - Dd::from(25.0);
+        let slanted = [x - 0.75, y + 0.5, -1.0];
+        for (origin, d) in [
+            ([x, y, -1.0], [0.0, 0.0, 0.5]),
+            (slanted, [0.75, -0.5, 1.0]),
+        ] {
+            let count = |by: f64| {
+                let answer = ask(&disc, [origin[0] + by * x, origin[1] + by * y, -1.0], d);
+                assert_eq!(answer.undecided, None, "{x} {y} {by:e}");
+                answer.hits.len()
+            };
+            if origin[0] == x || x.fract() == 0.0 {
+                assert_eq!(count(0.0), usize::from(level <= Dd::ZERO), "{x} {y} {d:?}");
+            }
+            assert_eq!([count(1e-15), count(-1e-15)], [0, 1], "{x} {y} {d:?}");
+        }
+    }
+}
+
+/// A sheet ends at its border, exactly: a line that meets the border itself meets the sheet, by one ulp beyond it does not.
+#[test]
+fn lines_through_the_border_of_a_sheet() {
+    // Bent, so that it is no plane: z = x^2 over [-1, 1]^2.
+    let net = [(-1.0, 1.0), (0.0, -1.0), (1.0, 1.0)];
+    let net = net
+        .iter()
+        .flat_map(|(x, z)| [-1.0, 1.0].map(|y| Vector4::new(*x, y, *z, 1.0)));
+    let knots = [vec![0.0, 0.0, 0.0, 1.0, 1.0, 1.0], vec![0.0, 0.0, 1.0, 1.0]];
+    let brep = sheet(NurbsSurface::new([2, 1], [3, 2], net.collect(), knots).unwrap());
+    for y in [-1.0, 1.0f64] {
+        for d in [[0.0, 0.0, 1.0], [0.5, 0.0, 2.0], [0.25, 0.0, -1.0]] {
+            let ask = |y: f64| {
+                let answer = ask(&brep, [0.3 - d[0], y, 0.09 - d[2]], d);
+                assert_eq!(answer.undecided, None, "{y} {d:?}");
+                answer.hits.len()
+            };
+            // As many as in the sheet's middle: it is the same all along y.
+            assert!(ask(0.5 * y) > 0);
+            assert_eq!(ask(y), ask(0.5 * y), "{y} {d:?}");
+            assert_eq!(ask(y * 1.0f64.next_up()), 0, "{y} {d:?}");
+            assert_eq!(ask(y * 1.0f64.next_down()), ask(y), "{y} {d:?}");
         }
     }
 }

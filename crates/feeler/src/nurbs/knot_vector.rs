@@ -78,6 +78,14 @@ impl KnotVector {
         self.degree
     }
 
+    /// Whether the first and the last control points are the curve's ends.
+    pub(crate) fn is_clamped(&self) -> bool {
+        let (p, k) = (self.degree(), self.knots());
+        let last = k.len() - 1;
+        // The outermost knots have no part in the curve.
+        k[1] == k[p] && k[last - 1] == k[last - p]
+    }
+
     /// All knots, non-decreasing.
     pub fn knots(&self) -> &[f64] {
         &self.knots

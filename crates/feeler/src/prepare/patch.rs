@@ -419,9 +419,6 @@ pub(crate) fn meets_itself(surface: &Surface, along_u: bool) -> bool {
         return false;
     };
     let knots = if along_u { s.knots_u() } else { s.knots_v() };
-    let (p, k) = (knots.degree(), knots.knots());
-    let last = k.len() - 1;
-    let clamped = k[1] == k[p] && k[last - 1] == k[last - p];
     let [count_u, count_v] = s.counts();
     let net = s.control_net();
     let same = if along_u {
@@ -430,5 +427,5 @@ pub(crate) fn meets_itself(surface: &Surface, along_u: bool) -> bool {
         net.chunks_exact(count_v)
             .all(|row| row[0] == row[count_v - 1])
     };
-    clamped && same
+    knots.is_clamped() && same
 }

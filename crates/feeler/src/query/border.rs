@@ -1,23 +1,29 @@
-//! Zeros that lie on a border of a patch exactly.
+//! Zeros that lie on a border of a surface exactly.
 //!
 //! # What is proven
-//! No enclosure tells that a zero is on a border. But where one of the forms of the line vanishes on all of the border, exactly (the border's
+//! No enclosure tells that a zero is on a border. But where one of the forms of the line vanishes on all of the border, exactly, for it does on all of its control points (the border's
 //! curve is in one of the two planes through the line: that of a seam of a revolution, say), and the other changes its sign along the part of
 //! the border that is in a zone with one zero only, then that zero is on the border.
 
 use super::forms::Stabber;
 use crate::numeric::{Ball, Dd, Dyadic};
+use crate::nurbs::{NurbsSurface, Surface};
 use crate::prepare::Net;
 
-/// Whether the zero in a zone is on a border of the patch: across the first or the second coordinate, the upper one or the lower.
+/// Whether the zero in a zone of a patch is on a border of the surface that is one of the patch: across the first or the second coordinate, the
+/// upper one or the lower.
 pub(super) fn holds_zero(
     stab: &Stabber,
+    surface: &Surface,
     net: &Net<Dd>,
-    across: usize,
-    upper: bool,
+    (across, upper): (usize, bool),
     zone: [[f64; 2]; 2],
 ) -> bool {
-    let Some(flat) = (0..2).find(|k| vanishes(stab, net, across, upper, *k) == Some(true)) else {
+    let Surface::Nurbs(surface) = surface else {
+        return false;
+    };
+    let flat = |k: &usize| vanishes(stab, surface, across, upper, *k) == Some(true);
+    let Some(flat) = (0..2).find(flat) else {
         return false;
     };
     let offsets = [0, 1].map(|k| stab.offset(k, &net.origin));
@@ -36,22 +42,29 @@ pub(super) fn holds_zero(
     negative(low) && positive(high) || positive(low) && negative(high)
 }
 
-/// Whether a form is zero on all of a border; `None` where its points are not known exactly.
+/// Whether a form is zero on all control points of a border of a surface; `None` where these do not make that border.
 fn vanishes(
     stab: &Stabber,
-    net: &Net<Dd>,
+    surface: &NurbsSurface,
     across: usize,
     upper: bool,
     form: usize,
 ) -> Option<bool> {
+    let knots = if across == 0 {
+        surface.knots_u()
+    } else {
+        surface.knots_v()
+    };
+    if !knots.is_clamped() {
+        return None;
+    }
+    let number = Dyadic::from_f64;
     let normal = &stab.normals[form];
     let mut offset = Dyadic::ZERO;
-    let number = Dyadic::from_f64;
     for c in 0..3 {
-        let off = &number(net.origin[c])? - &number(stab.origin[c])?;
-        offset = &offset + &(&number(normal[c])? * &off);
+        offset = &offset - &(&number(normal[c])? * &number(stab.origin[c])?);
     }
-    let (rows, width) = (net.degree.u + 1, net.degree.v + 1);
+    let [rows, width] = surface.counts();
     let count = if across == 0 { width } else { rows };
     for i in 0..count {
         let index = match (across, upper) {
@@ -60,14 +73,10 @@ fn vanishes(
             (_, false) => i * width,
             (_, true) => i * width + width - 1,
         };
-        let exact = net.points[index].map(|x| {
-            let known = x.rad == 0.0;
-            known.then_some(&number(x.mid.hi)? + &number(x.mid.lo)?)
-        });
-        let [x, y, z, w] = exact;
-        let mut value = &offset * &w?;
-        for (n, x) in normal.iter().zip([x?, y?, z?]) {
-            value = &value + &(&number(*n)? * &x);
+        let point = &surface.control_net()[index];
+        let mut value = &offset * &number(point.w)?;
+        for c in 0..3 {
+            value = &value + &(&number(normal[c])? * &number(point[c])?);
         }
         if value.signum() != 0 {
             return Some(false);

@@ -158,10 +158,31 @@ impl Stabber {
         true
     }
 
-    /// Whether a parameter may be on either side of an end of the range.
+    /// Whether a parameter may be on either side of an end of the range, and is not known exactly.
     pub(super) fn is_at_end(&self, t: &Ball<Dd>) -> bool {
-        let holds = |e: &f64| t.lower() <= *e && *e <= t.upper();
-        t.rad > 0.0 && self.range.iter().any(holds)
+        let ends = [self.start_off(t), self.end_off(t)];
+        t.rad > 0.0 && ends.iter().any(Option::is_none)
+    }
+
+    /// Whether a parameter is surely outside of the range.
+    pub(super) fn is_beyond(&self, t: &Ball<Dd>) -> bool {
+        [self.start_off(t), self.end_off(t)].contains(&Some(true))
+    }
+
+    fn start_off(&self, t: &Ball<Dd>) -> Option<bool> {
+        let start = self.range[0];
+        if !start.is_finite() {
+            return Some(false);
+        }
+        is_below(t, start)
+    }
+
+    fn end_off(&self, t: &Ball<Dd>) -> Option<bool> {
+        let end = self.range[1];
+        if !end.is_finite() {
+            return Some(false);
+        }
+        is_below(&-*t, -end)
     }
 
     /// Whether the whole line plainly misses a box: the cheaper half of [`meets`](Self::meets).
@@ -263,6 +284,17 @@ pub(super) fn signed_up(x: f64, high: bool) -> f64 {
     } else {
         1.0 - 64.0 * f64::EPSILON
     }
+}
+
+/// Whether a number is below a limit, finer than f64; `None` where that is not known.
+fn is_below(x: &Ball<Dd>, limit: f64) -> Option<bool> {
+    let limit = Dd::from(limit);
+    if x.rad == 0.0 {
+        return Some(x.mid < limit);
+    }
+    let off = x.mid - limit;
+    let known = off.hi.abs() > (x.rad + 4.0 * Dd::UNIT * off.hi.abs()) * UP;
+    known.then_some(off < Dd::ZERO)
 }
 
 impl<T: Real> Forms<T> {

@@ -289,7 +289,7 @@ impl<'a> Strip<'a> {
             }
         }
         let (t, point) = parameter_at(self.stab, &self.net, zero)?;
-        if t.upper() < self.stab.range[0] || t.lower() > self.stab.range[1] {
+        if self.stab.is_beyond(&t) {
             return Some(None);
         }
         let local = self.turn(*at);

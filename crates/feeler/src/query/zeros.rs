@@ -247,13 +247,18 @@ fn closed_hits(brep: &PreparedBrep, stab: &Stabber, face: usize) -> Option<Vec<R
     };
     let mut out = Vec::new();
     for mut hit in form.surface.hits(&line)? {
-        if hit.t.upper() < stab.range[0] || hit.t.lower() > stab.range[1] {
+        if stab.is_beyond(&hit.t) {
             continue;
         }
         // Exact arithmetic may tell.
         if stab.is_at_end(&hit.t) {
             let [start, end] = stab.range;
-            let at = if hit.t.lower() <= start { start } else { end };
+            let from_end = |e: f64| (hit.t.mid - Dd::from(e)).hi.abs();
+            let at = if !end.is_finite() || from_end(start) < from_end(end) {
+                start
+            } else {
+                end
+            };
             match (form.surface.order(&line, &hit, at)?, at == start) {
                 (Ordering::Equal, _) => hit.t = Ball::exact(at),
                 (Ordering::Less, true) | (Ordering::Greater, false) => continue,
@@ -551,8 +556,7 @@ fn side_at<T>(
 /// Takes a certified zero in, unless it is outside the region or the line's range.
 fn accept(stab: &Stabber, mut hit: RawHit, side: BoxSide, out: &mut FaceHits) {
     hit.inside &= side == BoxSide::Inside;
-    let beyond = hit.t.upper() < stab.range[0] || hit.t.lower() > stab.range[1];
-    if side != BoxSide::Outside && !beyond {
+    if side != BoxSide::Outside && !stab.is_beyond(&hit.t) {
         out.hits.push(hit);
     }
 }
@@ -929,7 +933,8 @@ fn prove<T: Real>(
             low && maps[k].start == domain[k].start || high && maps[k].end == domain[k].end;
         if of_surface && !brep.meets_itself(face, k == 0) {
             let net = &brep.double_double(face).patches[patch].net;
-            let exact = low != high && border::holds_zero(stab, net, k, high, [u, v]);
+            let surface = brep.brep().surface(face);
+            let exact = low != high && border::holds_zero(stab, surface, net, (k, high), [u, v]);
             on_edge |= !exact;
         } else {
             at_joint |= low || high;
