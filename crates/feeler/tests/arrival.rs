@@ -184,6 +184,18 @@ fn within_a_prediction() {
         assert!(b.contains(expected), "{b:?}");
         assert!(b.width() <= 1e-6, "{b:?}");
     }
+    // A plane from 2 below, a quarter a unit of time.
+    let motion = Motion::new(Vector3::new(0.0, 0.0, 0.25), FOREVER).unwrap();
+    let plane = Probe::HalfSpace(HalfSpace::new(Vector3::z(), -2.0).unwrap());
+    for (prediction, expected) in [(0.5, 6.0), (-0.5, 10.0), (2.0, 0.0)] {
+        let options = Options {
+            prediction,
+            ..Options::default()
+        };
+        let answer = arrival(&brep, &plane, &motion, &options, &mut Workspace::default());
+        let b = answer.time.unwrap().bounds;
+        assert!(b.contains(expected) && b.width() < 1e-12, "{b:?}");
+    }
 }
 
 #[test]

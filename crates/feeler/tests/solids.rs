@@ -315,3 +315,40 @@ fn a_ray_that_touches_a_cylinder_does_not_enter_it() {
         "{found:?}"
     );
 }
+
+/// The unit cube, its bottom lowered by 1/64: between it and the sides is a crack, where nobody can say what is material. A ball with its centre there is
+/// as far out of the faces as in.
+#[test]
+fn in_a_crack_the_separation_holds_both_signs() {
+    let mut parts = cube([false; 6]).parts().clone();
+    let Surface::Plane(bottom) = &mut parts.surfaces[0] else {
+        unreachable!()
+    };
+    bottom.origin.z -= 1.0 / 64.0;
+    let brep = PreparedBrep::new(Brep::new(parts).unwrap());
+    let mut workspace = Workspace::default();
+    let center = Point3::new(1.0, 0.5, -1.0 / 128.0);
+    assert_eq!(inside(&brep, center, &mut workspace).side, None);
+    let ball = Probe::Sphere(Sphere::new(center, 0.25).unwrap());
+    let found = contact(&brep, &ball, &Options::default(), &mut workspace);
+    // Half way between the two: 1/128 from either.
+    let b = found.separation.bounds;
+    assert!(
+        b.contains(1.0 / 128.0 - 0.25) && b.contains(-1.0 / 128.0 - 0.25),
+        "{b:?}"
+    );
+    assert!(found.undecided.is_some());
+    for c in &found.contacts {
+        assert_eq!(c.normal_bound, None, "the normal may be the opposite one");
+    }
+    // Clear of the crack it is known: inside 17/64 above the bottom, and outside as far below it.
+    for (z, expected) in [
+        (0.25, -17.0 / 64.0 - 0.25),
+        (-18.0 / 64.0, 17.0 / 64.0 - 0.25),
+    ] {
+        let ball = Probe::Sphere(Sphere::new(Point3::new(0.5, 0.5, z), 0.25).unwrap());
+        let found = contact(&brep, &ball, &Options::default(), &mut workspace);
+        let b = found.separation.bounds;
+        assert!(b.contains(expected) && b.width() < 1e-15, "{z}: {b:?}");
+    }
+}

@@ -23,9 +23,9 @@ pub(super) struct Part {
 }
 
 /// The line through two points, any two: `level(p) = (u - u0) dv - (v - v0) du`, exactly, is what it says.
-struct Chord {
-    base: [f64; 2],
-    step: [f64; 2],
+pub(super) struct Chord {
+    pub(super) base: [f64; 2],
+    pub(super) step: [f64; 2],
 }
 
 impl Chord {
@@ -33,7 +33,7 @@ impl Chord {
     /// difference are each off by at most u = 2^-53 relative, so the sum is off by
     /// at most 4u (1 + 4u) times the magnitudes of the two products; 6u leaves room for the comparison's own rounding.
     #[inline]
-    fn level(&self, q: [f64; 2]) -> (f64, f64) {
+    pub(super) fn level(&self, q: [f64; 2]) -> (f64, f64) {
         let a = (q[0] - self.base[0]) * self.step[1];
         let b = (q[1] - self.base[1]) * self.step[0];
         (
@@ -354,7 +354,7 @@ fn sign_of(trend: Trend) -> f64 {
 
 /// Both coordinates strictly monotone or constant on `[lo, hi]`; signs of `gr` and `gh` are those of
 /// `r - q_r` and `h - q_h`.
-fn monotone_crossing(
+pub(super) fn monotone_crossing(
     gr: &Polynomial,
     gh: &Polynomial,
     mut lo: Parameter,
@@ -456,7 +456,7 @@ fn around(t: Dd) -> Vec<Parameter> {
 }
 
 /// Any part, on [0, 1]: the roots of `gh` of odd multiplicity, each with the sign of `gr` there.
-fn general_crossing(gr: &Polynomial, gh: &Polynomial) -> Crossing {
+pub(super) fn general_crossing(gr: &Polynomial, gh: &Polynomial) -> Crossing {
     if gr.is_zero() && gh.is_zero() {
         return Crossing::On;
     }

@@ -1,6 +1,7 @@
 //! Tests of the trimmed region.
 
 mod against_reference;
+mod exact;
 mod meetings;
 mod properties;
 mod reference;

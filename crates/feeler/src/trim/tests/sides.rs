@@ -423,3 +423,23 @@ fn native_arcs() {
         );
     }
 }
+
+#[test]
+fn a_gap_is_the_whole_box_of_its_ends() {
+    let ends = [[0.0, -4.0], [4.0, 0.0]];
+    let sides = [
+        ([-4.0, -4.0], ends[0]),
+        (ends[1], [4.0, 4.0]),
+        ([4.0, 4.0], [-4.0, 4.0]),
+        ([-4.0, 4.0], [-4.0, -4.0]),
+    ];
+    let open = sides.map(|(a, b)| line(a, b).into()).into();
+    let region = TrimRegion::new(&face(WIDE, Some(vec![open])), 0);
+    for i in -18..=18 {
+        for j in -18..=18 {
+            let q = [f64::from(i) / 4.0, f64::from(j) / 4.0];
+            let expected = (0..2).all(|k| (ends[0][k]..=ends[1][k]).contains(&q[k]));
+            assert_eq!(region.side(q.into()).in_gap, expected, "{q:?}");
+        }
+    }
+}
