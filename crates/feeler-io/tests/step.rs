@@ -971,20 +971,6 @@ fn flat(w: &mut Writer) -> String {
     w.put(format!("PLANE('',{axes})"))
 }
 
-/// Each use of an edge makes a copy of its curve: a large one, listed again and again.
-#[test]
-fn large_curves_listed_again_are_counted_by_their_size() {
-    let mut w = Writer::default();
-    let edge = polygon(&mut w, 2000);
-    let plane = flat(&mut w);
-    let uses = vec![(edge.as_str(), true); 2000];
-    let bound = w.bound(&uses);
-    let face = w.face(&plane, &[bound]);
-    w.sheet(&[face]);
-    let why = refusal(&w.document());
-    assert!(why.contains("numbers"), "{why}");
-}
-
 /// What is placed again costs what it holds; where that is too much, no more than the reason is made.
 #[test]
 fn copies_that_are_refused_cost_nothing() {
