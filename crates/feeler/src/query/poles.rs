@@ -76,11 +76,23 @@ fn is_small<T: Real>(node: &Forms<T>, border: Border, part: f64) -> bool {
     border_most(node, border) <= part * largest(&node.c[0]).max(largest(&node.c[1]))
 }
 
-/// Across which coordinate (u: true) a box is to be halved that touches a border of its patch where the forms are next to nothing.
-pub(super) fn split_across<T: Real>(node: &Forms<T>) -> Option<bool> {
+/// Across which coordinate (u: true) a box is to be halved that touches a border of its patch where the forms are next to nothing. `change` is how
+/// much both change along u and v at most.
+pub(super) fn split_across<T: Real>(node: &Forms<T>, change: [f64; 2]) -> Option<bool> {
+    let width = node.degree.v + 1;
     let mut touched = BORDERS.iter().filter(|b| {
         let r = if b.across == 0 { node.u } else { node.v };
-        if b.upper { r[1] == 1.0 } else { r[0] == 0.0 }
+        let touches = if b.upper { r[1] == 1.0 } else { r[0] == 0.0 };
+        // On the box they are no larger than on the border and this change together: one corner often tells.
+        touches && {
+            let corner = match (b.across, b.upper) {
+                (_, false) => 0,
+                (0, true) => node.c[0].len() - width,
+                (_, true) => width - 1,
+            };
+            let most = SMALL / (1.0 - SMALL) * change[b.across];
+            (0..2).all(|k| node.c[k][corner].magnitude() <= most)
+        }
     });
     let found = touched.find(|b| is_small(node, **b, SMALL))?;
     Some(found.across == 0)

@@ -489,7 +489,7 @@ fn patch_hits<T: Real>(
             out.open.push((patch, node.u, node.v));
             continue;
         }
-        let across = poles::split_across(&node);
+        let across = poles::split_across(&node, change);
         if across.is_some_and(|u| if u { wide_u } else { wide_v } <= LEAST_WIDTH) {
             out.open.push((patch, node.u, node.v));
             continue;
