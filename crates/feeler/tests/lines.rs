@@ -727,3 +727,70 @@ fn lines_through_the_border_of_a_sheet() {
         }
     }
 }
+
+/// A line that meets a sphere (or a cylinder) at the start of a ray and again next to it, nearer than double-double tells, meets it there once as far
+/// as the ray goes: or that is said to be open.
+#[test]
+fn roots_next_to_the_start_of_a_ray() {
+    let range = Interval::new(-1.0, 2.0).unwrap();
+    let arc = Interval::new(-1.0, 1.0).unwrap();
+    let meridian = Curve::Arc(Arc {
+        center: Point3::origin(),
+        x: Vector3::x(),
+        y: Vector3::z(),
+        z: -Vector3::y(),
+        radius: 1.0,
+        angle: arc,
+        domain: arc,
+    });
+    let ruling = Curve::Line(Line {
+        from: Point3::new(1.0, 0.0, -1.0),
+        to: Point3::new(1.0, 0.0, 1.0),
+        domain: arc,
+    });
+    for profile in [meridian, ruling] {
+        let surface = Surface::Revolution(Revolution {
+            origin: Point3::origin(),
+            axis: Vector3::z(),
+            angle: range,
+            angle_domain: range,
+            profile,
+            transposed: false,
+        });
+        let brep = PreparedBrep::new(Brep::from_surface(surface).unwrap());
+        for e in [
+            0.5f64.powi(110),
+            3.7e-33,
+            1e-60,
+            0.5f64.powi(90),
+            0.5f64.powi(40),
+        ] {
+            for (e, kind) in [
+                (e, LineKind::Ray),
+                (e, LineKind::Segment),
+                (-e, LineKind::Ray),
+            ] {
+                // |(1 + t e, t)| = 1 at t = 0 and at t = -2 e / (1 + e^2).
+                let probe =
+                    LineProbe::new(Point3::new(1.0, 0.0, 0.0), Vector3::new(e, 1.0, 0.0), kind);
+                let answer = line(
+                    &brep,
+                    &probe.unwrap(),
+                    &Options::default(),
+                    &mut Workspace::default(),
+                );
+                let expected = if e > 0.0 { 1 } else { 2 };
+                let told = (answer.undecided, answer.hits.len());
+                assert!(
+                    told.0.is_some() || told.1 == expected,
+                    "{e:e} {kind:?} {answer:?}"
+                );
+                // What doubles can tell is told.
+                assert!(
+                    told.0.is_none() || e.abs() < 0.5f64.powi(95),
+                    "{e:e} {kind:?}"
+                );
+            }
+        }
+    }
+}

@@ -25,7 +25,11 @@ const STRIP: f64 = 1.0 / (1u64 << 20) as f64;
 const POLE: f64 = 1.0 / (1u64 << 20) as f64;
 /// A box is halved across a border while the forms are there below this part of what they are on the box.
 const SMALL: f64 = 1.0 / 8.0;
-/// Boxes are not narrower across the border than this.
+/// What `1 - b` is rounded by.
+const TURNING: f64 = 2.0 * Dd::UNIT;
+/// Boxes are no narrower along the border than this...
+const LEAST_LENGTH: f64 = 1.0 / (1u64 << 40) as f64;
+/// ...and not across it than this.
 const LEAST_WIDTH: f64 = 1.0 / (1u128 << 100) as f64;
 
 /// A border of a patch: across which coordinate, and whether it is the upper one.
@@ -261,7 +265,8 @@ impl<'a> Strip<'a> {
                 }
             }
             let across = node.v[0] == 0.0 && is_small(&node, TURNED, SMALL);
-            if across && node.v[1] <= LEAST_WIDTH {
+            let length = node.u[1] - node.u[0];
+            if across && node.v[1] <= LEAST_WIDTH || length <= LEAST_LENGTH {
                 return None;
             }
             stack.extend(node.halves(!across && change[0] >= change[1]));
@@ -292,7 +297,7 @@ impl<'a> Strip<'a> {
             if *patch != self.patch || hit.face != self.face {
                 continue;
             }
-            let (local, off) = (self.turn_back(*local), [Dd::from(rho * UP); 2]);
+            let (local, off) = (self.turn_back(*local), [Dd::from((rho + TURNING) * UP); 2]);
             if zero.holds(local, off) {
                 return Some(None);
             }
@@ -314,7 +319,7 @@ impl<'a> Strip<'a> {
         let uv = [0, 1].map(|k| {
             let x = Ball {
                 mid: local[k],
-                rad: (off[k].hi + 2.0 * Dd::UNIT) * UP,
+                rad: (off[k].hi + TURNING) * UP,
             };
             Ball::exact(maps[k].start) + x * Ball::difference(maps[k].end, maps[k].start)
         });
@@ -327,7 +332,7 @@ impl<'a> Strip<'a> {
             at: HitAt::Patch {
                 patch: self.patch,
                 local,
-                rho: reach[0].hi.max(reach[1].hi) * UP,
+                rho: (reach[0].hi.max(reach[1].hi) + TURNING) * UP,
                 point,
             },
             t,

@@ -454,19 +454,34 @@ fn patch_hits<T: Real>(
                             && s.v[0] <= local[1].hi
                             && local[1].hi <= s.v[1]
                     });
-                    // Or an earlier pass found it: then the balls overlap.
-                    let listed = out.hits.iter().any(|o| match &o.at {
-                        HitAt::Patch {
+                    // Or an earlier pass found it, if that is in the zone that holds one zero only.
+                    let mut listed = false;
+                    let mut may_be = false;
+                    for other in &out.hits {
+                        let HitAt::Patch {
                             patch: p,
                             local: l,
                             rho: r,
                             ..
-                        } => {
-                            *p == patch
-                                && (0..2).all(|k| (l[k] - local[k]).hi.abs() <= UP * (r + rho))
+                        } = &other.at
+                        else {
+                            continue;
+                        };
+                        if *p != patch || other.face != face {
+                            continue;
                         }
-                        HitAt::Closed { .. } => false,
-                    });
+                        let (off, zone) = (Dd::from(r * UP), [zone.u, zone.v]);
+                        let held = (0..2).all(|k| {
+                            Dd::from(zone[k][0]) <= l[k] - off && l[k] + off <= Dd::from(zone[k][1])
+                        });
+                        let near = (0..2).all(|k| (l[k] - local[k]).hi.abs() <= UP * (r + rho));
+                        listed |= held;
+                        may_be |= near && !held;
+                    }
+                    if !known && !listed && may_be {
+                        out.open.push((patch, node.u, node.v));
+                        continue;
+                    }
                     if !known && !listed {
                         let known = inside.then_some([node.u, node.v]);
                         let side = side_at(brep, at, local, rho, known);

@@ -153,8 +153,9 @@ impl Quadric {
 impl Quadric {
     /// Where a root at `t` of the line `from + t direction`, whose enclosure holds `end`, is beside it; `None` where that is not known.
     ///
-    /// With `f = A x^2 + 2 B x + C` for `x = t - end`: where `C` is zero it is at the end, for the enclosure holds no other root. A double root
-    /// is at `-B / A`. At a simple one `f` has the sign of `f'` beyond it, and `f' / 2 = A x + B`.
+    /// `f = A x^2 + 2 B x + C` for `x = t - end`. A double root is at `-B / A`, at the end where `C` is zero. A simple one: where `f' / 2 = A x
+    /// + B` has one sign on an interval that holds the end and the enclosure, `f` has one root there, at the end where `C` is zero, else on the
+    /// side to which `f` comes nearer to zero. Two roots that are nearer to each other than enclosures tell leave the sign of `f'` open.
     pub(super) fn order(
         &self,
         from: &[f64; 3],
@@ -164,13 +165,17 @@ impl Quadric {
         double: bool,
     ) -> Option<Ordering> {
         let [a, b, c] = self.on_line(from, direction, end)?;
-        if c.signum() == 0 {
-            return Some(Ordering::Equal);
-        }
         if double {
             return Some((-a.signum() * b.signum()).cmp(&0));
         }
-        let slope = enclosed(&a) * (t - Ball::exact(end)) + enclosed(&b);
+        let x = t - Ball::exact(end);
+        // Half of it is as exact, and within half of its magnitude of both.
+        let half = x * Ball::exact(0.5);
+        let hull = Ball {
+            mid: half.mid,
+            rad: (half.mid.hi.abs() + x.rad) * (1.0 + 8.0 * f64::EPSILON),
+        };
+        let slope = enclosed(&a) * hull + enclosed(&b);
         let rises = if slope.is_above(0.0) {
             1
         } else if (-slope).is_above(0.0) {
