@@ -947,6 +947,26 @@ fn bad_faces_are_left_out_and_named() {
     ));
 }
 
+/// A cavity that cannot be read is not left out: the body would be closed without it, and solid where it is hollow.
+#[test]
+fn a_body_without_its_cavity_is_refused() {
+    let text = std::fs::read_to_string(models().join("step/box.step")).expect("a file");
+    let start = text.find("MANIFOLD_SOLID_BREP").expect("a solid");
+    let (before, solid) = text.split_at(start);
+    let end = solid.find(");").expect("its end");
+    let (solid, rest) = solid.split_at(end);
+    let hollow = solid.replace("MANIFOLD_SOLID_BREP", "BREP_WITH_VOIDS");
+    let (data, tail) = rest.split_at(rest.rfind("ENDSEC").expect("the end of the data"));
+    let cavity = "#90001=CLOSED_SHELL('',(#90002));\n#90002=ADVANCED_FACE('',(),#987654,.T.);\n\
+                  #90003=ORIENTED_CLOSED_SHELL('',*,#90001,.F.);\n";
+    let text = format!("{before}{hollow},(#90003){data}{cavity}{tail}");
+    let document = feeler_io::read_step(text.as_bytes()).expect("a file");
+    let ObjectKind::Refused { reason, .. } = &document.objects[0].kind else {
+        panic!("{:?}", document.objects[0].kind);
+    };
+    assert!(reason.to_string().contains("#987654"), "{reason}");
+}
+
 /// A polygon of so many points around the origin in the plane z = 0, as one B-spline of degree 1 from a vertex to itself.
 fn polygon(w: &mut Writer, count: usize) -> String {
     let points: Vec<String> = (0..=count)

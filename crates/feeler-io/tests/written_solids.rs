@@ -12,7 +12,11 @@ use std::f64::consts::TAU;
 
 /// Adds the cube from `low` to `high` in all three coordinates, its faces looking out or in.
 fn cube(b: &mut BrepBuilder, low: f64, high: f64, outward: bool) {
-    let corner = |i: usize| [0, 1, 2].map(|c| if i >> c & 1 == 1 { high } else { low });
+    block(b, [low; 3], [high; 3], outward);
+}
+
+fn block(b: &mut BrepBuilder, low: [f64; 3], high: [f64; 3], outward: bool) {
+    let corner = |i: usize| [0, 1, 2].map(|c| if i >> c & 1 == 1 { high[c] } else { low[c] });
     let v: Vec<usize> = (0..8).map(|i| b.vertex(corner(i))).collect();
     for corners in [
         [0, 2, 3, 1],
@@ -205,4 +209,58 @@ fn notes_say_by_how_much_tolerances_are_raised() {
         note.contains("object 0: 1 tolerances") && note.ends_with("by up to 3.5e-4"),
         "{note}"
     );
+}
+
+/// Blocks that touch in a plane are two lumps, whichever has the lower numbers: neither is a cavity of the other.
+#[test]
+fn lumps_that_touch_are_no_cavities() {
+    let halves = [([0.0; 3], [2.0, 2.0, 1.0]), ([0.0, 0.0, 1.0], [2.0; 3])];
+    for order in [[0, 1], [1, 0]] {
+        let mut b = BrepBuilder::new();
+        for i in order {
+            block(&mut b, halves[i].0, halves[i].1, true);
+        }
+        let whole = b.build().expect("a BREP");
+        let written = write_brep(&Document::of_breps(vec![whole])).expect("written");
+        let turned = |n: &String| n.contains("look the other way");
+        assert!(!written.notes.iter().any(turned), "{:?}", written.notes);
+        assert_eq!(written.objects, 2, "{:?}", written.notes);
+        let document = read_brep(&written.bytes).expect("what was written");
+        for body in bodies(&document) {
+            assert_eq!((body.faces().len(), body.is_closed()), (6, true));
+        }
+    }
+}
+
+/// Curves whose forms would have more points than a file's size allows are refused, by a line that says why.
+#[test]
+fn curves_of_very_many_pieces_are_refused() {
+    let interval = |a, b| Interval::new(a, b).expect("an interval");
+    let arc = |y: Vector3<f64>, z: Vector3<f64>, angle| {
+        Curve::Arc(Arc {
+            center: Point3::new(0.5, 0.0, 0.25),
+            x: Vector3::x(),
+            y,
+            z,
+            radius: 2.0,
+            angle,
+            domain: interval(0.0, 1.0),
+        })
+    };
+    let turns = |n: f64| interval(0.0, n * TAU);
+    for (first, second, why) in [
+        (f64::from(1 << 26), 0.25, "turns"),
+        (60.0, 60.0, "split it first"),
+    ] {
+        let surface = Surface::Sum(Sum {
+            base: Vector3::zeros(),
+            first: arc(Vector3::y(), Vector3::z(), turns(first)),
+            second: arc(Vector3::z(), -Vector3::y(), turns(second)),
+        });
+        let mut b = BrepBuilder::new();
+        b.whole_surface(surface);
+        let brep = b.build().expect("a BREP");
+        let error = write_brep(&Document::of_breps(vec![brep])).expect_err("refused");
+        assert!(error.to_string().contains(why), "{error}");
+    }
 }

@@ -99,6 +99,8 @@ fn advance(shape: &BrepShape, way: &dyn Way, radius: f64, sought: &Sought) -> Op
     if inside {
         let apart = contact.normal.dot(from_vector(&way.velocity(start))) >= 0.0;
         if apart && !sought.stop_at_penetration {
+            // Of this contact nothing is to be told; what of the BREP it may come to after that was not looked for.
+            shape.note_undecided();
             return None;
         }
     }

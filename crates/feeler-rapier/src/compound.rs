@@ -158,12 +158,28 @@ fn known<T>(
     Ok(found)
 }
 
+/// What is known of all pairs: of what is left out nothing could be said.
+fn known_of_all<T>(
+    pairs: &[Parts<'_>],
+    ask: impl FnMut(&Parts<'_>) -> Result<T, Unsupported>,
+) -> Result<Vec<T>, Unsupported> {
+    pairs.iter().map(ask).collect()
+}
+
 pub(crate) fn intersect(breps: &BrepDispatcher, pairs: &[Parts<'_>]) -> Result<bool, Unsupported> {
     let ask = |p: &Parts<'_>| {
         let (one, two) = (p.one.shape, p.two.shape);
         p.ask(breps).intersection_test(&p.pos12, one, two)
     };
-    Ok(known(pairs, ask)?.iter().any(|t| t.intersecting))
+    let mut all = true;
+    for pair in pairs {
+        match ask(pair) {
+            Ok(found) if found.intersecting => return Ok(true),
+            Ok(_) => {}
+            Err(Unsupported) => all = false,
+        }
+    }
+    if all { Ok(false) } else { Err(Unsupported) }
 }
 
 pub(crate) fn distance(breps: &BrepDispatcher, pairs: &[Parts<'_>]) -> Result<f64, Unsupported> {
@@ -171,7 +187,7 @@ pub(crate) fn distance(breps: &BrepDispatcher, pairs: &[Parts<'_>]) -> Result<f6
         let (one, two) = (p.one.shape, p.two.shape);
         p.ask(breps).distance(&p.pos12, one, two)
     };
-    let found = known(pairs, ask)?;
+    let found = known_of_all(pairs, ask)?;
     Ok(found.iter().fold(f64::MAX, |d, x| d.min(x.distance)))
 }
 
@@ -221,7 +237,7 @@ fn first(
     pairs: &[Parts<'_>],
     ask: impl FnMut(&Parts<'_>) -> Result<Option<ShapeCastHit>, Unsupported>,
 ) -> Result<Option<ShapeCastHit>, Unsupported> {
-    let found = known(pairs, ask)?.into_iter().flatten();
+    let found = known_of_all(pairs, ask)?.into_iter().flatten();
     Ok(found.min_by(|a, b| a.time_of_impact.total_cmp(&b.time_of_impact)))
 }
 

@@ -255,7 +255,7 @@ pub(crate) fn convex(
     let around = (middle.contact.separation.bounds.lo - body.radius).next_down();
     let answer = |lo: f64, hi: f64, value: f64, contacts: Vec<PairContact>| {
         // A bound that is wider than what was asked, but for shapes that are farther apart than anyone asks.
-        let settled = hi - lo <= exactly || lo > ask.prediction;
+        let settled = hi - lo <= exactly || ask.several && lo > ask.prediction;
         if !settled {
             shape.note_undecided();
         }
@@ -305,6 +305,7 @@ pub(crate) fn convex(
         .max_by(|a, b| a.bound.total_cmp(&b.bound));
     let lo = best.as_ref().map_or(around, |p| around.max(p.bound));
     if !(lo <= search.hi) {
+        // Bounds that contradict each other are no bounds.
         // Bounds that contradict each other are no bounds.
         shape.note_undecided();
         return nothing_known();

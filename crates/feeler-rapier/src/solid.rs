@@ -36,7 +36,12 @@ impl Hull {
     /// The solid that a shape is, if it is one.
     pub(crate) fn of(shape: &dyn Shape) -> Option<Self> {
         let turned = |half: f64, radius: f64, cone: bool, border: f64| Self {
-            form: HullForm::Turned { half, radius, cone },
+            // Scaled by negative factors they are negative: the solid is the same.
+            form: HullForm::Turned {
+                half: half.abs(),
+                radius: radius.abs(),
+                cone,
+            },
             border,
         };
         Some(match shape.as_typed_shape() {
@@ -280,7 +285,7 @@ impl Body {
             } => {
                 let x = axis.any_orthonormal_vector();
                 let y = axis.cross(x);
-                let lean = down - *axis * down.dot(*axis);
+                let lean = across(*axis, down);
                 let leans = lean.length() > UPRIGHT * down.length();
                 let ends = [-half, *half];
                 for (end, k) in ends.into_iter().zip(0u32..) {
@@ -322,7 +327,7 @@ impl Body {
                 if !*cone {
                     all.push(*axis);
                 }
-                let away = *axis * n.dot(*axis) - n;
+                let away = -across(*axis, n);
                 let length = away.length();
                 if length > UPRIGHT * n.length() {
                     let away = away / length;
@@ -343,14 +348,20 @@ impl Body {
     fn about(&self, axis: Vector, x: Vector) -> (f64, f64, Vector) {
         let off = x - self.middle;
         let y = off.dot(axis);
-        let across = off - axis * y;
-        let away = across.length();
+        let beside = across(axis, off);
+        let away = beside.length();
         let from = match away > 0.0 {
-            true => across / away,
+            true => beside / away,
             false => axis.any_orthonormal_vector(),
         };
         (y, away, from)
     }
+}
+
+/// What is across an axis: taken twice, for next to the axis what rounding leaves of it is not small beside the rest.
+fn across(axis: Vector, x: Vector) -> Vector {
+    let once = x - axis * x.dot(axis);
+    once - axis * once.dot(axis)
 }
 
 /// The outward normal of a cone's side, away from and along its axis; `None` of one without extent.

@@ -7,7 +7,7 @@ use feeler::brep::Brep;
 use feeler::prepare::PreparedBrep;
 use feeler::query::{
     Accuracy, ArrivalAnswer, Contacts, Feature, HalfSpace, Motion, Options, Probe, Sphere,
-    Undecided, Way, Workspace, arrival, arrival_along,
+    StraightWay, Undecided, Way, Workspace, arrival, arrival_along,
 };
 use nalgebra::{Point3, Vector3};
 use scenes::{bicubic, blocks, cube, native_sphere, nurbs_cylinder, nurbs_sphere};
@@ -425,4 +425,29 @@ fn all_contacts_on_arrival() {
     let b = answer.time.unwrap().bounds;
     assert!(b.lo <= 1.0 + 1e-12 && 1.0 - 1e-12 <= b.hi, "{b:?}");
     assert_eq!(answer.contacts.len(), 2, "{answer:?}");
+}
+
+/// Of a velocity that is no number, or beyond all, nothing is proven: not that the ball never arrives.
+#[test]
+fn velocities_that_are_no_numbers() {
+    let brep = PreparedBrep::new(cube());
+    for (center, velocity) in [
+        ([0.5, 0.5, 2.0], [0.0, 0.0, f64::NEG_INFINITY]),
+        ([3.0, 0.5, 0.5], [f64::NAN, 0.0, 0.0]),
+        ([0.5, 0.5, 2.0], [0.0, 0.0, f64::NAN]),
+        ([0.5, 0.5, 2.0], [f64::INFINITY, 0.0, -1.0]),
+    ] {
+        let way = StraightWay {
+            center: Point3::from(center),
+            center_bound: 0.0,
+            velocity: Vector3::from(velocity),
+            velocity_bound: 0.0,
+        };
+        let options = Options::default();
+        let mut workspace = Workspace::default();
+        let answer = arrival_along(&brep, 0.25, &way, [0.0, 1.0], &options, &mut workspace);
+        assert!(answer.undecided.is_some(), "{velocity:?} {answer:?}");
+        let time = answer.time.expect("from when on nothing is known").bounds;
+        assert_eq!(time.lo, 0.0, "{velocity:?}");
+    }
 }

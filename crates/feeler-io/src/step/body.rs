@@ -165,7 +165,7 @@ pub(super) fn brep(
                     found.entry(edge).or_insert(at);
                 }
                 // May be no error once the edges are split.
-                Err(_) if !found.is_empty() => break,
+                Err(_) if !found.is_empty() => {}
                 Err(problem) => failed.push((i, problem)),
             }
         }
@@ -259,7 +259,7 @@ impl Body<'_, '_> {
         self,
         id: u64,
         faces: &[FaceUse],
-        left_out: BTreeMap<usize, ReadError>,
+        mut left_out: BTreeMap<usize, ReadError>,
     ) -> Result<Made3, ReadError> {
         let Self {
             geometry,
@@ -272,6 +272,12 @@ impl Body<'_, '_> {
         let Builder { mut parts, odd, .. } = b;
         kinds(&mut parts);
         let brep = Brep::new(parts).map_err(|e| problem(id, StepProblem::Brep(e)))?;
+        // Where whole shells are lost (a cavity) what is left would have another inside.
+        if brep.is_closed()
+            && let Some((_, first)) = left_out.pop_first()
+        {
+            return Err(first);
+        }
         let mut warnings: Vec<String> = odd.iter().map(|(what, n)| format!("{n} {what}")).collect();
         let mut left = 0;
         if !unbounded.is_empty() {

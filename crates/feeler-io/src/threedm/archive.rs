@@ -270,7 +270,7 @@ impl<'a> Chunk<'a> {
         while units.last() == Some(&0) {
             units.pop();
         }
-        Ok(String::from_utf16_lossy(&units))
+        Ok(cut(String::from_utf16_lossy(&units)))
     }
 
     /// Text of files of version 1: its length in front, a byte a character (those of Latin-1).
@@ -278,7 +278,7 @@ impl<'a> Chunk<'a> {
         let n = self.count(what, 1)?;
         let text = (0..n).map(|_| self.u8(what).map(char::from));
         let text = text.collect::<Result<String, _>>()?;
-        Ok(text.trim_end_matches('\0').to_owned())
+        Ok(cut(text.trim_end_matches('\0').to_owned()))
     }
 
     /// A parameter interval, which must be finite and increasing.
@@ -460,4 +460,17 @@ impl<'a> Chunk<'a> {
         hasher.update(bytes.get(hashed..self.end).unwrap_or(&[]));
         Some(hasher.finalize())
     }
+}
+
+/// Names and paths have no more characters than this: one layer's or block's is told with each object on it.
+const MOST_NAME: usize = 1024;
+
+/// A name, without what is past [`MOST_NAME`].
+fn cut(mut name: String) -> String {
+    if let Some((end, _)) = name.char_indices().nth(MOST_NAME) {
+        name.truncate(end);
+        name.push('…');
+        name.shrink_to_fit();
+    }
+    name
 }

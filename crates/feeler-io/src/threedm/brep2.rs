@@ -28,10 +28,22 @@ fn counts(d: &mut Chunk<'_>) -> Result<[usize; 4], ReadError> {
     ])
 }
 
-/// The index stored next, of `count` things; none if it is none of them.
+/// The index stored next, of `count` things; none where it is -1.
 fn index(d: &mut Chunk<'_>, what: &'static str, count: usize) -> Result<Option<usize>, ReadError> {
+    let at = d.position();
     let stored = d.i32(what)?;
-    Ok(usize::try_from(stored).ok().filter(|i| *i < count))
+    match usize::try_from(stored) {
+        Ok(i) if i < count => Ok(Some(i)),
+        _ if stored == -1 => Ok(None),
+        _ => Err(d.fail_at(
+            at,
+            Problem::Value {
+                what: what.into(),
+                found: stored.to_string(),
+                expected: format!("-1, or less than {count}"),
+            },
+        )),
+    }
 }
 
 /// A trim's fields, and the trim that it shares its edge with.

@@ -15,6 +15,7 @@ use crate::units::Units;
 use feeler::numeric::Interval;
 use feeler::nurbs::{Curve, Curve2, Curve3, Line, NurbsCurve, NurbsSurface, PolyCurve, Surface};
 use nalgebra::{Point, SVector};
+use std::collections::HashMap;
 
 const END_OF_FILE: u32 = 0x0000_7FFF;
 const SHELL: u32 = 0x0001_0003;
@@ -64,6 +65,21 @@ pub(super) fn has_tables(mut file: Chunk<'_>) -> bool {
     false
 }
 
+/// The file's layers, in its order and by their names.
+#[derive(Default)]
+struct Layers {
+    all: Vec<Layer>,
+    by_name: HashMap<String, usize>,
+}
+
+impl Layers {
+    fn add(&mut self, layer: Layer) {
+        let index = self.all.len();
+        self.by_name.entry(layer.name.clone()).or_insert(index);
+        self.all.push(layer);
+    }
+}
+
 /// Reads what follows the header.
 pub(super) fn read(mut file: Chunk<'_>) -> Result<Document, ReadError> {
     let mut document = Document {
@@ -75,7 +91,7 @@ pub(super) fn read(mut file: Chunk<'_>) -> Result<Document, ReadError> {
         objects: Vec::new(),
         warnings: Vec::new(),
     };
-    let mut layers: Vec<Layer> = Vec::new();
+    let mut layers = Layers::default();
     // What the file says of itself.
     file.child()?;
     while file.left() > 0 {
@@ -89,7 +105,7 @@ pub(super) fn read(mut file: Chunk<'_>) -> Result<Document, ReadError> {
             }
             LAYER => {
                 let read = layer(&mut chunk);
-                layers.push(read.unwrap_or_else(|reason| {
+                layers.add(read.unwrap_or_else(|reason| {
                     let warning = format!("a layer could not be read: {reason}");
                     document.warnings.push(warning);
                     Layer::default()
@@ -171,7 +187,7 @@ fn layer(d: &mut Chunk<'_>) -> Result<Layer, ReadError> {
     Ok(layer)
 }
 
-fn object(mut chunk: Chunk<'_>, layers: &[Layer]) -> Object {
+fn object(mut chunk: Chunk<'_>, layers: &Layers) -> Object {
     let mut object = empty(chunk.id.offset);
     if let Err(reason) = record(&mut chunk, layers, &mut object) {
         object.kind = ObjectKind::Refused {
@@ -186,7 +202,7 @@ fn object(mut chunk: Chunk<'_>, layers: &[Layer]) -> Object {
     object
 }
 
-fn record(chunk: &mut Chunk<'_>, layers: &[Layer], object: &mut Object) -> Result<(), ReadError> {
+fn record(chunk: &mut Chunk<'_>, layers: &Layers, object: &mut Object) -> Result<(), ReadError> {
     let stuff = chunk.id.typecode | STUFF;
     let mut layer = None;
     // Hidden and locked objects are on a layer of their own; their true one stands beside.
@@ -200,7 +216,7 @@ fn record(chunk: &mut Chunk<'_>, layers: &[Layer], object: &mut Object) -> Resul
                 if let Some((hides, name)) = extra(&mut child)? {
                     object.hidden |= hides;
                     object.locked |= !hides;
-                    true_layer = layers.iter().position(|l| l.name == name);
+                    true_layer = layers.by_name.get(&name).copied();
                 }
             }
             code if code == stuff => {
@@ -210,7 +226,7 @@ fn record(chunk: &mut Chunk<'_>, layers: &[Layer], object: &mut Object) -> Resul
             _ => {}
         }
     }
-    if let Some(layer) = true_layer.or(layer).and_then(|i| layers.get(i)) {
+    if let Some(layer) = true_layer.or(layer).and_then(|i| layers.all.get(i)) {
         object.layer = Some(layer.name.clone());
         object.hidden |= layer.hidden;
         object.locked |= layer.locked;

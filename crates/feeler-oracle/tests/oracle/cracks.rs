@@ -6,6 +6,7 @@ use feeler::prepare::PreparedBrep;
 use feeler_corpus::Model;
 use feeler_oracle::Oracle;
 use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Instant;
 
 fn dyadic(x: f64) -> Dyadic {
@@ -62,6 +63,20 @@ struct Tally {
     /// In f64 and in double-double.
     wide: [Vec<String>; 2],
     seconds: [f64; 2],
+}
+
+impl Tally {
+    fn add(&mut self, other: Self) {
+        self.edges += other.edges;
+        self.guarded += other.guarded;
+        self.told += other.told;
+        for (own, others) in self.wide.iter_mut().zip(other.wide) {
+            own.extend(others);
+        }
+        for (own, more) in self.seconds.iter_mut().zip(other.seconds) {
+            *own += more;
+        }
+    }
 }
 
 fn compare(name: &str, brep: &Brep, tally: &mut Tally) {
@@ -135,17 +150,30 @@ fn compare(name: &str, brep: &Brep, tally: &mut Tally) {
     println!();
 }
 
+/// The other tests of this program are done long before this one: it takes all cores.
 fn compare_all(folder: &Path) -> Tally {
-    let mut tally = Tally::default();
-    for path in files(folder) {
-        let Ok(model) = Model::load(&path, None) else {
-            continue; // Licences, meshes.
-        };
-        let name = path.strip_prefix(folder).unwrap_or(&path).to_string_lossy();
-        for brep in &model.breps {
-            compare(&name, brep, &mut tally);
+    let (files, next) = (files(folder), AtomicUsize::new(0));
+    let work = || {
+        let mut tally = Tally::default();
+        while let Some(path) = files.get(next.fetch_add(1, Ordering::Relaxed)) {
+            let Ok(model) = Model::load(path, None) else {
+                continue; // Licences, meshes.
+            };
+            let name = path.strip_prefix(folder).unwrap_or(path).to_string_lossy();
+            for brep in &model.breps {
+                compare(&name, brep, &mut tally);
+            }
         }
-    }
+        tally
+    };
+    let cores = std::thread::available_parallelism().map_or(1, |n| n.get());
+    let mut tally = Tally::default();
+    std::thread::scope(|scope| {
+        let workers: Vec<_> = (0..cores).map(|_| scope.spawn(work)).collect();
+        for worker in workers {
+            tally.add(worker.join().unwrap());
+        }
+    });
     let wide = [0, 1].map(|k| tally.wide[k].len());
     println!(
         "{} edges, {:?} s, wide {wide:?}, {} told from below",

@@ -332,3 +332,36 @@ fn round_solids_are_as_far_apart_as_parry_says() {
     assert!(widths.len() > 50);
     assert!(widths[widths.len() / 2] < 1e-6, "{widths:?}");
 }
+
+/// A cylinder that leans by next to nothing: its rim's lowest point is one of its own, and it keeps its contacts.
+#[test]
+fn nearly_upright_cylinders_keep_their_contacts() {
+    let brep = shape(cube());
+    let (half, radius, depth) = (0.375, 0.25, 1e-4);
+    let cylinder = Cylinder::new(half, radius);
+    let stands = Rotation::from_axis_angle(Vector::X, std::f64::consts::FRAC_PI_2);
+    for tilt in [2e-6f64, 1e-5, 1e-4, 1e-3] {
+        for step in 0..48 {
+            let (sin, cos) = (f64::from(step) * 0.131).sin_cos();
+            let leans = Rotation::from_axis_angle(Vector::new(cos, sin, 0.0), tilt);
+            let height = half * tilt.cos() + radius * tilt.sin() - depth;
+            let pose = Pose::from_parts(Vector::new(0.5, 0.5, 1.0 + height), leans * stands);
+            let answer = ask(&brep, &cylinder, &pose);
+            let bounds = answer.separation.bounds;
+            // The rotation and the height are rounded a few times.
+            let rounding = 32.0 * f64::EPSILON;
+            let holds = bounds.lo <= -depth + rounding && -depth - rounding <= bounds.hi;
+            assert!(holds, "{tilt} {step} {answer:?}");
+            assert!(!answer.contacts.is_empty(), "{tilt} {step} {answer:?}");
+        }
+    }
+}
+
+/// A half turn that is given as a scale leaves a radius below zero: the solid is the same.
+#[test]
+fn a_cone_of_negative_radius_is_the_same() {
+    let brep = shape(cube());
+    let pose = Pose::translation(0.5, 0.5, 1.75);
+    let answers = [0.25, -0.25].map(|radius| ask(&brep, &Cone::new(0.375, radius), &pose));
+    assert_eq!(answers[0].separation.value, answers[1].separation.value);
+}

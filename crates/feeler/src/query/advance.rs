@@ -82,15 +82,17 @@ impl Way for StraightWay {
         // Two roundings a coordinate.
         let one = |v: &Vector3<f64>| v.iter().fold(0.0, |sum: f64, x| sum + x.abs());
         let own = 2.0 * f64::EPSILON * (one(&self.center.coords) + one(&by)) + f64::MIN_POSITIVE;
-        let given = self.center_bound + self.velocity_bound * time;
+        let given = self.center_bound + self.velocity_bound * time.abs();
         let bound = if given > 0.0 { (own + given) * UP } else { own };
         (self.center + by, bound)
     }
 
     fn least_time(&self, _: f64, length: f64) -> f64 {
         let speed = self.speed();
+        // What is no number may be any, and `amax` leaves it out.
+        let known = self.velocity.iter().all(|v| v.is_finite()) && speed < f64::INFINITY;
         match length {
-            _ if !(length > 0.0) => 0.0,
+            _ if !(length > 0.0 && known) => 0.0,
             f64::INFINITY => f64::INFINITY,
             _ if speed == 0.0 => f64::INFINITY,
             _ => (length / speed * DOWN).min(f64::MAX),
@@ -339,7 +341,7 @@ impl<'a> Advance<'a> {
         let speeds = velocity.iter().fold(0.0, |s: f64, x| s + x.abs());
         let rounding = ROUNDING * speeds + f64::MIN_POSITIVE + UP * velocity_bound;
         let closing = -here.normal.dot(&velocity) + rounding;
-        (free > 0.0).then(|| match closing > 0.0 {
+        (free > 0.0 && closing.is_finite()).then(|| match closing > 0.0 {
             true => (free / closing * DOWN).min(f64::MAX),
             false => f64::INFINITY,
         })

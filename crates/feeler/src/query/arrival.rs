@@ -16,7 +16,9 @@
 //! The probe is proven to be free up to `lo`, and to be within the prediction at `hi`. Centres are rounded: what that moves them is
 //! taken off each separation, twice over, as it may pass a crack (see the argument in `feeler-rapier`, module `ball`). Contacts are those of the
 //! probe where it is rounded to; their separations hold for where it truly is, their places and normals for the rounded probe. "Never" is
-//! proven too: either the time asked about is over, or on some axis the ball has passed the box of the faces and does not come back.
+//! proven too: the time asked about is over, or the ball stands still, moves along or away from a plane that the faces are beyond, or has on some
+//! axis passed the box of the faces and does not come back. A reach (radius and prediction together) below half of a crack's width, or
+//! below zero, is not proven where the way leads through that crack: separations then do not change steadily.
 //!
 //! # Cost
 //! Up to ten queries a step; all of them share the node budget, and the contacts at the end may spend as much again. Head on, and to convex parts, a few steps do. Else, at an angle a to the face, the way left shrinks by 1 - sin a a
@@ -153,8 +155,8 @@ pub fn contact_on_arrival(
             contacts_at(brep, ball.radius, &way, time, options, workspace)
         }
         Probe::HalfSpace(plane) => {
-            let gone = time * closing(plane, motion).mid.hi;
-            plane_at(brep, plane, gone, 0.0, options, workspace)
+            let (gone, off) = gone_by(time, closing(plane, motion));
+            plane_at(brep, plane, gone, [0.0, off], options, workspace)
         }
     }
 }
@@ -178,19 +180,27 @@ fn closing(plane: &HalfSpace, motion: &Motion) -> Ball<Dd> {
         .fold(Ball::<Dd>::ZERO, |sum, x| sum + x)
 }
 
-/// The contacts of a half-space whose offset has grown by `gone`; `sizes` of other numbers that its place comes from.
+/// By how much an offset has grown in a time, rounded, and what the speed's own error adds to its rounding.
+fn gone_by(time: f64, closing: Ball<Dd>) -> (f64, f64) {
+    let speed = closing.mid.hi;
+    let off = (closing.upper() - speed).max(speed - closing.lower());
+    (time * speed, time.abs() * off * UP)
+}
+
+/// The contacts of a half-space whose offset has grown by `gone`; `sizes` of other numbers that its place comes from, and how far off it is
+/// known to be besides.
 fn plane_at(
     brep: &PreparedBrep,
     plane: &HalfSpace,
     gone: f64,
-    sizes: f64,
+    [sizes, off]: [f64; 2],
     options: &Options,
     workspace: &mut Workspace,
 ) -> Option<ContactAnswer> {
     // The rounded offset may fall short of the touch by its rounding.
     let short = match gone {
         0.0 => 0.0,
-        _ => 4.0 * f64::EPSILON * (plane.offset.abs() + gone.abs() + sizes),
+        _ => (4.0 * f64::EPSILON * (plane.offset.abs() + gone.abs() + sizes) + off) * UP,
     };
     let moved = HalfSpace::new(plane.normal, plane.offset + gone).ok()?;
     let asked = Options {
@@ -226,8 +236,9 @@ fn of_half_space(
         return ArrivalAnswer::default();
     }
     if hi <= options.prediction {
-        let found = plane_at(brep, plane, 0.0, 0.0, options, workspace);
-        return ArrivalAnswer::at(Enclosure::exact(0.0), found, None);
+        let found = plane_at(brep, plane, 0.0, [0.0; 2], options, workspace);
+        let missing = missing(options, found.as_ref());
+        return ArrivalAnswer::at(Enclosure::exact(0.0), found, missing);
     }
     let closing = closing(plane, motion);
     let (slow, fast) = (closing.lower(), closing.upper());
@@ -249,8 +260,8 @@ fn of_half_space(
     if !(last <= motion.until) || last == f64::INFINITY {
         return ArrivalAnswer::at(open(first), None, Some(Undecided::Precision));
     }
-    let gone = last * closing.mid.hi;
-    let found = plane_at(brep, plane, gone, hi.abs(), options, workspace);
+    let (gone, off) = gone_by(last, closing);
+    let found = plane_at(brep, plane, gone, [hi.abs(), off], options, workspace);
     let time = Enclosure {
         lo: first,
         hi: last,

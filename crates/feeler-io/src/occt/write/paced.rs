@@ -8,7 +8,7 @@ use super::Problem;
 use super::curves::sine_cosine;
 use feeler::nurbs::{Arc, Curve, Curve3, NurbsCurve, PolyCurve};
 use nalgebra::{Vector3, Vector4};
-use std::f64::consts::FRAC_PI_4;
+use std::f64::consts::{FRAC_PI_4, TAU};
 
 /// OCCT holds degrees up to 25.
 const DEGREE: usize = 14;
@@ -54,9 +54,19 @@ fn bernstein(k: usize) -> [f64; DEGREE + 1] {
     })
 }
 
+/// Arcs of more turns are refused, as where the kernel makes NURBS of them: a file may say any number.
+const MOST_TURNS: f64 = 64.0;
+
 /// An arc as a spline whose parameter is its own.
 fn of_angle(arc: &Arc<3>) -> Result<NurbsCurve<4>, Problem> {
     let turn = arc.angle.length();
+    // Negated: what is not a number is refused, too.
+    if !(turn <= MOST_TURNS * TAU) {
+        return Err(Problem::new(format!(
+            "an arc of {:.0} turns: more than {MOST_TURNS:.0} are not written; cut it to one turn first",
+            turn / TAU
+        )));
+    }
     let pieces = (turn / FRAC_PI_4).ceil().max(1.0);
     // The axes, as long as the radius, as the kernel takes them.
     let x = arc.x.normalize();

@@ -111,7 +111,9 @@ fn met(brep: &Brep, shells: Vec<Vec<usize>>) -> Option<Vec<Shell>> {
             let unclear = answer.undecided.is_some()
                 || answer.in_crack
                 || answer.crossings != Some(hits.len())
-                || hits.iter().any(|h| h.tangential);
+                || hits.iter().any(|h| h.tangential)
+                // Where shells touch, which of two comes first is not known.
+                || hits.windows(2).any(|h| h[0].t.bounds.hi >= h[1].t.bounds.lo);
             if unclear {
                 continue;
             }

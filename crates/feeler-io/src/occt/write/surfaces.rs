@@ -258,15 +258,37 @@ pub(super) fn written(surface: &Surface) -> Result<Written, Problem> {
     }
 }
 
+/// Nets of more points are not written: those of a sum are as many as both curves' together, multiplied.
+const MOST_POINTS: usize = 1 << 20;
+
+/// About how many control points a curve has as NURBS.
+fn points_of(curve: &Curve3) -> usize {
+    match curve {
+        Curve::Nurbs(c) => c.control_points().len(),
+        Curve::Polyline(c) => c.points().len(),
+        Curve::Poly(c) => c.segments().iter().map(points_of).sum(),
+        Curve::Line(_) | Curve::Arc(_) => 2,
+    }
+}
+
 /// As NURBS, where that leaves the parameters as they are.
 fn as_nurbs(surface: &Surface) -> Result<Written, Problem> {
     let converted = match surface {
-        Surface::Sum(s) => Surface::Sum(Sum {
-            base: s.base,
-            first: paced_all(&s.first)?,
-            second: paced_all(&s.second)?,
-        })
-        .to_nurbs()?,
+        Surface::Sum(s) => {
+            let (first, second) = (paced_all(&s.first)?, paced_all(&s.second)?);
+            let count = points_of(&first).saturating_mul(points_of(&second));
+            if count > MOST_POINTS {
+                return Err(Problem::new(format!(
+                    "a sum of two curves in many pieces: its net would have {count} points, more than {MOST_POINTS}; split it first"
+                )));
+            }
+            Surface::Sum(Sum {
+                base: s.base,
+                first,
+                second,
+            })
+            .to_nurbs()?
+        }
         other => other.to_nurbs()?,
     };
     if !converted.maps.iter().all(|m| m.is_identity()) {
