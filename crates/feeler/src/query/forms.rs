@@ -365,6 +365,44 @@ impl<T: Real> Forms<T> {
         (jacobian, most)
     }
 
+    /// What combinations of the forms tell, given their Jacobian; the lists are used again.
+    #[inline]
+    pub(super) fn look(&self, j: &[[f64; 2]; 2], turned: &mut [Vec<T>; 2]) -> Look {
+        let one_sign = |c: &[T], error: f64| {
+            let r = range(c, error);
+            r[0] > 0.0 || r[1] < 0.0
+        };
+        let told = |none: bool, one_at_most: bool, noise: bool| Look {
+            none,
+            one_at_most,
+            noise,
+        };
+        let e = self.combine(combination(j), &mut turned[0]);
+        if one_sign(&turned[0], e) {
+            return told(true, false, false);
+        }
+        let noise = largest(&turned[0]) <= NOISE_FACTOR * e;
+        let det = j[0][0] * j[1][1] - j[0][1] * j[1][0];
+        let size = (j[0][0].abs() + j[0][1].abs()) * (j[1][0].abs() + j[1][1].abs());
+        if !(det.abs() > 64.0 * f64::EPSILON * size) {
+            return told(false, false, noise);
+        }
+        let y = [
+            [j[1][1] / det, -j[0][1] / det],
+            [-j[1][0] / det, j[0][0] / det],
+        ];
+        let mut errors = [0.0; 2];
+        for k in 0..2 {
+            errors[k] = self.combine(y[k], &mut turned[k]);
+            if one_sign(&turned[k], errors[k]) {
+                return told(true, false, noise);
+            }
+        }
+        let [first, second] = &*turned;
+        let e = contraction([(first, errors[0]), (second, errors[1])], self.degree);
+        told(false, e < 1.0, noise)
+    }
+
     /// A linear combination of `L_1` and `L_2`, into a list that is used again, and its error.
     pub(super) fn combine(&self, y: [f64; 2], into: &mut Vec<T>) -> f64 {
         let [p, q] = y.map(T::from_f64);
@@ -397,8 +435,21 @@ pub(super) fn narrow(root: &Forms<Dd>, u: [f64; 2], v: [f64; 2]) -> Forms<Dd> {
     node
 }
 
+/// Boxes on which a form is below this many of its error bounds are left to the next arithmetic.
+pub(super) const NOISE_FACTOR: f64 = 8.0;
+
+/// What the two forms tell about their zeros on a box.
+pub(super) struct Look {
+    /// There is none.
+    pub(super) none: bool,
+    /// There is one at most: see the module `zeros`.
+    pub(super) one_at_most: bool,
+    /// One of their combinations is all rounding noise.
+    pub(super) noise: bool,
+}
+
 /// The combination of the two forms with the least slope, given the Jacobian: a line that passes the patch has one sign there.
-pub(super) fn combination(j: &[[f64; 2]; 2]) -> [f64; 2] {
+fn combination(j: &[[f64; 2]; 2]) -> [f64; 2] {
     if j[0][0].abs() + j[0][1].abs() >= j[1][0].abs() + j[1][1].abs() {
         let k = if j[0][0].abs() >= j[0][1].abs() { 0 } else { 1 };
         if j[0][k] == 0.0 {

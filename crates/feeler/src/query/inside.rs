@@ -1,9 +1,9 @@
 //! The side of a point in space, and lines near edges.
 
 use super::answer::{LineKind, LineProbe, SideAnswer, Undecided};
-use super::forms::{Stabber, range};
+use super::forms::{NOISE_FACTOR, Stabber, range};
 use super::line::all_hits;
-use super::zeros::{Digits, NOISE_FACTOR, RawHit, face_hits};
+use super::zeros::{Digits, RawHit, face_hits};
 use crate::numeric::Real;
 use crate::numeric::bernstein::largest;
 use crate::prepare::{Box3, Image, Net, PreparedBrep, SharedEdge, Stretch};

@@ -8,10 +8,8 @@
 //! zero only, which is known. Boxes at the border are halved across it while the forms there are next to nothing beside what they are farther in.
 //! What is left open leaves the whole strip open.
 
-use super::forms::{Forms, Stabber, combination, contraction, range, restrict};
-use super::zeros::{
-    Digits, FaceHits, HitAt, KnownZero, NOISE_FACTOR, Place, RawHit, known_zero, parameter_at,
-};
+use super::forms::{Forms, Stabber, restrict};
+use super::zeros::{Digits, FaceHits, HitAt, KnownZero, Place, RawHit, known_zero, parameter_at};
 use crate::numeric::bernstein::{Bidegree, largest};
 use crate::numeric::{Ball, Dd, Real};
 use crate::prepare::{Net, PreparedBrep};
@@ -222,46 +220,27 @@ impl<'a> Strip<'a> {
             }
             *budget = budget.checked_sub(1)?;
             let (j, change) = node.slopes();
-            let e = node.combine(combination(&j), &mut turned[0]);
-            let r = range(&turned[0], e);
-            if r[0] > 0.0 || r[1] < 0.0 {
+            let look = node.look(&j, &mut turned);
+            if look.none {
                 continue;
             }
-            if largest(&turned[0]) <= NOISE_FACTOR * e {
+            if look.noise {
                 return None;
             }
-            let det = j[0][0] * j[1][1] - j[0][1] * j[1][0];
-            let size = (j[0][0].abs() + j[0][1].abs()) * (j[1][0].abs() + j[1][1].abs());
-            if det.abs() > 64.0 * f64::EPSILON * size {
-                let y = [
-                    [j[1][1] / det, -j[0][1] / det],
-                    [-j[1][0] / det, j[0][0] / det],
-                ];
-                let mut errors = [0.0; 2];
-                let signs = (0..2).any(|k| {
-                    errors[k] = node.combine(y[k], &mut turned[k]);
-                    let r = range(&turned[k], errors[k]);
-                    r[0] > 0.0 || r[1] < 0.0
-                });
-                if signs {
-                    continue;
+            if look.one_at_most
+                && let Some(zero) = known_zero(self.stab, &at, &node)
+            {
+                let settled = within(&zero.zone);
+                if !zeros.iter().any(|z| z.holds(zero.at, zero.reach)) {
+                    // It may be one of these, or not.
+                    if !zeros.iter().all(|z| z.is_apart(zero.at, zero.reach)) {
+                        return None;
+                    }
+                    hits.extend(self.hit_of(&zero, known)?);
+                    zeros.push(zero);
                 }
-                let [first, second] = &turned;
-                if contraction([(first, errors[0]), (second, errors[1])], node.degree) < 1.0
-                    && let Some(zero) = known_zero(self.stab, &at, &node)
-                {
-                    let settled = within(&zero.zone);
-                    if !zeros.iter().any(|z| z.holds(zero.at, zero.reach)) {
-                        // It may be one of these, or not.
-                        if !zeros.iter().all(|z| z.is_apart(zero.at, zero.reach)) {
-                            return None;
-                        }
-                        hits.extend(self.hit_of(&zero, known)?);
-                        zeros.push(zero);
-                    }
-                    if settled {
-                        continue;
-                    }
+                if settled {
+                    continue;
                 }
             }
             let across = node.v[0] == 0.0 && is_small(&node, TURNED, SMALL);

@@ -17,11 +17,8 @@
 //! `Undecided`; it is never dropped.
 
 use super::closed::boxes_side;
-use super::forms::{
-    Forms, Stabber, combination, contraction, narrow, parameter_slope, range, restrict,
-};
+use super::forms::{Forms, Stabber, contraction, narrow, parameter_slope, restrict};
 use super::{border, joints, poles};
-use crate::numeric::bernstein::largest;
 use crate::numeric::{Ball, Dd, Real};
 use crate::prepare::closed::{ClosedHit, ClosedLine, V3, exact};
 use crate::prepare::{Meeting, Net, PreparedBrep, jet};
@@ -31,8 +28,6 @@ use std::cmp::Ordering;
 
 /// A bound that is off by a few roundings.
 const UP: f64 = 1.0 + 64.0 * f64::EPSILON;
-/// Boxes on which a form is below this many of its error bounds are left to the next arithmetic.
-pub(super) const NOISE_FACTOR: f64 = 8.0;
 /// Boxes are not split below this width in local parameters.
 const LEAST_WIDTH: f64 = 1.0 / (1u64 << 40) as f64;
 /// Forms that change this many times as much along one side of a box as along the other are even along the other.
@@ -420,87 +415,67 @@ fn patch_hits<T: Real>(
             }
         }
         let (j, change) = node.slopes();
-        let det = j[0][0] * j[1][1] - j[0][1] * j[1][0];
-        let size = (j[0][0].abs() + j[0][1].abs()) * (j[1][0].abs() + j[1][1].abs());
-        let e = node.combine(combination(&j), &mut turned[0]);
-        let r = range(&turned[0], e);
-        if r[0] > 0.0 || r[1] < 0.0 {
+        let look = node.look(&j, &mut turned);
+        if look.none {
             continue;
         }
-        let noise = largest(&turned[0]) <= NOISE_FACTOR * e;
-        if det.abs() > 64.0 * f64::EPSILON * size {
-            let y = [
-                [j[1][1] / det, -j[0][1] / det],
-                [-j[1][0] / det, j[0][0] / det],
-            ];
-            let mut errors = [0.0; 2];
-            let signs = (0..2).any(|k| {
-                errors[k] = node.combine(y[k], &mut turned[k]);
-                let r = range(&turned[k], errors[k]);
-                r[0] > 0.0 || r[1] < 0.0
-            });
-            if signs {
-                continue;
-            }
-            let [first, second] = &turned;
-            if contraction([(first, errors[0]), (second, errors[1])], node.degree) < 1.0
-                && let Some((hit, zone)) = certify(brep, stab, at, &node)
-            {
-                let settled = within(&zone);
-                if let Some((hit, local, rho)) = hit {
-                    let known = solved.iter().any(|s| {
-                        s.u[0] <= local[0].hi
-                            && local[0].hi <= s.u[1]
-                            && s.v[0] <= local[1].hi
-                            && local[1].hi <= s.v[1]
-                    });
-                    // Or an earlier pass found it, if that is in the zone that holds one zero only.
-                    let mut listed = false;
-                    let mut may_be = false;
-                    for other in &out.hits {
-                        let HitAt::Patch {
-                            patch: p,
-                            local: l,
-                            rho: r,
-                            ..
-                        } = &other.at
-                        else {
-                            continue;
-                        };
-                        if *p != patch || other.face != face {
-                            continue;
-                        }
-                        let (off, zone) = (Dd::from(r * UP), [zone.u, zone.v]);
-                        let held = (0..2).all(|k| {
-                            Dd::from(zone[k][0]) <= l[k] - off && l[k] + off <= Dd::from(zone[k][1])
-                        });
-                        let near = (0..2).all(|k| (l[k] - local[k]).hi.abs() <= UP * (r + rho));
-                        listed |= held;
-                        may_be |= near && !held;
-                    }
-                    if !known && !listed && may_be {
-                        out.open.push((patch, node.u, node.v));
+        if look.one_at_most
+            && let Some((hit, zone)) = certify(brep, stab, at, &node)
+        {
+            let settled = within(&zone);
+            if let Some((hit, local, rho)) = hit {
+                let known = solved.iter().any(|s| {
+                    s.u[0] <= local[0].hi
+                        && local[0].hi <= s.u[1]
+                        && s.v[0] <= local[1].hi
+                        && local[1].hi <= s.v[1]
+                });
+                // Or an earlier pass found it, if that is in the zone that holds one zero only.
+                let mut listed = false;
+                let mut may_be = false;
+                for other in &out.hits {
+                    let HitAt::Patch {
+                        patch: p,
+                        local: l,
+                        rho: r,
+                        ..
+                    } = &other.at
+                    else {
+                        continue;
+                    };
+                    if *p != patch || other.face != face {
                         continue;
                     }
-                    if !known && !listed {
-                        let known = inside.then_some([node.u, node.v]);
-                        let side = side_at(brep, at, local, rho, known);
-                        accept(stab, hit, side, out);
-                        if out.is_done(stab) {
-                            return;
-                        }
-                    }
+                    let (off, zone) = (Dd::from(r * UP), [zone.u, zone.v]);
+                    let held = (0..2).all(|k| {
+                        Dd::from(zone[k][0]) <= l[k] - off && l[k] + off <= Dd::from(zone[k][1])
+                    });
+                    let near = (0..2).all(|k| (l[k] - local[k]).hi.abs() <= UP * (r + rho));
+                    listed |= held;
+                    may_be |= near && !held;
                 }
-                solved.push(zone);
-                if settled {
+                if !known && !listed && may_be {
+                    out.open.push((patch, node.u, node.v));
                     continue;
                 }
+                if !known && !listed {
+                    let known = inside.then_some([node.u, node.v]);
+                    let side = side_at(brep, at, local, rho, known);
+                    accept(stab, hit, side, out);
+                    if out.is_done(stab) {
+                        return;
+                    }
+                }
+            }
+            solved.push(zone);
+            if settled {
+                continue;
             }
         }
         // Along the longer side, but where the forms hardly change along it: along a ruling that the line is parallel to nothing
         // is gained by halves.
         let [wide_u, wide_v] = [node.u, node.v].map(|r| r[1] - r[0]);
-        if noise || wide_u.max(wide_v) <= LEAST_WIDTH {
+        if look.noise || wide_u.max(wide_v) <= LEAST_WIDTH {
             out.open.push((patch, node.u, node.v));
             continue;
         }
