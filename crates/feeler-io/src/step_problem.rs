@@ -64,6 +64,15 @@ pub enum StepProblem {
         /// How many may be.
         limit: usize,
     },
+    /// What a file may unfold to is used up: nothing need be wrong with the entity itself.
+    #[error(
+        "no room is left for it: the file unfolds to more than {limit} numbers, as its faces and edges are used again and again or \
+         have very many points; export its bodies one by one, each as a file of its own"
+    )]
+    Room {
+        /// How many numbers there may be.
+        limit: usize,
+    },
     /// Geometry that has no form here.
     #[error("{0}")]
     Form(#[from] TextProblem),

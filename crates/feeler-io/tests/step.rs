@@ -1016,6 +1016,32 @@ fn copies_that_are_refused_cost_nothing() {
     assert_eq!(last.warnings, Vec::<String>::new());
 }
 
+/// Where a face that is good by itself is more than there is room for, its body is refused, which says so: no face is left out as if it were bad.
+#[test]
+fn bodies_without_room_are_no_bodies_with_bad_faces() {
+    let mut w = Writer::default();
+    let edge = polygon(&mut w, 2000);
+    let plane = flat(&mut w);
+    let [once, often] = [1, 1500].map(|n| w.bound(&vec![(&*edge, true); n]));
+    let [small, large] = [once, often].map(|bound| w.face(&plane, &[bound]));
+    let fits = w.sheet(std::slice::from_ref(&small));
+    let body = w.sheet(&[small, large]);
+    let document = w.document();
+    let [first, second] = &document.objects[..] else {
+        panic!("{:?}", document.objects.len());
+    };
+    assert!(matches!(first.kind, ObjectKind::Brep(_)), "{fits}");
+    let ObjectKind::Refused { reason, .. } = &second.kind else {
+        panic!("{}", second.kind.name());
+    };
+    let text = reason.to_string();
+    assert!(
+        text.starts_with(&format!("{body}: no room is left for it")),
+        "{text}"
+    );
+    assert!(text.contains("export its bodies one by one"), "{text}");
+}
+
 /// The kernel bounds all trims of an edge at once: one that is to be proven beside thousands costs as much as all.
 #[test]
 fn proofs_are_counted_by_all_trims_of_an_edge() {

@@ -1,7 +1,7 @@
 //! One solid, or one set of faces, as a BREP.
 
 use super::chart::{Chart, nearest};
-use super::entities::{Entities, form, problem, shape, unsupported};
+use super::entities::{Entities, form, no_room, problem, shape, unsupported};
 use super::geometry::{EdgeForm, Geometry};
 use super::loops::{Maker, Trouble, Use, closed, lifted};
 use super::pcurve::{Made, made, pole, taken};
@@ -81,17 +81,17 @@ pub(super) struct Body<'g, 'e> {
 /// The faces of a set: of a shell, a body or a model.
 pub(super) fn faces(
     entities: &Entities,
-    id: u64,
+    body: u64,
     numbers: &mut Budget,
 ) -> Result<Vec<FaceUse>, ReadError> {
-    let mut open = vec![(id, true, 0)];
+    let mut open = vec![(body, true, 0)];
     let mut faces = Vec::new();
     while let Some((id, forward, depth)) = open.pop() {
         if depth > 8 {
             return Err(shape(id, "shells within each other too deep"));
         }
         // Each may list all others, and again.
-        numbers.take(USE).map_err(form(id))?;
+        numbers.take(USE).map_err(form(body))?;
         let mut push = |ids: Vec<u64>, forward: bool| {
             open.extend(ids.into_iter().rev().map(|id| (id, forward, depth + 1)));
         };
@@ -164,9 +164,13 @@ pub(super) fn brep(
                 Ok(Some((edge, at))) => {
                     found.entry(edge).or_insert(at);
                 }
-                // May be no error once the edges are split.
-                Err(_) if !found.is_empty() => {}
-                Err(problem) => failed.push((i, problem)),
+                Err(problem) => match no_room(id, &problem) {
+                    // No face is bad for it, and others would fail alike.
+                    Some(of_body) => return Err(of_body),
+                    // May be no error once the edges are split.
+                    None if !found.is_empty() => {}
+                    None => failed.push((i, problem)),
+                },
             }
         }
         if found.is_empty() && failed.is_empty() {
@@ -667,12 +671,19 @@ impl Body<'_, '_> {
                 let Some(&curve) = d.references(1)?.first() else {
                     continue;
                 };
-                let Ok(own) = self.geometry.curve::<2, 3>(p, curve, 0) else {
-                    continue;
-                };
                 let range = [piece.span.start, piece.span.end];
-                let Ok((own, _)) = own.part(range, &mut self.geometry.numbers) else {
-                    continue;
+                let own = self.geometry.curve::<2, 3>(p, curve, 0);
+                let own = own.and_then(|own| {
+                    let part = own.part(range, &mut self.geometry.numbers);
+                    part.map_err(form(p))
+                });
+                let own = match own {
+                    Ok((own, _)) => own,
+                    // One that is bad is done without.
+                    Err(problem) => match no_room(p, &problem) {
+                        Some(of_curve) => return Err(of_curve),
+                        None => continue,
+                    },
                 };
                 let slack = 2.0 * self.tolerance + super::pcurve::FIT * self.size;
                 if let Some(made) = taken(chart, &piece.curve, piece.span, own, slack) {

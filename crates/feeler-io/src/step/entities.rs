@@ -2,6 +2,7 @@
 
 use super::part21::{Attribute, Graph, Part, RawEntity};
 use crate::error::ReadError;
+use crate::occt::TextProblem;
 use crate::step_problem::StepProblem;
 
 /// The entities of a file.
@@ -25,8 +26,25 @@ pub(super) fn problem(entity: u64, problem: StepProblem) -> ReadError {
 }
 
 /// What cannot be turned into geometry, said of an entity.
-pub(super) fn form(entity: u64) -> impl Fn(crate::occt::TextProblem) -> ReadError {
-    move |p| problem(entity, StepProblem::Form(p))
+pub(super) fn form(entity: u64) -> impl Fn(TextProblem) -> ReadError {
+    move |p| {
+        let said = match p {
+            TextProblem::Limit { limit, .. } => StepProblem::Room { limit },
+            other => StepProblem::Form(other),
+        };
+        problem(entity, said)
+    }
+}
+
+/// Where what a file may unfold to is used up, the same said of the `whole` that was being made: it is no fault of its part.
+pub(super) fn no_room(whole: u64, error: &ReadError) -> Option<ReadError> {
+    match error {
+        ReadError::Entity { problem: p, .. } => match **p {
+            StepProblem::Room { limit } => Some(problem(whole, StepProblem::Room { limit })),
+            _ => None,
+        },
+        _ => None,
+    }
 }
 
 pub(super) fn shape(entity: u64, what: impl Into<String>) -> ReadError {

@@ -654,3 +654,49 @@ fn known(metres: f64, name: String) -> Units {
         metres: Some(metres),
     })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// How many steps it is from a representation to the one that stands for it.
+    fn steps(products: &Products, mut id: u64) -> usize {
+        let mut count = 0;
+        while let Some(next) = products.same.get(&id) {
+            (id, count) = (*next, count + 1);
+        }
+        count
+    }
+
+    /// Files may say of very many representations, two by two, that they are one thing: in whichever order, the ways that are gone are short.
+    #[test]
+    fn many_of_one_thing_are_brought_together_in_few_steps() {
+        const COUNT: u64 = 1 << 11;
+        let up: Vec<(u64, u64)> = (1..COUNT).map(|k| (k, k + 1)).collect();
+        let down: Vec<(u64, u64)> = up.iter().rev().copied().collect();
+        // The far end of the chain that there is, each time.
+        let far: Vec<(u64, u64)> = (1..COUNT).rev().map(|k| (COUNT, k)).collect();
+        for pairs in [up, down, far] {
+            let mut products = Products {
+                all: BTreeMap::new(),
+                same: HashMap::new(),
+                names: HashMap::new(),
+                shapes: HashMap::new(),
+                others: BTreeMap::new(),
+            };
+            let mut gone = 0;
+            for (a, b) in pairs {
+                gone += steps(&products, a) + steps(&products, b);
+                products.unite(a, b);
+            }
+            for id in 1..=COUNT {
+                gone += steps(&products, id);
+                products.flatten(id);
+            }
+            assert!((1..=COUNT).all(|id| products.root(id) == 1));
+            // n log n bounds what joining with shortened ways costs; a few steps each is what it comes to here.
+            let most = COUNT * u64::from(COUNT.ilog2());
+            assert!(gone as u64 <= most, "{gone}");
+        }
+    }
+}
