@@ -368,15 +368,20 @@ pub(crate) fn nurbs_surface(w: &mut Writer) {
 
 /// A square sheet with what a BREP may hold: missing curves, parts of curves, curves run backwards.
 pub(crate) fn brep(w: &mut Writer) {
-    brep_with(w, false);
+    brep_with(w, None);
 }
 
 /// The same with one edge whose curve is a curve on a surface.
 pub(crate) fn brep_on_surface(w: &mut Writer) {
-    brep_with(w, true);
+    brep_with(w, Some(PLANE));
 }
 
-fn brep_with(w: &mut Writer, on_surface: bool) {
+/// The same where what should be that surface is none.
+pub(crate) fn brep_on_damaged_surface(w: &mut Writer) {
+    brep_with(w, Some(LINE));
+}
+
+fn brep_with(w: &mut Writer, on_surface: Option<&str>) {
     let object_list = |w: &mut Writer, objects: &[&dyn Fn(&mut Writer)]| {
         w.chunk(ANONYMOUS, |w| {
             w.u8(0x10);
@@ -412,11 +417,11 @@ fn brep_with(w: &mut Writer, on_surface: bool) {
     };
     let back = |w: &mut Writer| {
         w.i32s(&[1]);
-        if on_surface {
+        if let Some(surface) = on_surface {
             w.object(CURVE_ON_SURFACE, |w| {
-                w.object(LINE, |w| line(w, [0.0; 3], [0.0, 1.0, 0.0], [0.0, 4.0], 2));
+                w.object(LINE, |w| line(w, [0.0; 3], [0.0, 2.0, 0.0], [0.0, 4.0], 2));
                 w.i32s(&[0]);
-                w.object(PLANE, |w| plane(w, [0.0, 5.0, 0.0, 5.0]));
+                w.object(surface, |w| plane(w, [0.0, 5.0, 0.0, 5.0]));
             });
             return;
         }

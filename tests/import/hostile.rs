@@ -306,7 +306,16 @@ fn messages_name_the_place_and_the_remedy() {
             at + 8
         )
     );
-    let on_surface = f::file(4, |w| w.record("", f::CURVE_ON_SURFACE, |w| w.u8(0x10)));
+    // Oblique on a spline surface: a curve of degree 3.
+    let on_surface = f::file(4, |w| {
+        w.record("", f::CURVE_ON_SURFACE, |w| {
+            w.object(f::LINE, |w| {
+                f::line(w, [0.0, 2.0, 0.0], [1.0, 3.0, 0.0], [0.0, 1.0], 2)
+            });
+            w.i32s(&[0]);
+            w.object(f::NURBS_SURFACE, f::nurbs_surface);
+        });
+    });
     let at = class_data(&on_surface);
     assert_eq!(
         message(&on_surface),

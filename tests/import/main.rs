@@ -8,5 +8,6 @@ mod hostile;
 mod models;
 mod mutated;
 mod older;
+mod on_surface;
 mod reference;
 mod written;

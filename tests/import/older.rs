@@ -65,30 +65,53 @@ fn old_breps_get_their_topology_back() {
         assert_eq!(document.tolerance, Some(0.001), "{name}");
         assert_eq!(document.objects[0].name, "pyramid", "{name}");
         is_the_pyramid(brep(&document, 0));
+        assert_eq!(document.objects[0].warnings, Vec::<String>::new(), "{name}");
     }
     let [first, second] = ["pyramid_v1.3dm", "pyramid_v2.3dm"].map(read);
     let surfaces = |d: &Document| -> Vec<Surface> { brep(d, 0).parts().surfaces.clone() };
     assert_eq!(surfaces(&first), surfaces(&second));
 }
 
+/// The second file with other fields in its last trim: its twin and its edge.
+fn with_last_trim(twin: i32, edge: i32) -> Document {
+    let mut bytes = bytes("pyramid_v2.3dm");
+    // Its number, its twin, whether it has the edge, the edge, its direction and flags, its tolerance.
+    let trim = |twin: i32, edge: i32| {
+        let mut bytes = [4, twin].map(i32::to_le_bytes).concat();
+        bytes.push(0);
+        bytes.extend([edge, 0, 0, 0].map(i32::to_le_bytes).concat());
+        bytes.extend(1e-3_f64.to_le_bytes());
+        bytes
+    };
+    let stored = trim(0, 0);
+    let at: Vec<usize> = (0..bytes.len() - stored.len())
+        .filter(|i| bytes[*i..].starts_with(&stored))
+        .collect();
+    let [at] = at[..] else {
+        panic!("one such trim: {at:?}");
+    };
+    bytes[at..at + stored.len()].copy_from_slice(&trim(twin, edge));
+    mend(&mut bytes);
+    read_3dm(&bytes).expect("a file")
+}
+
 #[test]
 fn a_trim_may_name_its_twin_in_place_of_its_edge() {
-    let mut bytes = bytes("pyramid_v2.3dm");
-    // The last trim: its number, its twin, whether it has the edge, the edge.
-    let trim = [
-        &4_i32.to_le_bytes()[..],
-        &0_i32.to_le_bytes(),
-        &[0],
-        &0_i32.to_le_bytes(),
-    ]
-    .concat();
-    let at = bytes
-        .windows(trim.len())
-        .position(|w| w == trim)
-        .expect("the trim");
-    bytes[at + 9..at + 13].copy_from_slice(&(-1_i32).to_le_bytes());
-    mend(&mut bytes);
-    is_the_pyramid(brep(&read_3dm(&bytes).expect("a file"), 0));
+    is_the_pyramid(brep(&with_last_trim(0, -1), 0));
+}
+
+/// The border of the base, which is no point: a square from its corner, of sides of 2.
+#[test]
+fn a_lost_edge_is_no_pole_without_a_word() {
+    let document = with_last_trim(-1, -1);
+    assert!(!brep(&document, 0).is_closed());
+    let [said] = &document.objects[0].warnings[..] else {
+        panic!("{:?}", document.objects[0].warnings);
+    };
+    assert!(
+        said.starts_with("face 1, trim 4: has no edge, and is no pole: it reaches 2.828e0"),
+        "{said}"
+    );
 }
 
 #[test]
@@ -231,15 +254,27 @@ fn linked_blocks_say_what_they_want() {
 }
 
 #[test]
-fn edges_do_without_curves_on_surfaces() {
-    let bytes = f::file(60, |w| w.record("it", f::BREP, f::brep_on_surface));
-    let document = read_3dm(&bytes).expect("a file");
-    let [object] = &document.objects[..] else {
-        panic!("{document:?}");
+fn edges_have_the_images_of_curves_on_surfaces() {
+    let read = |write: fn(&mut f::Writer)| {
+        let bytes = f::file(60, |w| w.record("it", f::BREP, write));
+        read_3dm(&bytes).expect("a file")
     };
+    let document = read(f::brep_on_surface);
+    let parts = brep(&document, 0).parts();
+    // A line on a plane: the same as is stored in space otherwise.
+    assert_eq!(parts.curves3, brep(&read(f::brep), 0).parts().curves3);
+    let said = &document.objects[0].warnings;
+    assert_eq!(said.len(), 1, "{said:?}");
+    assert!(
+        said[0].starts_with("edge 3: its curve is a curve on a surface")
+            && said[0].ends_with("the curve in space that it is, rounded"),
+        "{said:?}"
+    );
+    // One that is damaged is done without.
+    let document = read(f::brep_on_damaged_surface);
     let p = brep(&document, 0).parts();
     let curves: Vec<_> = p.edges.iter().map(|e| e.curve).collect();
     assert_eq!(curves, [Some(0), Some(0), Some(0), None]);
-    assert_eq!(object.warnings.len(), 1);
-    assert!(object.warnings[0].starts_with("edge 3: its curve is a curve on a surface"));
+    let said = &document.objects[0].warnings;
+    assert!(said[0].ends_with("the faces' trims are used"), "{said:?}");
 }

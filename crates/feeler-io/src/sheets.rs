@@ -344,6 +344,35 @@ pub(crate) fn jumps(brep: &Brep) -> Vec<String> {
     found
 }
 
+/// One line for each trim without an edge that is no pole: its image is no point. (Of what is wide and comes back between all samples nothing is
+/// said; the report on a BREP's health looks as closely as at other trims.)
+pub(crate) fn lost_edges(brep: &Brep) -> Vec<String> {
+    let parts = brep.parts();
+    let largest = { parts.vertices.iter() }.fold(0.0, |a: f64, v| a.max(v.point.coords.amax()));
+    let mut found = Vec::new();
+    for (t, trim) in parts.trims.iter().enumerate() {
+        let face = parts.loops.get(trim.trim_loop).map(|l| l.face);
+        let (None, Some(curve), Some(face)) = (trim.edge, parts.curves2.get(trim.curve), face)
+        else {
+            continue;
+        };
+        let at = |k: u16| {
+            let uv = curve.point(trim.span.lerp(f64::from(k) / f64::from(SAMPLES)));
+            brep.surface(face).point(uv.x, uv.y)
+        };
+        let start = at(0);
+        let reach = (1..=SAMPLES).map(|k| (at(k) - start).norm());
+        let reach = reach.fold(0.0, f64::max);
+        if reach > ROUNDING * largest {
+            found.push(format!(
+                "face {face}, trim {t}: has no edge, and is no pole: it reaches {reach:.3e}. Its edge is lost, and what the \
+                 face meets there is not known; join the faces again (Rhino: ExtractSrf, Join) and save"
+            ));
+        }
+    }
+    found
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

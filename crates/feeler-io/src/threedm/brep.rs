@@ -10,11 +10,13 @@ use super::assembly::{
 use super::brep2;
 use super::class::{self, Class};
 use super::curves::{curve, curve_of};
+use super::on_surface;
 use super::surfaces::surface;
 use crate::error::{Problem, ReadError};
-use crate::sheets::{jumps, open};
+use crate::sheets::{jumps, lost_edges, open};
 use feeler::brep::{Brep, BrepParts, Iso, TrimKind};
 use nalgebra::Point3;
+use std::collections::BTreeMap;
 
 /// From this version of the library on, edges and trims store the domain they are shown with.
 const OWN_DOMAINS_SINCE: u32 = 200_206_180;
@@ -209,19 +211,21 @@ pub(super) fn finished(
         Brep::new(parts).map_err(|problem| data.fail_at(data.id.offset, Problem::Brep(problem)))?;
     data.finish()?;
     warnings.extend(jumps(&brep));
+    warnings.extend(lost_edges(&brep));
     Ok((brep, warnings))
 }
 
 /// Layout 3.x after its version.
 fn brep3(data: &mut Chunk<'_>, minor: u8) -> Result<(BrepParts, Vec<String>), ReadError> {
     let curves2 = geometry(data, "uv curve", |d, _| curve(d, "a uv curve").map(Some))?;
-    // Where an edge's curve is said to be a curve on a surface, trims say as much: the edge does without.
-    let mut on_surface = Vec::new();
+    // Where an edge's curve is a curve on a surface that has no form here, trims say as much: the edge does without.
+    let mut on_surface = BTreeMap::new();
     let curves3 = geometry(data, "space curve", |d, i| {
         let (class, object) = class::object(d)?;
         if class == Class::CurveOnSurface {
-            on_surface.push(i);
-            return Ok(None);
+            let image = on_surface::read(object, "a space curve").ok();
+            on_surface.insert(i, image.is_some());
+            return Ok(image);
         }
         curve_of(class, object, "a space curve").map(Some)
     })?;
@@ -243,13 +247,19 @@ fn brep3(data: &mut Chunk<'_>, minor: u8) -> Result<(BrepParts, Vec<String>), Re
     let mut warnings = Vec::new();
     if !on_surface.is_empty() {
         for (e, edge) in topology.edges.items_mut().enumerate() {
-            let curve = usize::try_from(edge.curve);
-            if curve.is_ok_and(|c| on_surface.binary_search(&c).is_ok()) {
+            let curve = usize::try_from(edge.curve).ok();
+            let Some(is_read) = curve.and_then(|c| on_surface.get(&c)) else {
+                continue;
+            };
+            let what = if *is_read {
+                "which is taken as the curve in space that it is, rounded"
+            } else {
                 edge.curve = -1;
-                warnings.push(format!(
-                    "edge {e}: its curve is a curve on a surface (CurveOnSurface), which is left out; the faces' trims are used"
-                ));
-            }
+                "which has no form here and is left out; the faces' trims are used"
+            };
+            warnings.push(format!(
+                "edge {e}: its curve is a curve on a surface (CurveOnSurface), {what}"
+            ));
         }
     }
     let mut assembly = Assembly {

@@ -34,24 +34,28 @@ pub(super) fn curve_of<const D: usize, const H: usize>(
         Class::PolylineCurve => Curve::Polyline(polyline(&mut data)?),
         Class::NurbsCurve => Curve::Nurbs(nurbs(&mut data)?),
         Class::PolyCurve => Curve::Poly(poly(&mut data, role)?),
-        _ => {
-            let remedy = if class == Class::CurveOnSurface {
-                "convert it to a NURBS curve (Rhino: ToNURBS) and save again"
-            } else {
-                "convert it to NURBS (Rhino: ToNURBS) and save again"
-            };
-            return Err(data.fail_at(
-                data.id.offset,
-                Problem::Class {
-                    class: class.name(),
-                    role,
-                    remedy,
-                },
-            ));
-        }
+        _ => return Err(unusable(class, &data, role)),
     };
     data.finish()?;
     Ok(curve)
+}
+
+/// What is said of a class that is none of a curve that can be used.
+pub(super) fn unusable(class: Class, data: &Chunk<'_>, role: &'static str) -> ReadError {
+    let remedy = if class == Class::CurveOnSurface {
+        "convert it to a NURBS curve (Rhino: ToNURBS) and save again"
+    } else {
+        "convert it to NURBS (Rhino: ToNURBS) and save again"
+    };
+    let class = class.name();
+    data.fail_at(
+        data.id.offset,
+        Problem::Class {
+            class,
+            role,
+            remedy,
+        },
+    )
 }
 
 /// Wraps what the kernel refuses.

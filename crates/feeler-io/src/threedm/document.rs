@@ -7,6 +7,7 @@ use super::brep::brep;
 use super::class::{self, Class};
 use super::curves::curve_of;
 use super::extrusion::extrusion;
+use super::on_surface;
 use super::surfaces::surface_of;
 use super::version1;
 use crate::document::{Document, Format, Object, ObjectKind};
@@ -366,8 +367,15 @@ fn kind(
         | Class::ArcCurve
         | Class::PolylineCurve
         | Class::NurbsCurve
-        | Class::PolyCurve
-        | Class::CurveOnSurface => ObjectKind::Curve(curve_of(class, data, "a curve")?),
+        | Class::PolyCurve => ObjectKind::Curve(curve_of(class, data, "a curve")?),
+        Class::CurveOnSurface => {
+            let image = on_surface::read(data, "a curve")?;
+            warnings.push(
+                "a curve on a surface (CurveOnSurface), taken as the curve in space that it is, rounded"
+                    .into(),
+            );
+            ObjectKind::Curve(image)
+        }
         Class::Extrusion => {
             let (brep, found) = extrusion(data)?;
             warnings.extend(found);

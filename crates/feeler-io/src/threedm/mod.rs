@@ -24,6 +24,7 @@ mod class;
 mod curves;
 mod document;
 mod extrusion;
+mod on_surface;
 mod rebuild;
 mod surfaces;
 mod version1;
