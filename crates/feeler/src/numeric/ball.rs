@@ -242,7 +242,7 @@ impl<T: Real> Div for Ball<T> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::numeric::Dyadic;
+    use crate::numeric::{Dyadic, Td};
 
     fn exact(x: Dd) -> Dyadic {
         &Dyadic::from_f64(x.hi).unwrap() + &Dyadic::from_f64(x.lo).unwrap()
@@ -298,6 +298,125 @@ mod tests {
     #[test]
     fn double_double_balls_hold_the_truth() {
         check::<Dd>();
+    }
+
+    /// Small whole numbers, so that every end of every ball is exact: the result of the ends is in the ball of the result, which
+    /// is no wider than the formula in exact numbers, but for rounding.
+    fn check_ends<T: Real>() {
+        const ROUNDING: f64 = 1.0 + 1.0 / (1u64 << 40) as f64;
+        let is_within = |value: &Dyadic, b: &Ball<T>| {
+            let b = b.to_dd();
+            let off = &exact(b.mid) - value;
+            let limit = Dyadic::from_f64(b.rad).unwrap();
+            &off * &off <= &limit * &limit
+        };
+        for k in 0..625 {
+            let digit = |i: u32| f64::from(k / 5u32.pow(i) % 5);
+            let (am, ar, bm, br) = (digit(0) - 2.0, digit(1), 3.0 * digit(2) - 7.0, digit(3));
+            let ball = |mid, rad| Ball::<T> {
+                mid: T::from_f64(mid),
+                rad,
+            };
+            let (a, b) = (ball(am, ar), ball(bm, br));
+            let (sum, product, quotient, half) = (a + b, a * b, a / b, a.half());
+            for x in [am - ar, am + ar] {
+                for y in [bm - br, bm + br] {
+                    let (x, y) = (Dyadic::from_f64(x).unwrap(), Dyadic::from_f64(y).unwrap());
+                    assert!(is_within(&(&x + &y), &sum), "{a:?} + {b:?}");
+                    assert!(is_within(&(&x * &y), &product), "{a:?} * {b:?}");
+                    // q y = x, times the divisor.
+                    let q = quotient.to_dd();
+                    let off = &(&exact(q.mid) * &y) - &x;
+                    if q.rad < f64::INFINITY {
+                        let limit = &Dyadic::from_f64(q.rad).unwrap() * &y;
+                        assert!(&off * &off <= &limit * &limit, "{a:?} / {b:?}");
+                    }
+                }
+            }
+            let unit = 4.0 * T::DIV_UNIT * (am.abs() + 1.0) * (bm.abs() + 1.0);
+            let is_tight = |b: &Ball<T>, ideal: f64| b.rad <= ideal * ROUNDING + unit;
+            assert!(is_tight(&sum, ar + br), "{a:?} + {b:?}");
+            assert!(is_tight(&product, am.abs() * br + (bm.abs() + br) * ar));
+            assert!(half.mid.approximate() == 0.5 * am && is_tight(&half, 0.5 * ar));
+            if br < bm.abs() {
+                let ideal = (ar + (am / bm).abs() * br) / (bm.abs() - br);
+                assert!(is_tight(&quotient, ideal), "{a:?} / {b:?}");
+            } else {
+                assert_eq!(quotient.rad, f64::INFINITY);
+            }
+            assert!(a.lower() <= am - ar && a.upper() >= am + ar);
+            assert!(a.lower() >= am - ar - 1e-14 && a.upper() <= am + ar + 1e-14);
+            assert!(!a.is_above(am - ar) && a.is_above(am - ar - 1e-13));
+        }
+        // A divisor that reaches next to zero: 2^-50 at its least, and the quotient 2^50.
+        let near = 1.0 / (1u64 << 50) as f64;
+        let divisor = Ball {
+            mid: T::ONE,
+            rad: 1.0 - near,
+        };
+        assert!((Ball::<T>::ONE / divisor).upper() >= 1.0 / near);
+    }
+
+    #[test]
+    fn ends_of_balls_are_held_and_little_else() {
+        check_ends::<f64>();
+        check_ends::<Dd>();
+        check_ends::<Td>();
+    }
+
+    /// The root of `[lo, hi]` is `[sqrt lo, sqrt hi]`, as ends that are squares show.
+    fn check_roots<T: Real>() {
+        for scale in [-40, -6, 0, 20].map(|k| 2f64.powi(k)) {
+            for (lo, hi) in [
+                (0.0, 4.0),
+                (1.0, 9.0),
+                (4.0, 4.0),
+                (1.0, (1.0 + 2f64.powi(-12)).powi(2)),
+            ] {
+                let squares = [lo, hi].map(|x: f64| x * scale * scale);
+                let ball = Ball {
+                    mid: T::from_f64(0.5 * (squares[0] + squares[1])),
+                    rad: 0.5 * (squares[1] - squares[0]),
+                };
+                let root = ball.sqrt();
+                let (lo, hi) = (scale * lo.sqrt(), scale * hi.sqrt());
+                assert!(root.lower() <= lo && root.upper() >= hi, "{ball:?}");
+                // What the quick way gives away: 0.5003 for a half, and the slope at the middle for that of the chord.
+                let most = 0.5 * (hi - lo) * 1.002 + 8.0 * T::DIV_UNIT * hi;
+                assert!(root.rad <= most, "{ball:?}: {root:?}");
+            }
+        }
+        // What is below zero is cut off; nothing is known of what is all below.
+        let ball = |mid, rad| Ball {
+            mid: T::from_f64(mid),
+            rad,
+        };
+        let root = ball(-1.0, 5.0).sqrt();
+        assert!(root.lower() <= 0.0 && root.upper() >= 2.0 && root.rad <= 1.0 + 1e-14);
+        assert_eq!(ball(-2.0, 1.0).sqrt().rad, f64::INFINITY);
+        assert_eq!(ball(f64::NAN, 1.0).sqrt().rad, f64::INFINITY);
+        assert_eq!(ball(1.0, f64::NAN).sqrt().rad, f64::INFINITY);
+    }
+
+    #[test]
+    fn roots_of_wide_balls() {
+        check_roots::<f64>();
+        check_roots::<Dd>();
+        check_roots::<Td>();
+    }
+
+    /// 1/3 of triple-double is no double-double: what that loses is in the radius, and little more.
+    #[test]
+    fn what_conversion_loses_is_told() {
+        let third = Ball::<Td>::ONE / Ball::exact(3.0);
+        let short = third.to_dd();
+        let three = Dyadic::from_f64(3.0).unwrap();
+        let off = &(&exact(short.mid) * &three) - &Dyadic::from_f64(1.0).unwrap();
+        let limit = &Dyadic::from_f64(short.rad).unwrap() * &three;
+        assert!(&off * &off <= &limit * &limit, "{short:?}");
+        assert!(third.rad < short.rad && short.rad < Dd::UNIT, "{short:?}");
+        let double = Ball::<f64>::from_dd(Dd::ONE / Dd::from(3.0), 0.0);
+        assert!(double.rad > 0.0 && double.rad < f64::EPSILON, "{double:?}");
     }
 
     #[test]

@@ -234,6 +234,46 @@ mod tests {
         evaluate(rows, Ball::exact(u))
     }
 
+    /// As the proof counts: twice the binomials' additions, six products and a quotient worth two, the additions, 16 more.
+    #[test]
+    fn product_units_are_at_least_the_proofs() {
+        let square = |n| Bidegree { u: n, v: n };
+        for (a, b) in [(A, B), (square(0), square(0)), (square(20), square(20))] {
+            let sum = a + b;
+            let additions = (a.u.min(b.u) + 1) * (a.v.min(b.v) + 1);
+            let count = 2 * (sum.u + sum.v) + 6 + 2 + additions + 16;
+            let units = product_units(a, b);
+            assert!(count as f64 <= units && units <= 2.0 * count as f64);
+        }
+    }
+
+    #[test]
+    fn bounds_are_no_larger_than_need_be() {
+        let most = largest(&[1.0, -3.0, 2.0]);
+        assert!((3.0..=3.0 * (1.0 + 2.0 * f64::EPSILON)).contains(&most));
+        assert_eq!(largest::<f64>(&[]), 0.0);
+        // An averaging each of the degree, of numbers up to 3.
+        for (along_u, degree) in [(true, 2.0), (false, 4.0)] {
+            let error = split_error::<f64>(B, along_u, 3.0, TINY);
+            let plain = degree * 3.0 * f64::UNIT;
+            assert!((plain..=plain * 1.001).contains(&error), "{error:e}");
+        }
+        assert_eq!(split_error::<f64>(B, true, 0.0, 1.0), 2.0);
+    }
+
+    #[test]
+    fn what_is_no_number_is_passed_over() {
+        let nan = f64::NAN;
+        assert_eq!(
+            [lesser(1.0, 2.0), lesser(2.0, 1.0), lesser(1.0, nan)],
+            [1.0; 3]
+        );
+        assert_eq!(
+            [greater(1.0, 2.0), greater(2.0, 1.0), greater(2.0, nan)],
+            [2.0; 3]
+        );
+    }
+
     #[test]
     fn product_is_the_product() {
         let (x, y) = (sample(A, 1), sample(B, 2));

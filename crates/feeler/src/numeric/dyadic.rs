@@ -213,5 +213,9 @@ mod tests {
         assert_eq!("-1fp-4".parse::<Dyadic>().unwrap(), d(-1.9375));
         assert!("1p".parse::<Dyadic>().is_err());
         assert!("1p999999999".parse::<Dyadic>().is_err());
+        for e in [100_000, -100_000] {
+            assert_eq!(format!("1p{e}").parse::<Dyadic>().unwrap().exponent(), e);
+        }
+        assert!("1p100001".parse::<Dyadic>().is_err() && "1p-100001".parse::<Dyadic>().is_err());
     }
 }

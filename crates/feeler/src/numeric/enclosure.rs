@@ -57,3 +57,44 @@ impl Enclosure {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const INF: f64 = f64::INFINITY;
+
+    #[test]
+    fn widths_are_rounded_up() {
+        let width = |lo, hi| Enclosure { lo, hi }.width();
+        assert_eq!(width(1.0, 3.0), 2.0);
+        assert_eq!(width(0.5, 0.5), 0.0);
+        // 1 + 2^-60 and 1 - 2^-60.
+        let tiny = 1.0 / (1u64 << 60) as f64;
+        assert_eq!(width(-tiny, 1.0), 1f64.next_up());
+        assert_eq!(width(tiny, 1.0), 1.0);
+        assert_eq!(Enclosure::UNKNOWN.width(), INF);
+    }
+
+    #[test]
+    fn closed_at_both_ends() {
+        let e = Enclosure { lo: -1.0, hi: 2.0 };
+        assert!(e.contains(-1.0) && e.contains(2.0) && e.contains(0.5));
+        assert!(!e.contains((-1f64).next_down()) && !e.contains(2f64.next_up()));
+        assert!(!e.contains(f64::NAN));
+        assert!(Enclosure::exact(0.1).contains(0.1));
+    }
+
+    #[test]
+    fn middles_are_finite() {
+        let mid = |lo, hi| Enclosure { lo, hi }.mid();
+        assert_eq!(mid(-1.0, 3.0), 1.0);
+        let large = 2f64.powi(1023);
+        assert_eq!(mid(large, 1.5 * large), 1.25 * large);
+        assert_eq!(mid(2.0, INF), 2.0);
+        assert_eq!(mid(-INF, 3.0), 3.0);
+        assert_eq!(mid(-INF, INF), 0.0);
+        let least = Enclosure { lo: 0.0, hi: 5.0 }.min(&Enclosure { lo: 1.0, hi: 2.0 });
+        assert_eq!(least, Enclosure { lo: 0.0, hi: 2.0 });
+    }
+}

@@ -562,6 +562,42 @@ mod tests {
         assert_eq!(f.square_free().degree(), 5);
     }
 
+    /// Where the quick look modulo 2^61 - 1 must not be fooled: coefficients beyond 64 bits, a leading one that is the prime.
+    #[test]
+    fn common_factors_that_the_prime_could_hide() {
+        let large = IBig::ONE << 80;
+        let wide = Polynomial::new(vec![IBig::ONE, large, IBig::ONE]);
+        let lead = Polynomial::new(vec![IBig::ONE, IBig::from(PRIME)]);
+        for (common, degree) in [(wide, 2), (lead, 1)] {
+            let (f, g) = (common.times(&p(&[-2, 1])), common.times(&p(&[3, 1])));
+            assert_eq!(f.gcd(&g).degree(), degree);
+            assert_eq!(common.gcd(&f).degree(), degree);
+            assert_eq!(f.gcd(&p(&[7, 1])).degree(), 0);
+        }
+    }
+
+    #[test]
+    fn parameters_in_order() {
+        let at = |n: i64, e: usize| Parameter::new(IBig::from(n), e).unwrap();
+        let ascending = [
+            at(0, 5),
+            at(1, 4),
+            at(1, 3),
+            at(3, 4),
+            at(1, 1),
+            at(7, 3),
+            at(1, 0),
+        ];
+        for (i, a) in ascending.iter().enumerate() {
+            for (j, b) in ascending.iter().enumerate() {
+                assert_eq!(a.cmp(b), i.cmp(&j), "{a:?} {b:?}");
+            }
+        }
+        assert_eq!(at(2, 3).cmp(&at(1, 2)), Ordering::Equal);
+        assert_eq!(at(1, 1).mid(&at(3, 2)), at(5, 3));
+        assert_eq!(at(1, 2).mid(&at(3, 2)).cmp(&at(1, 1)), Ordering::Equal);
+    }
+
     #[test]
     fn signs_at_floats_are_exact() {
         // 3t - 1 has its root at 1/3: no f64.
@@ -571,5 +607,7 @@ mod tests {
         assert_eq!(f.sign_at(&Parameter::from_f64(third.next_up()).unwrap()), 1);
         assert!(Parameter::from_f64(1.5).is_none() && Parameter::from_f64(f64::NAN).is_none());
         assert_eq!(Parameter::from_f64(0.0).unwrap(), Parameter::zero());
+        let at = |n: i64| Parameter::new(IBig::from(n), 3);
+        assert!(at(-1).is_none() && at(9).is_none() && at(0).is_some() && at(8).is_some());
     }
 }

@@ -199,3 +199,82 @@ fn multiple(f: &Polynomial) -> (Polynomial, Vec<Root>) {
     }
     (simple, roots)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use dashu_int::IBig;
+
+    /// `prod (q t - p)^k`, by its roots `p / q`.
+    fn with_roots(roots: &[(i64, i64, usize)]) -> Polynomial {
+        let mut f = Polynomial::from_bernstein(&[IBig::ONE]);
+        for &(p, q, k) in roots {
+            let factor = Polynomial::from_bernstein(&[IBig::from(-p), IBig::from(q - p)]);
+            for _ in 0..k {
+                f = f.times(&factor);
+            }
+        }
+        f
+    }
+
+    /// Whether the rational root is where the interval says: on its one end, or between its two.
+    fn is_held((p, q, k): (i64, i64, usize), root: &Root) -> bool {
+        let factor = with_roots(&[(p, q, 1)]);
+        let signs = (factor.sign_at(&root.lo), factor.sign_at(&root.hi));
+        let expected = if root.is_exact() { (0, 0) } else { (-1, 1) };
+        signs == expected && root.multiplicity == k
+    }
+
+    #[test]
+    fn roots_are_those_that_were_multiplied() {
+        for roots in [
+            vec![(1, 3, 1)],
+            // Next to midpoints of the bisection that are roots themselves, on either side, on both.
+            vec![(1, 2, 1), (3, 5, 1)],
+            vec![(2, 5, 1), (1, 2, 1)],
+            vec![(1, 4, 1), (2, 5, 1), (1, 2, 1)],
+            vec![(1, 4, 1), (2, 7, 1), (1, 2, 1)],
+            vec![(1, 4, 1), (3, 8, 1), (1, 2, 1), (501, 1000, 1)],
+            // Multiple ones, known exactly or not, and at the ends.
+            vec![(1, 3, 3), (1, 2, 2)],
+            vec![(1, 2, 3), (2, 3, 2), (3, 4, 1)],
+            vec![(0, 1, 2), (1, 3, 1), (1, 2, 2), (1, 1, 3)],
+            vec![(1, 7, 2), (3, 7, 2), (5, 7, 5), (6, 7, 1)],
+        ] {
+            let f = with_roots(&roots);
+            let mut found = Roots::isolate(&f).unwrap();
+            for turn in 0..12 {
+                let all = found.as_slice();
+                assert_eq!(all.len(), roots.len(), "{roots:?}");
+                for (wanted, root) in roots.iter().zip(all) {
+                    assert!(is_held(*wanted, root), "{roots:?} {turn}: {root:?}");
+                }
+                // Isolating: none reaches another's.
+                for pair in all.windows(2) {
+                    assert!(pair[0].hi <= pair[1].lo, "{roots:?}: {pair:?}");
+                    assert!(pair[0].hi < pair[1].lo || !pair.iter().any(Root::is_exact));
+                }
+                let mids: Vec<_> = all.iter().map(|r| r.lo.mid(&r.hi)).collect();
+                for (i, mid) in mids.iter().enumerate() {
+                    found.refine(i);
+                    let root = &found.as_slice()[i];
+                    assert!(root.lo.cmp(mid).is_eq() || root.hi.cmp(mid).is_eq());
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn no_roots_and_all() {
+        let f = |c: &[i64]| Polynomial::new(c.iter().map(|x| IBig::from(*x)).collect());
+        assert!(Roots::isolate(&f(&[0, 0])).is_none());
+        // Two variations without a root: (1 - t)^2 - t (1 - t) + t^2 > 0.
+        assert!(
+            Roots::isolate(&f(&[1, -1, 1]))
+                .unwrap()
+                .as_slice()
+                .is_empty()
+        );
+        assert!(Roots::isolate(&f(&[1, 2])).unwrap().as_slice().is_empty());
+    }
+}

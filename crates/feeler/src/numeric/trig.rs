@@ -374,6 +374,14 @@ mod tests {
         }
     }
 
+    #[test]
+    fn a_full_turn_is_held() {
+        let turn = full_turn();
+        assert!(holds(&turn, &Dyadic::new(pi() * 2, -(BITS as i64))));
+        // Double-double has 106 bits of it.
+        assert!(turn.rad < 8.0 / (1u128 << 106) as f64, "{turn:?}");
+    }
+
     /// What is turned by a known angle is found at it, to 1e-29, however short the vector is.
     #[test]
     fn angles_of_vectors() {
