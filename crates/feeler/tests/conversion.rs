@@ -571,6 +571,25 @@ fn gaps_count_in_the_bound() {
     assert_eq!(other.point(1.0), Point3::new(1., 0.25, 0.));
 }
 
+/// A gap in a profile is one in the surface; without any, and near the origin, the bound is that of roundings of small numbers.
+#[test]
+fn bounds_of_surfaces_hold_those_of_their_curves() {
+    let gap = |size: f64, up: f64| {
+        let segments = vec![
+            line([size, 0., 0.], [size, 0., size]),
+            line([size + up, 0., size], [size, 0., 2.0 * size]),
+        ];
+        Curve::Poly(PolyCurve::new(segments, vec![0.0, 1.0, 2.0]).unwrap())
+    };
+    let surface = |profile: Curve3| revolution(false, interval(0.0, 3.0), profile);
+    let bound = surface(gap(1.0, 0.25)).to_nurbs().unwrap().bound;
+    assert!((0.25..0.250_001).contains(&bound), "{bound}");
+    // 2 gamma_28 of a size of 2.3e-6, well below a rounding of 1.
+    let small: Curve3 = gap(1e-6, 0.0);
+    let bound = small.to_nurbs().unwrap().bound;
+    assert!(bound > 0.0 && bound < 1e-19, "{bound:e}");
+}
+
 /// Plain f64 is close to what is proven. (128 roundings of the largest number in play: the a-priori
 /// bound of a degree-9 curve, far above these forms'.)
 #[test]

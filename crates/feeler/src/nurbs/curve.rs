@@ -317,3 +317,55 @@ impl<const D: usize, const H: usize> Curve<D, H> {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nalgebra::{Point3, Vector4};
+
+    fn line(a: [f64; 3], b: [f64; 3]) -> Curve3 {
+        let domain = Interval::new(0.0, 1.0).unwrap();
+        Curve::Line(Line::new(a.into(), b.into(), domain).unwrap())
+    }
+
+    /// A poly-curve within another is taken apart, its parameters moved linearly.
+    #[test]
+    fn nested_poly_curves() {
+        let a = [0., 1., 2., 5.].map(|x| [x, x * x, 0.]);
+        let inner = vec![line(a[1], a[2]), line(a[2], a[3])];
+        let inner = PolyCurve::new(inner, vec![1.0, 2.0, 4.0]).unwrap();
+        let segments = vec![line(a[0], a[1]), Curve::Poly(inner)];
+        let outer = PolyCurve::new(segments.clone(), vec![0.0, 2.0, 8.0]).unwrap();
+        // [1, 4] goes to [2, 8]: twice as fast.
+        assert_eq!(outer.params(), [0.0, 2.0, 4.0, 8.0]);
+        assert_eq!(outer.segments().len(), 3);
+        let c: Curve3 = Curve::Poly(outer);
+        assert_eq!(c.point(3.0), Point3::new(1.5, 2.5, 0.));
+        assert_eq!(c.point(6.0), Point3::new(3.5, 14.5, 0.));
+        // As many parameters as segments are one too few.
+        let few = PolyCurve::new(segments, vec![0.0, 2.0]);
+        let expected = GeometryError::TooFew {
+            what: "poly-curve parameters",
+            found: 2,
+            needed: 3,
+        };
+        assert_eq!(few.unwrap_err(), expected);
+    }
+
+    #[test]
+    fn breaks_are_knots_corners_and_joints() {
+        let points = [0., 1., 2., 3.].map(|x| Vector4::new(x, 0., 0., 1.));
+        let knots = vec![0., 0., 0., 0.4, 1., 1., 1.];
+        let spline: Curve3 = Curve::Nurbs(NurbsCurve::new(2, points.to_vec(), knots).unwrap());
+        assert_eq!(spline.breaks(), [0.0, 0.4, 1.0]);
+        let corners = [[0., 0.], [1., 1.], [2., 0.]].map(|p| Point3::new(p[0], p[1], 0.));
+        let bent: Curve3 =
+            Curve::Polyline(Polyline::new(corners.to_vec(), vec![1.0, 1.5, 3.0]).unwrap());
+        assert_eq!(bent.breaks(), [1.0, 1.5, 3.0]);
+        assert_eq!(line([0., 0., 0.], [1., 0., 0.]).breaks(), [0.0, 1.0]);
+        let all = vec![bent, line([2., 0., 0.], [3., 0., 0.])];
+        let poly: Curve3 = Curve::Poly(PolyCurve::new(all, vec![4.0, 12.0, 13.0]).unwrap());
+        // A quarter of the way from 4 to 12.
+        assert_eq!(poly.breaks(), [4.0, 6.0, 12.0, 13.0]);
+    }
+}

@@ -161,6 +161,12 @@ mod tests {
             new(1, 2, &[0., 0., 0., 0.]),
             Err(E::EmptyInterval { .. })
         ));
+        // A domain whose length is no number; the second is only far away.
+        assert!(matches!(
+            new(1, 2, &[-1e308, -1e308, 1e308, 1e308]),
+            Err(E::EmptyInterval { .. })
+        ));
+        assert!(new(1, 2, &[1e308, 1e308, 1.5e308, 1.5e308]).is_ok());
         assert!(matches!(
             new(1, 3, &[0., 0., f64::NAN, 1., 1.]),
             Err(E::NotFinite { .. })

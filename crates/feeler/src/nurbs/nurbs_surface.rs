@@ -71,3 +71,24 @@ impl NurbsSurface {
         is_rational(&self.control_net)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::nurbs::NurbsCurve;
+
+    /// Weights that are all 2 are no less equal than weights of 1.
+    #[test]
+    fn rational_is_what_has_weights_that_differ() {
+        let points = |w: f64| {
+            [2.0, 2.0, 2.0, w]
+                .map(|w| Vector4::new(0., 0., w, w))
+                .to_vec()
+        };
+        let knots = || vec![0., 0., 1., 1.];
+        let surface = |w| NurbsSurface::new([1, 1], [2, 2], points(w), [knots(), knots()]).unwrap();
+        assert!(surface(3.0).is_rational() && !surface(2.0).is_rational());
+        let curve = |w| NurbsCurve::new(1, points(w)[2..].to_vec(), knots()).unwrap();
+        assert!(curve(3.0).is_rational() && !curve(2.0).is_rational());
+    }
+}

@@ -2,7 +2,7 @@
 
 use super::{Limit, Scalar, partials};
 use crate::numeric::{Ball, Dd, Interval};
-use crate::nurbs::{Curve, NurbsCurve, NurbsSurface, Revolution, Surface};
+use crate::nurbs::{Curve, Curve3, NurbsCurve, NurbsSurface, PolyCurve, Revolution, Surface};
 use nalgebra::{Point3, Vector3, Vector4};
 
 fn of<S: Scalar>(
@@ -94,4 +94,22 @@ fn a_cylinder_turns_counter_clockwise() {
     assert_eq!(at.get(3, 0), [0.0, -3.0, 0.0]);
     assert_eq!(at.get(0, 1), [0.0, 0.0, 2.0]);
     assert_eq!(at.get(1, 1), [0.0; 3]);
+}
+
+/// A parameter that comes to lie exactly on a knot, through a map whose rate is no f64, is on the knot: it has the slope of
+/// the span above, or below.
+#[test]
+fn mapped_parameters_on_knots() {
+    let p = |x: f64, y: f64| Vector4::new(x, y, 0., 1.);
+    let points = vec![p(0., 0.), p(1., 5.), p(4., 2.)];
+    let bent = NurbsCurve::new(1, points, vec![0., 0., 1., 4., 4.]).unwrap();
+    // [0, 3] to [0, 4], as a third is; and another, whose start is not 0.
+    for (start, end) in [(0.0, 3.0), (5.0, 29.0)] {
+        let inner = vec![Curve::Nurbs(bent.clone())];
+        let c: Curve3 = Curve::Poly(PolyCurve::new(inner, vec![start, end]).unwrap());
+        let t = start + 0.25 * (end - start);
+        let slope = |limit| c.derivatives_in::<f64>(t, 1, limit)[1][1] * (end - start) / 4.0;
+        assert!((slope(Limit::FromAbove) + 1.0).abs() < 1e-14);
+        assert!((slope(Limit::FromBelow) - 5.0).abs() < 1e-14);
+    }
 }
