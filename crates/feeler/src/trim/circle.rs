@@ -443,3 +443,41 @@ fn arc_crossing(span: &ArcSpan, q: [f64; 2], ray: usize) -> Option<Crossing> {
         }
     })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A segment from the origin to (4, 2), whichever end is first: what is left of it has it on the ray along u, what is below on the ray along v.
+    #[test]
+    fn segments_between_blurred_ends() {
+        let end = |x: f64, y: f64| Blur::plain([Ball::exact(x), Ball::exact(y)]);
+        let ends = [end(0.0, 0.0), end(4.0, 2.0)];
+        for ends in [ends, [ends[1], ends[0]]] {
+            for (q, along_u, along_v) in [
+                ([1.0, 1.0], Crossing::Odd, Crossing::Even),
+                ([3.0, 1.0], Crossing::Even, Crossing::Odd),
+                ([2.0_f64.next_down(), 1.0], Crossing::Odd, Crossing::Even),
+                ([2.0_f64.next_up(), 1.0], Crossing::Even, Crossing::Odd),
+                // On it, which enclosures do not tell but at its ends.
+                ([2.0, 1.0], Crossing::Unknown, Crossing::Unknown),
+                ([0.0, 0.0], Crossing::On, Crossing::On),
+                ([4.0, 2.0], Crossing::On, Crossing::On),
+                // Beside its box.
+                ([-1.0, 1.0], Crossing::Odd, Crossing::Even),
+                ([5.0, 1.0], Crossing::Even, Crossing::Even),
+                ([1.0, 3.0], Crossing::Even, Crossing::Even),
+                ([1.0, -1.0], Crossing::Even, Crossing::Odd),
+                // At the height of an end: the crossing of [h > q_h] is at the lower one.
+                ([-1.0, 0.0], Crossing::Odd, Crossing::Even),
+                ([1.0, 0.0], Crossing::Even, Crossing::Odd),
+                ([-1.0, 2.0], Crossing::Even, Crossing::Even),
+                ([0.0, -1.0], Crossing::Even, Crossing::Odd),
+                ([4.0, -1.0], Crossing::Even, Crossing::Even),
+            ] {
+                let found = [0, 1].map(|ray| blurred_crossing(&ends, q, ray));
+                assert_eq!(found, [along_u, along_v], "{q:?}");
+            }
+        }
+    }
+}

@@ -384,3 +384,78 @@ impl Exact {
         x.quotient_derivative(&self.w)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn balls(x: f64, radius: f64, w: f64, weight_radius: f64) -> Ball3 {
+        let ball = |x: f64, rad| Ball {
+            mid: Dd::from(x),
+            rad,
+        };
+        [ball(x, radius), ball(x, radius), ball(w, weight_radius)]
+    }
+
+    /// A quotient is one number only if it is: `lo w <= x <= hi w`, exactly, and more than one where `q w = x` for no f64.
+    #[test]
+    fn coordinates_are_enclosed() {
+        let exact = |x: f64| Dyadic::from_f64(x).unwrap();
+        for x in [
+            1.0, 0.7, 1e-10, 1e150, 1e-150, 1e-250, 1e-300, 1e-307, 3e-323,
+        ] {
+            for w in [1.0, 2.0, 0.5, 3.0, 0.1, 1e-60, 1e60] {
+                for x in [x, -x, 3.0 * x] {
+                    let [lo, hi] = coordinate(&balls(x, 0.0, w, 0.0), 0);
+                    assert!(&exact(lo) * &exact(w) <= exact(x), "{x:e} {w:e}");
+                    assert!(&exact(hi) * &exact(w) >= exact(x), "{x:e} {w:e}");
+                }
+            }
+        }
+        // Plain ones are single numbers.
+        for (x, w, q) in [
+            (1.0, 2.0, 0.5),
+            (0.0, 3.0, 0.0),
+            (-6.0, 3.0, -2.0),
+            (0.1, 1.0, 0.1),
+        ] {
+            assert_eq!(coordinate(&balls(x, 0.0, w, 0.0), 1), [q, q]);
+        }
+        let [lo, hi] = coordinate(&balls(1.0, 0.0, 2.0, 1e-3), 0);
+        assert!(lo <= 1.0 / 2.001 && hi >= 1.0 / 1.999);
+        let unknown = [f64::NEG_INFINITY, f64::INFINITY];
+        assert_eq!(coordinate(&balls(1.0, 0.0, 1e-3, 2e-3), 0), unknown);
+    }
+
+    /// As the proof counts, for control points of size 1 and weights 1 with radii: `(g U + R + U (g + S)) / (1 - g - S)` and the quotient's rounding.
+    #[test]
+    fn errors_of_evaluation_are_at_least_the_proofs() {
+        fn check<T: Real>(radius: f64, weight_radius: f64) {
+            for p in [1, 3, 7] {
+                let points = vec![balls(1.0, radius, 1.0, weight_radius); p + 1];
+                let g = (2 * p + 2) as f64 * T::UNIT;
+                let least = g + radius + (g + weight_radius) + T::DIV_UNIT;
+                let horner = Horner::<T>::new(&points);
+                for error in horner.error {
+                    assert!((least..=1.5 * least).contains(&error), "{p}: {error:e}");
+                }
+                // Relative 2 units of the parameter, and the quotient's: 4 p d U.
+                let moved = 4.0 * p as f64 * (2.0 * T::UNIT + T::DIV_UNIT);
+                for shift in horner.shift {
+                    assert!((moved..=1.2 * moved).contains(&shift), "{p}: {shift:e}");
+                }
+            }
+        }
+        for (radius, weight_radius) in [(0.0, 0.0), (1e-9, 1e-8), (1e-8, 0.0)] {
+            check::<f64>(radius, weight_radius);
+            check::<Dd>(radius, weight_radius);
+        }
+        // Out of the range in which they hold, there is none.
+        for (x, w) in [(1e100, 1.0), (1e100, 1e85), (1.0, 1e100), (1.0, 1e-100)] {
+            let error = Horner::<f64>::new(&[balls(x, 0.0, w, 0.0); 2]).error;
+            assert_eq!(error, [f64::INFINITY; 2]);
+        }
+        let vague = Horner::<f64>::new(&[balls(1.0, 0.0, 1.0, 0.3); 2]).error;
+        assert_eq!(vague, [f64::INFINITY; 2]);
+    }
+}

@@ -430,3 +430,34 @@ fn nurbs_run(curve: &NurbsCurve2, from: &Param, to: &Param) -> Option<Run> {
     let end = end_of(pieces.last()?, true)?;
     Some(Run { pieces, start, end })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// `x 2^e` is in its ball, which has 105 bits of it, or the allowance for what underflows.
+    #[test]
+    fn integers_as_balls() {
+        let odd = |bits: usize| (IBig::ONE << (bits - 1)) + (IBig::ONE << (bits / 3)) + IBig::ONE;
+        for bits in [1, 2, 52, 53, 54, 105, 106, 107, 160, 400, 3000] {
+            for e in [-3100, -1100, -900, -801, -100, 0, 7] {
+                for x in [odd(bits), -odd(bits)] {
+                    if bits as i64 + e > 1000 {
+                        continue;
+                    }
+                    let ball = to_ball(&x, e);
+                    let exact = |x: f64| Dyadic::from_f64(x).unwrap();
+                    let mid = &exact(ball.mid.hi) + &exact(ball.mid.lo);
+                    let truth = Dyadic::new(x, e);
+                    let (off, limit) = (&mid - &truth, exact(ball.rad));
+                    assert!(&off * &off <= &limit * &limit, "{bits} {e}: {ball:?}");
+                    let most = ball.mid.hi.abs() * 2f64.powi(-102) + 2.0 * crate::numeric::TINY;
+                    assert!(ball.rad <= most, "{bits} {e}: {ball:?}");
+                }
+            }
+        }
+        assert_eq!(to_ball(&IBig::ZERO, 5).rad, 0.0);
+        let three = to_ball(&IBig::from(-3), 1);
+        assert_eq!((three.mid, three.rad), (Dd::from(-6.0), 0.0));
+    }
+}

@@ -106,6 +106,37 @@ fn beside_a_segment() {
     }
 }
 
+/// The same off sides along the axes that are no segments: rational quadratics whose points are all at one height.
+#[test]
+fn beside_flat_curves() {
+    let corners = [[0.25, 0.5], [4.0, 0.5], [4.0, 3.0], [0.25, 3.0]];
+    let sides = (0..4).map(|i| {
+        let [a, b] = [corners[i], corners[(i + 1) % 4]];
+        let middle = [0, 1].map(|k| 0.75 * a[k] + 0.25 * b[k]);
+        let point = |p: [f64; 2], w: f64| [p[0] * w, p[1] * w, w];
+        bezier(&[point(a, 1.0), point(middle, 2.0), point(b, 1.0)]).into()
+    });
+    let region = TrimRegion::new(&face(WIDE, Some(vec![sides.collect()])), 0);
+    for (fixed, inward) in [
+        ([2.0, 0.5], 1.0),
+        ([4.0, 1.7], -1.0),
+        ([2.0, 3.0], -1.0),
+        ([0.25, 1.7], 1.0),
+    ] {
+        let across = usize::from(fixed[0] == 2.0);
+        for off in [1e-17, 1e-22, 1e-27] {
+            for (sign, expected) in [(inward, Side::Inside), (-inward, Side::Outside)] {
+                let mut uv = fixed.map(Ball::exact);
+                uv[across] = Ball {
+                    mid: Dd::from(fixed[across]) + Dd::from(sign * off),
+                    rad: off * 1e-3,
+                };
+                assert_eq!(region.side_of_ball(uv), Some(expected), "{fixed:?} {off:e}");
+            }
+        }
+    }
+}
+
 /// Points next to the corners of triangles, a sharp one among them, where two sides count: inside is what is left of both.
 #[test]
 fn beside_a_corner() {

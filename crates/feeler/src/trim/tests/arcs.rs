@@ -1,0 +1,119 @@
+//! Sides about native arcs: at any pace, and nearer than double-double tells.
+
+use super::shapes::*;
+use crate::numeric::Interval;
+use crate::nurbs::{Arc, Curve, Curve2};
+use crate::trim::{Side, TrimRegion};
+use nalgebra::Vector2;
+
+const WIDE: [f64; 4] = [-10.0, 10.0, -10.0, 10.0];
+
+fn side(region: &TrimRegion, q: [f64; 2]) -> Side {
+    region.side(q.into()).side.unwrap()
+}
+
+fn arc_over(
+    center: [f64; 2],
+    radius: f64,
+    [x, y]: [[f64; 2]; 2],
+    angle: [f64; 2],
+    domain: [f64; 2],
+) -> Curve2 {
+    let interval = |i: [f64; 2]| Interval::new(i[0], i[1]).unwrap();
+    let arc = Arc {
+        center: center.into(),
+        x: x.into(),
+        y: y.into(),
+        z: Vector2::zeros(),
+        radius,
+        angle: interval(angle),
+        domain: interval(domain),
+    };
+    Curve::Arc(Arc::new(arc).unwrap())
+}
+
+/// `(1 - 2^-53)^2 + 2^-52 = 1 + 2^-106`: farther out than the unit circle by less than double-double tells; the f64 below is as little within.
+#[test]
+fn beside_an_arc_by_the_last_digits() {
+    let (near, small) = (1.0 - 2f64.powi(-53), 2f64.powi(-26));
+    let turn = |k: usize, [x, y]: [f64; 2]| match k {
+        0 => [x, y],
+        1 => [-y, x],
+        2 => [-x, -y],
+        _ => [y, -x],
+    };
+    for k in 0..4 {
+        for flip in [false, true] {
+            // A sector about each axis, of two pieces of an arc whose outer ends are no f64.
+            let [x, y] = [turn(k, [1.0, 0.0]), turn(k, [0.0, 1.0])];
+            let y = if flip { y.map(|c| -c) } else { y };
+            let arc = arc_over([0.0, 0.0], 1.0, [x, y], [-0.5, 0.5], [3.0, 4.0]);
+            let [from, to] = [3.0, 4.0].map(|t| <[f64; 2]>::from(arc.point(t).coords));
+            let sides = vec![
+                arc.into(),
+                line(to, [0.0, 0.0]).into(),
+                line([0.0, 0.0], from).into(),
+            ];
+            let region = TrimRegion::new(&face(WIDE, Some(vec![sides])), 0);
+            for sign in [1.0, -1.0] {
+                for (y, expected) in [
+                    (small, Side::Outside),
+                    (small.next_down(), Side::Inside),
+                    (small.next_up(), Side::Outside),
+                ] {
+                    let q = turn(k, [near, sign * y]);
+                    assert_eq!(side(&region, q), expected, "{k} {flip} {q:?}");
+                }
+            }
+        }
+    }
+}
+
+/// Circles and sectors whose parameter moves at another pace than the angle, and whose arcs begin or end at angle 0, on an axis.
+#[test]
+fn arcs_at_any_pace() {
+    let ccw = [[1.0, 0.0], [0.0, 1.0]];
+    let cw = [[1.0, 0.0], [0.0, -1.0]];
+    let check = |loops: Vec<Use>, holds: &dyn Fn(f64, f64) -> bool, what: &str| {
+        let region = TrimRegion::new(&face(WIDE, Some(vec![loops])), 0);
+        for i in 0..60 {
+            for j in 0..60 {
+                let q = [f64::from(i) * 0.203 - 6.0, f64::from(j) * 0.199 - 6.0];
+                let expected = if holds(q[0], q[1]) {
+                    Side::Inside
+                } else {
+                    Side::Outside
+                };
+                assert_eq!(side(&region, q), expected, "{what} {q:?}");
+            }
+        }
+    };
+    let disc = |x: f64, y: f64| x * x + y * y < 25.0;
+    for frame in [ccw, cw] {
+        for domain in [[0.0, 0.5], [1.0, 2.0], [-7.0, 3.0]] {
+            for start in [0.0, 0.3, -2.0] {
+                let angle = [start, start + std::f64::consts::TAU];
+                let whole = arc_over([0.0, 0.0], 5.0, frame, angle, domain);
+                check(vec![whole.into()], &disc, "whole");
+            }
+        }
+        // Three quadrants' worth less a little: from angle -4 to 0, or 0 to 4.
+        for (angle, up) in [([-4.0, 0.0], 1.0), ([0.0, 4.0], -1.0)] {
+            let up = up * frame[1][1];
+            let arc = arc_over([0.0, 0.0], 5.0, frame, angle, [0.0, 0.5]);
+            let [from, to] = [0.0, 0.5].map(|t| <[f64; 2]>::from(arc.point(t).coords));
+            let sides = vec![
+                arc.into(),
+                line(to, [0.0, 0.0]).into(),
+                line([0.0, 0.0], from).into(),
+            ];
+            // What is missing is the sector of the remaining angle, on the other side of the first axis.
+            let missing = std::f64::consts::TAU - 4.0;
+            let holds = |x: f64, y: f64| {
+                let angle = (up * y).atan2(x).rem_euclid(std::f64::consts::TAU);
+                disc(x, y) && angle > missing
+            };
+            check(sides, &holds, "sector");
+        }
+    }
+}

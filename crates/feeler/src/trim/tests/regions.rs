@@ -1,0 +1,134 @@
+//! Regions that other tests do not have: curves that hardly rise, cuts that are no f64, more parts than a grid may hold.
+
+use super::shapes::*;
+use crate::nurbs::{Curve, PolyCurve};
+use crate::trim::decide::Part;
+use crate::trim::piece::Piece;
+use crate::trim::{BoundaryPiece, BoxSide, Side, TrimRegion};
+
+const WIDE: [f64; 4] = [-10.0, 10.0, -10.0, 10.0];
+
+fn side(region: &TrimRegion, q: [f64; 2]) -> Side {
+    region.side(q.into()).side.unwrap()
+}
+
+/// `v = 1 + 2^-20 u^2` has the height `1 + m^2 2^-52` at `u = m 2^-16`, both f64: next to it in u, where f64 cannot tell the heights apart.
+#[test]
+fn beside_a_curve_that_hardly_rises() {
+    let rise = 2f64.powi(-20);
+    let corners = [[1.0, 1.0 + rise], [1.0, 1.0], [0.0, 1.0]];
+    let parabola = bezier(&[[0.0, 1.0, 1.0], [0.5, 1.0, 1.0], [1.0, 1.0 + rise, 1.0]]);
+    let mut sides: Vec<Use> = vec![parabola.into()];
+    sides.extend([[0, 1], [1, 2]].map(|[i, j]| Use::from(line(corners[i], corners[j]))));
+    let region = TrimRegion::new(&face(WIDE, Some(vec![sides])), 0);
+    for m in (1..65_536).step_by(61) {
+        let (u, v) = (
+            f64::from(m) / 65_536.0,
+            1.0 + f64::from(m).powi(2) * 2f64.powi(-52),
+        );
+        assert_eq!(side(&region, [u, v]), Side::Boundary, "{m}");
+        for off in [1e-8, 1e-10, 1e-12, 1e-15] {
+            assert_eq!(side(&region, [u + off, v]), Side::Inside, "{m} {off:e}");
+            assert_eq!(side(&region, [u - off, v]), Side::Outside, "{m} {off:e}");
+        }
+    }
+}
+
+/// A poly-curve that is cut at a third of a segment, which no f64 is: its point there is one, `(1, 1)` of `(3 s, 9 s^2)`.
+#[test]
+fn cut_at_a_third() {
+    let parabola = bezier(&[[0.0, 0.0, 1.0], [1.5, 0.0, 1.0], [3.0, 9.0, 1.0]]);
+    let poly = PolyCurve::new(vec![parabola], vec![5.0, 8.0]).unwrap();
+    for reversed in [false, true] {
+        let cut = Use {
+            curve: Curve::Poly(poly.clone()),
+            span: Some([5.0, 6.0]),
+            reversed,
+        };
+        let mut sides = polygon(&[[1.0, 1.0], [0.0, 1.0], [0.0, 0.0]]);
+        sides.pop();
+        sides.insert(0, cut);
+        if reversed {
+            let back = [([0.0, 0.0], [0.0, 1.0]), ([0.0, 1.0], [1.0, 1.0])];
+            sides.splice(1.., back.map(|(a, b)| line(a, b).into()));
+        }
+        let region = TrimRegion::new(&face(WIDE, Some(vec![sides])), 0);
+        // No gap anywhere: nothing had to be joined.
+        assert_eq!(region.pieces().len(), 3);
+        for k in 1..64 {
+            let u = f64::from(k) / 64.0;
+            assert_eq!(side(&region, [u, u * u]), Side::Boundary, "{u}");
+            assert_eq!(side(&region, [u, (u * u).next_up()]), Side::Inside, "{u}");
+            assert_eq!(
+                side(&region, [u, (u * u).next_down()]),
+                Side::Outside,
+                "{u}"
+            );
+        }
+        assert_eq!(side(&region, [1.0, 1.0]), Side::Boundary);
+        assert_eq!(side(&region, [1.0f64.next_up(), 1.0]), Side::Outside);
+    }
+}
+
+/// Boxes within a circle, beside it, across it.
+#[test]
+fn boxes_and_a_circle() {
+    let region = TrimRegion::new(&face(WIDE, Some(vec![circle([0.0, 0.0], 5.0)])), 0);
+    let of = |c: [f64; 2], h: f64| region.classify_box([c[0] - h, c[0] + h], [c[1] - h, c[1] + h]);
+    for turn in [[1.0, 1.0], [-1.0, 1.0], [-1.0, -1.0], [1.0, -1.0]] {
+        let at = |x: f64, y: f64| [turn[0] * x, turn[1] * y];
+        assert_eq!(of(at(0.0, 0.0), 1.0), BoxSide::Inside);
+        // The corner farthest out is at 4.95, nearest in at 5.09 from the centre; the box across holds (3, 4).
+        assert_eq!(of(at(2.5, 2.5), 1.0), BoxSide::Inside);
+        assert_eq!(of(at(4.6, 4.6), 1.0), BoxSide::Outside);
+        assert_eq!(of(at(3.0, 4.0), 0.01), BoxSide::Mixed);
+        assert_eq!(of(at(8.0, 0.0), 1.0), BoxSide::Outside);
+    }
+}
+
+/// A star of 401 sides that each pass through nearly all of it: more parts a cell than a grid of that many cells may hold.
+#[test]
+fn a_star_of_long_sides() {
+    const POINTS: usize = 401;
+    let corner = |k: usize| {
+        let a = (k * (POINTS / 2) % POINTS) as f64 / POINTS as f64 * std::f64::consts::TAU;
+        [8.0 * a.cos(), 8.0 * a.sin()]
+    };
+    let corners: Vec<_> = (0..POINTS).map(corner).collect();
+    let region = TrimRegion::new(&face(WIDE, Some(vec![polygon(&corners)])), 0);
+    for i in 0..400 {
+        let (r, a) = (8.0 * f64::from(i) / 400.0, f64::from(i) * 0.618);
+        let q = [r * a.cos(), r * a.sin()];
+        // By the definition, in f64; points nearer than that tells to a side are left out.
+        let mut odd = false;
+        let mut clear = true;
+        for k in 0..POINTS {
+            let (a, b) = (corners[k], corners[(k + 1) % POINTS]);
+            let level = (b[0] - a[0]) * (q[1] - a[1]) - (b[1] - a[1]) * (q[0] - a[0]);
+            clear &= level.abs() > 1e-9;
+            odd ^= ((a[1] > q[1]) != (b[1] > q[1])) && ((level > 0.0) == (b[1] > a[1]));
+        }
+        if clear {
+            let expected = if odd { Side::Inside } else { Side::Outside };
+            assert_eq!(side(&region, q), expected, "{q:?}");
+        }
+    }
+}
+
+/// What a region holds is at least its lists, and lists hold no more than twice what is in them.
+#[test]
+fn bytes_are_those_of_the_lists() {
+    let brep = face([-9.0, 9.0, -9.0, 9.0], Some(vec![circle([0.0, 0.0], 2.0)]));
+    let region = TrimRegion::new(&brep, 0);
+    let (pieces, parts) = (region.trim_pieces().len(), region.parts().len());
+    // Quarters of three control points, in two lists of the piece and one of the boundary.
+    let lists = pieces * (size_of::<Piece>() + size_of::<BoundaryPiece>())
+        + parts * size_of::<Part>()
+        + pieces * 3 * 3 * size_of::<[f64; 3]>();
+    let bytes = region.bytes();
+    assert!(lists <= bytes && bytes <= 2 * lists, "{lists} {bytes}");
+    // A reference point for each of at least 256 cells, and a place in the list.
+    region.side(nalgebra::Point2::new(0.1, 0.1));
+    let cells = region.bytes() - bytes;
+    assert!((256 * 5..256 * 64).contains(&cells), "{cells}");
+}
