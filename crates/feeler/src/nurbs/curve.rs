@@ -352,6 +352,70 @@ mod tests {
         assert_eq!(few.unwrap_err(), expected);
     }
 
+    /// Only the directions of axes count, and the ends of a line are its points, bit for bit.
+    #[test]
+    fn frames_of_any_length_and_ends_of_lines() {
+        let of = |x: f64, z: f64| -> Curve3 {
+            let arc = Arc::new(Arc {
+                center: Point3::origin(),
+                x: SVector::from([3., 4., 0.]) * x,
+                y: SVector::from([0.; 3]),
+                z: SVector::from([0., 0., 1.]) * z,
+                radius: 5.0,
+                angle: Interval::new(0.0, 1.0).unwrap(),
+                domain: Interval::new(0.0, 1.0).unwrap(),
+            });
+            Curve::Arc(arc.unwrap())
+        };
+        for (x, z) in [
+            (1.0, 1.0),
+            (1e-150, 1.0),
+            (1.0, 1e-150),
+            (1e150, 1e-150),
+            (1e-150, 1e150),
+        ] {
+            let start = of(x, z).point(0.0);
+            assert!(
+                (start - Point3::new(3., 4., 0.)).norm() < 1e-14,
+                "{x:e} {z:e}"
+            );
+        }
+        for k in 1..50 {
+            let x = f64::from(k) * 0.1;
+            let (a, b) = ([x, 7.3, -1e3 / x], [1.0 / x, 1e-3 * x, 2.7]);
+            let c = line(a, b);
+            assert_eq!((c.point(0.0), c.point(1.0)), (a.into(), b.into()));
+        }
+    }
+
+    #[test]
+    fn parameters_of_polylines_rise() {
+        let of = |count: u32, params: &[f64]| {
+            let points = (0..count).map(|i| Point3::new(f64::from(i), 0., 0.));
+            Polyline::new(points.collect(), params.to_vec())
+        };
+        assert!(of(3, &[0.0, 1.0, 2.0]).is_ok());
+        for (count, params) in [
+            (1, &[0.0][..]),
+            (0, &[]),
+            (3, &[0.0, 1.0]),
+            (2, &[0.0, 1.0, 2.0]),
+        ] {
+            assert!(matches!(
+                of(count, params),
+                Err(GeometryError::TooFew { .. })
+            ));
+        }
+        for params in [[0.0, 0.0, 1.0], [0.0, 1.0, 1.0], [0.0, 2.0, 1.0]] {
+            assert!(matches!(
+                of(3, &params),
+                Err(GeometryError::EmptyInterval { .. })
+            ));
+        }
+        let nan = of(2, &[0.0, f64::NAN]);
+        assert!(matches!(nan, Err(GeometryError::NotFinite { .. })));
+    }
+
     #[test]
     fn breaks_are_knots_corners_and_joints() {
         let points = [0., 1., 2., 3.].map(|x| Vector4::new(x, 0., 0., 1.));

@@ -152,6 +152,13 @@ mod tests {
     }
 
     #[test]
+    fn the_outermost_knots_do_not_count() {
+        let is_clamped = |k: [f64; 6]| KnotVector::new(2, 3, k.to_vec()).unwrap().is_clamped();
+        assert!(is_clamped([-9., 0., 0., 1., 1., 9.]) && is_clamped([0., 0., 0., 1., 1., 1.]));
+        assert!(!is_clamped([0., 0., 0., 1., 2., 2.]) && !is_clamped([0., 0., 1., 2., 2., 2.]));
+    }
+
+    #[test]
     fn refuses_what_is_no_knot_vector() {
         use GeometryError as E;
         let new = |p, n, k: &[f64]| KnotVector::new(p, n, k.to_vec());

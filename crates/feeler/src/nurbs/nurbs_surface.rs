@@ -88,6 +88,15 @@ mod tests {
         let knots = || vec![0., 0., 1., 1.];
         let surface = |w| NurbsSurface::new([1, 1], [2, 2], points(w), [knots(), knots()]).unwrap();
         assert!(surface(3.0).is_rational() && !surface(2.0).is_rational());
+        for w in [0.0, -1.0, f64::NAN, f64::INFINITY] {
+            let refused = NurbsSurface::new([1, 1], [2, 2], points(w), [knots(), knots()]);
+            let expected = if w.is_finite() {
+                matches!(refused, Err(GeometryError::Weight { index: 3, .. }))
+            } else {
+                matches!(refused, Err(GeometryError::NotFinite { .. }))
+            };
+            assert!(expected, "{w}");
+        }
         let curve = |w| NurbsCurve::new(1, points(w)[2..].to_vec(), knots()).unwrap();
         assert!(curve(3.0).is_rational() && !curve(2.0).is_rational());
     }

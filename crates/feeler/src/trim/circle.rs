@@ -448,6 +448,34 @@ fn arc_crossing(span: &ArcSpan, q: [f64; 2], ray: usize) -> Option<Crossing> {
 mod tests {
     use super::*;
 
+    /// Quarters of the circle of radius 5 about the origin, next to (3, 4) and its turns: on either ray the arc is beyond what is
+    /// inside where that is up the axis, and beyond what is outside where it is down.
+    #[test]
+    fn quarters() {
+        for k in 0..4 {
+            let span = ArcSpan {
+                center: [0.0, 0.0],
+                radius: 5.0,
+                quadrant: k,
+                ccw: true,
+                ends: [Direction::Axis(k), Direction::Axis((k + 1) % 4)],
+            };
+            let turned = |x: f64, y: f64| {
+                let (d, e) = (axis(k), axis(k + 1));
+                [d[0] * x + e[0] * y, d[1] * x + e[1] * y]
+            };
+            for ray in 0..2 {
+                let at = |x: f64, y: f64| arc_crossing(&span, turned(x, y), ray);
+                let up = turned(3.0, 4.0)[ray] > 0.0;
+                assert_eq!(at(3.0, 4.0), Some(Crossing::On));
+                let (below, above) = (4f64.next_down(), 4f64.next_up());
+                assert_eq!(at(3.0, below), Some(Crossing::odd(up)), "{k} {ray}");
+                assert_eq!(at(3.0, above), Some(Crossing::odd(!up)), "{k} {ray}");
+                assert_eq!(at(6.0, 6.0), Some(Crossing::Even));
+            }
+        }
+    }
+
     /// A segment from the origin to (4, 2), whichever end is first: what is left of it has it on the ray along u, what is below on the ray along v.
     #[test]
     fn segments_between_blurred_ends() {

@@ -87,6 +87,7 @@ fn arcs_at_any_pace() {
                 assert_eq!(side(&region, q), expected, "{what} {q:?}");
             }
         }
+        region
     };
     let disc = |x: f64, y: f64| x * x + y * y < 25.0;
     for frame in [ccw, cw] {
@@ -97,6 +98,22 @@ fn arcs_at_any_pace() {
                 check(vec![whole.into()], &disc, "whole");
             }
         }
+        // A part of an arc: from angle 0.5 to 2.5, of a domain in which a unit is half a radian.
+        let whole = arc_over([0.0, 0.0], 5.0, frame, [0.0, 4.0], [1.0, 9.0]);
+        let [from, to] = [2.0, 6.0].map(|t| <[f64; 2]>::from(whole.point(t).coords));
+        let cut = Use {
+            curve: whole,
+            span: Some([2.0, 6.0]),
+            reversed: false,
+        };
+        let sides = vec![
+            cut,
+            line(to, [0.0, 0.0]).into(),
+            line([0.0, 0.0], from).into(),
+        ];
+        let up = frame[1][1];
+        let holds = |x: f64, y: f64| disc(x, y) && (0.5..2.5).contains(&(up * y).atan2(x));
+        check(sides, &holds, "cut");
         // Three quadrants' worth less a little: from angle -4 to 0, or 0 to 4.
         for (angle, up) in [([-4.0, 0.0], 1.0), ([0.0, 4.0], -1.0)] {
             let up = up * frame[1][1];
@@ -113,7 +130,9 @@ fn arcs_at_any_pace() {
                 let angle = (up * y).atan2(x).rem_euclid(std::f64::consts::TAU);
                 disc(x, y) && angle > missing
             };
-            check(sides, &holds, "sector");
+            // A point of the circle, but not of the arc.
+            let region = check(sides, &holds, "sector");
+            assert_eq!(side(&region, [3.0, up * 4.0]), Side::Outside);
         }
     }
 }

@@ -37,12 +37,13 @@ fn beside_a_curve_that_hardly_rises() {
 /// A poly-curve that is cut at a third of a segment, which no f64 is: its point there is one, `(1, 1)` of `(3 s, 9 s^2)`.
 #[test]
 fn cut_at_a_third() {
-    let parabola = bezier(&[[0.0, 0.0, 1.0], [1.5, 0.0, 1.0], [3.0, 9.0, 1.0]]);
-    let poly = PolyCurve::new(vec![parabola], vec![5.0, 8.0]).unwrap();
+    let points = [[0.0, 0.0, 1.0], [1.5, 0.0, 1.0], [3.0, 9.0, 1.0]];
+    let parabola = nurbs(2, &points, &[1.0, 1.0, 1.0, 3.0, 3.0, 3.0]);
+    let poly = PolyCurve::new(vec![parabola], vec![5.0, 11.0]).unwrap();
     for reversed in [false, true] {
         let cut = Use {
             curve: Curve::Poly(poly.clone()),
-            span: Some([5.0, 6.0]),
+            span: Some([5.0, 7.0]),
             reversed,
         };
         let mut sides = polygon(&[[1.0, 1.0], [0.0, 1.0], [0.0, 0.0]]);
@@ -55,6 +56,13 @@ fn cut_at_a_third() {
         let region = TrimRegion::new(&face(WIDE, Some(vec![sides])), 0);
         // No gap anywhere: nothing had to be joined.
         assert_eq!(region.pieces().len(), 3);
+        let mut expected = [5.0, 7.0];
+        if reversed {
+            expected.reverse();
+        }
+        let params = region.pieces()[0].params;
+        let off = [0, 1].map(|i: usize| (params[i] - expected[i]).abs());
+        assert!(off[0].max(off[1]) < 1e-14, "{params:?}");
         for k in 1..64 {
             let u = f64::from(k) / 64.0;
             assert_eq!(side(&region, [u, u * u]), Side::Boundary, "{u}");
