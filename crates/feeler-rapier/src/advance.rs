@@ -1,4 +1,4 @@
-//! When a moving ball meets a BREP: the kernel's [`arrival_along`], on the ways that engines ask about.
+//! When a moving ball meets a BREP: the kernel's [`arrival_along`] and [`arrival_past`], on the ways that engines ask about.
 //!
 //! # What is certified
 //! Along a straight line ([`straight`]): no contact is before the time that is given, and the ball is within the distance sought no later than
@@ -8,13 +8,21 @@
 //! Where the bodies turn ([`turning`]) the same, for the motion that Parry's `position_at_time` stands for. The poses along it are computed with
 //! the system's sine and cosine: a bound of their rounding is in the bounds, too, and holds if those are within [`SINE`] units of
 //! the last place, as those in use are; that is not proven.
+//!
+//! # Contacts that are left
+//! Where the ball touches the BREP at the start, or is as near as an allowance of [`ALLOWANCE`] radii, and an overlap is no reason to stop, what it leaves, or rolls or slides along, is no hit, but the
+//! rest of the BREP is: [`arrival_past`], with that allowance, to 2^-20 of the size. Before the time that is given, and for the whole
+//! time where there is no hit, the ball is proven to be nowhere deeper than it was at the start by more than that. A ball that goes into its
+//! deepest contact by more than that in the time asked about, at an angle of more than [`ALONG`], hits at the start. Nothing is
+//! known, and counted as undecided, where the way is not straight (a BREP that turns), and where the centre may be in material.
 
-use crate::ball::ball_at;
+use crate::ball::{ball_at, dressed};
 use crate::pair::{Ask, Memory, PairContact, from_vector, to_point, to_vector};
 use crate::pose::{Order, Placed, Placement, up};
 use crate::shape::BrepShape;
 use feeler::query::{
-    Accuracy, Contacts, Options, StraightWay, Undecided, Way, Workspace, arrival_along,
+    Accuracy, ArrivalAnswer, Contacts, Options, StraightWay, Undecided, Way, Workspace,
+    arrival_along, arrival_past,
 };
 use nalgebra::{Point3, Vector3};
 use parry3d_f64::math::{Pose, Vector};
@@ -26,6 +34,15 @@ use parry3d_f64::shape::PackedFeatureId;
 const THERE: f64 = 1.0 / (1u64 << 36) as f64;
 /// Nodes that one advance may spend: some hundred steps, each of some queries.
 const NODES: usize = 1_000_000;
+/// The same of a ball that touches at the start: a fifth of a second.
+const NODES_PAST: usize = 50_000;
+/// How exactly the way of such a ball is known, in sizes.
+const THERE_PAST: f64 = 1.0 / (1u64 << 20) as f64;
+/// How much deeper than at the start such a ball may come without a hit, in radii: what makes no difference to an engine that lets balls overlap by
+/// some hundredth of their size.
+const ALLOWANCE: f64 = 1.0 / 128.0;
+/// The sine of the angle at which a ball may go into what it touches and yet be said to go along it: above the roundings of normals and velocities.
+const ALONG: f64 = 1.0 / (1u64 << 20) as f64;
 /// Half a unit in the last place of 1.
 const U: f64 = f64::EPSILON / 2.0;
 /// What the system's sine and cosine may be off, in units of the last place.
@@ -71,6 +88,9 @@ fn advance(shape: &BrepShape, way: &dyn Way, radius: f64, sought: &Sought) -> Op
     if !(start <= end) {
         return None;
     }
+    if !sought.stop_at_penetration && leaves(shape, way, radius, sought) {
+        return past(shape, way, radius, sought);
+    }
     let there = THERE * shape.brep().size();
     let options = Options {
         accuracy: Accuracy::Length(there),
@@ -81,33 +101,96 @@ fn advance(shape: &BrepShape, way: &dyn Way, radius: f64, sought: &Sought) -> Op
     let mut workspace = Workspace::default();
     let brep = shape.brep();
     let answer = arrival_along(brep, radius, way, sought.span, &options, &mut workspace);
-    // Steps that are too short for the time's own digits end an advance as well as may be.
-    let settled = matches!(answer.undecided, None | Some(Undecided::Precision));
+    let settled = is_settled(&answer);
     if !settled {
         shape.note_undecided();
     }
     let bounds = answer.time?.bounds;
-    let (point, bound) = way.center(bounds.lo);
-    let center = Placed {
-        point: Vector::new(point.x, point.y, point.z),
-        bound,
-    };
-    let contact = contact_at(shape, center, radius, &mut Memory::default())?;
+    let contact = contact_at(
+        shape,
+        placed(way, bounds.lo),
+        radius,
+        &mut Memory::default(),
+    )?;
     // Or as good as touching, which may or may not be so.
     let near = contact.separation.value <= sought.distance + there;
     let inside = bounds.lo == start && near;
-    if inside {
-        let apart = contact.normal.dot(from_vector(&way.velocity(start))) >= 0.0;
-        if apart && !sought.stop_at_penetration {
-            // Of this contact nothing is to be told; what of the BREP it may come to after that was not looked for.
-            shape.note_undecided();
-            return None;
-        }
-    }
     let status = match inside {
         true => ShapeCastStatus::PenetratingOrWithinTargetDist,
         false if near && settled => ShapeCastStatus::Converged,
         false => ShapeCastStatus::OutOfIterations,
+    };
+    Some(Met {
+        time: bounds.lo,
+        contact,
+        status,
+    })
+}
+
+/// Steps that are too short for the time's own digits end an advance as well as may be, if it is known to end.
+fn is_settled(answer: &ArrivalAnswer) -> bool {
+    match answer.undecided {
+        None => true,
+        Some(Undecided::Precision) => answer.time.is_some_and(|t| t.bounds.hi.is_finite()),
+        Some(_) => false,
+    }
+}
+
+fn placed(way: &dyn Way, time: f64) -> Placed {
+    let (point, bound) = way.center(time);
+    let point = Vector::new(point.x, point.y, point.z);
+    Placed { point, bound }
+}
+
+/// Whether a ball that touches at the start, or nearly so, leaves what it touches there or goes along it. Where to look, no proof: [`past`] finds all that
+/// this may be wrong about.
+fn leaves(shape: &BrepShape, way: &dyn Way, radius: f64, sought: &Sought) -> bool {
+    let [start, end] = sought.span;
+    let memory = &mut Memory::default();
+    let Some(contact) = contact_at(shape, placed(way, start), radius, memory) else {
+        return false;
+    };
+    // A ball that hovers at a gap less than what is overlooked would come nearer to what it goes along by tiny steps.
+    let near = match way.steady() {
+        Some(_) => ALLOWANCE * radius,
+        None => THERE * shape.brep().size(),
+    };
+    let velocity = from_vector(&way.velocity(start));
+    let closing = -contact.normal.dot(velocity);
+    let along = closing <= ALONG * velocity.length();
+    contact.separation.value <= sought.distance + near
+        && (along || closing * (end - start) <= ALLOWANCE * radius)
+}
+
+/// What of the BREP is in the way of a ball that leaves it, or goes along it.
+fn past(shape: &BrepShape, way: &dyn Way, radius: f64, sought: &Sought) -> Option<Met> {
+    let brep = shape.brep();
+    let options = Options {
+        accuracy: Accuracy::Length(THERE_PAST * brep.size()),
+        prediction: sought.distance,
+        contacts: Contacts::Deepest,
+        node_budget: NODES_PAST,
+    };
+    let (span, allowance) = (sought.span, ALLOWANCE * radius);
+    let mut workspace = Workspace::default();
+    let answer = arrival_past(brep, radius, way, span, allowance, &options, &mut workspace);
+    if answer.undecided.is_some() {
+        shape.note_undecided();
+    }
+    let bounds = answer.time?.bounds;
+    if bounds.lo == span[0] && bounds.hi == f64::INFINITY {
+        // Nothing is known: that the contact at the start is left is all there is to tell.
+        return None;
+    }
+    let center = placed(way, bounds.lo);
+    let contact = match answer.contacts.first() {
+        Some(c) => dressed(c, center.point, radius, PackedFeatureId::face(0)),
+        None => contact_at(shape, center, radius, &mut Memory::default())?,
+    };
+    let status = match answer.undecided {
+        _ if bounds.lo == span[0] => ShapeCastStatus::PenetratingOrWithinTargetDist,
+        None => ShapeCastStatus::Converged,
+        Some(_) => ShapeCastStatus::OutOfIterations,
     };
     Some(Met {
         time: bounds.lo,
@@ -173,6 +256,8 @@ struct Turning<'a> {
     speed: f64,
     /// Of the BREP's turning.
     spin: f64,
+    /// Of the ball's centre round its centre of mass.
+    round: f64,
 }
 
 /// How far a body's place at a time may be off, and how far it may be turned too far, in radians.
@@ -215,7 +300,7 @@ impl Way for Turning<'_> {
         }
         let center = self.placed(time);
         let from = (center.point - self.brep.local_center).length() + center.bound;
-        match up(self.speed + self.spin * (from + length)) {
+        match up(self.speed + up(self.spin) * (from + length)) {
             0.0 => f64::INFINITY,
             // Beyond all numbers: nothing is known.
             speed if speed.is_nan() || speed == f64::INFINITY => 0.0,
@@ -224,9 +309,23 @@ impl Way for Turning<'_> {
     }
 
     fn velocity(&self, time: f64) -> Vector3<f64> {
+        if let Some((velocity, _)) = self.steady() {
+            return velocity;
+        }
         let later = (time.abs() + 1.0) * f64::EPSILON.sqrt();
         let way = self.placed(time + later).point - self.placed(time).point;
         to_vector(way / later)
+    }
+
+    fn steady(&self) -> Option<(Vector3<f64>, f64)> {
+        let straight = self.spin == 0.0 && self.round == 0.0;
+        straight.then(|| {
+            let velocity = self.ball.linvel - self.brep.linvel;
+            let turned = Pose::from_parts(Vector::ZERO, self.brep.start.rotation);
+            let seen = crate::pose::into(&turned, velocity);
+            let bound = up(seen.bound + f64::EPSILON * velocity.length());
+            (to_vector(seen.point), bound)
+        })
     }
 }
 
@@ -245,7 +344,8 @@ pub(crate) fn turning(
         brep,
         ball,
         speed: up((ball.linvel - brep.linvel).length() + round),
-        spin: up(brep.angvel.length()),
+        spin: brep.angvel.length(),
+        round,
     };
     let sought = Sought {
         span,

@@ -2,7 +2,7 @@
 //!
 //! The separation is the least of `d(p) - r` over the points p of the axis, d the signed distance. d changes by no
 //! more than the way between two points, so d at the middle of a piece less half its length is below d on all of it: pieces are
-//! halved, the lowest first, until the least value found is within [`TOLERANCE`] of the axis's length above the least bound, or the
+//! halved, the lowest first, until the least bound is within [`TOLERANCE`] of the axis's length below that of the least value found, or the
 //! pieces are used up. The enclosure is certified either way; where the axis runs along a face it is as wide as the pieces are long,
 //! and told as undecided.
 
@@ -17,7 +17,7 @@ use parry3d_f64::shape::PackedFeatureId;
 use std::cmp::Ordering;
 use std::collections::BinaryHeap;
 
-/// Width of the enclosure, in lengths of the axis.
+/// Width of the enclosure beyond that of a ball's, in lengths of the axis.
 const TOLERANCE: f64 = 1.0 / (1u64 << 10) as f64;
 /// Most points of the axis that are asked about.
 const MOST: usize = 600;
@@ -79,7 +79,8 @@ pub(crate) fn along(
     let (mut asked, mut lo) = (1, f64::NEG_INFINITY);
     while let Some(piece) = heap.pop() {
         lo = piece.lowest.max(lo);
-        if best.bounds.hi - lo <= TOLERANCE * length || asked >= MOST {
+        // Rounded down as `lowest` is: an axis of no length has no more to tell than its point.
+        if best.bounds.lo.next_down() - lo <= TOLERANCE * length || asked >= MOST {
             break;
         }
         let half = 0.5 * piece.half;
@@ -114,7 +115,8 @@ pub(crate) fn along(
             hi: best.bounds.hi,
         },
     };
-    let settled = separation.bounds.width() <= (TOLERANCE * length).max(shape.accuracy());
+    let own = best.bounds.width().max(shape.accuracy());
+    let settled = separation.bounds.width() <= (TOLERANCE * length + own).next_up();
     if !settled {
         shape.note_undecided();
     }
@@ -125,8 +127,10 @@ pub(crate) fn along(
     };
     let mut places = vec![(best_at, PackedFeatureId::edge(0))];
     if ask.several {
+        // Places nearer to each other than they are known to are one.
         let near = |e: &&(f64, PackedFeatureId, f64)| {
-            e.2 <= ask.prediction && (e.0 - best_at).abs() > TOLERANCE
+            let apart = (e.0 - best_at).abs();
+            e.2 <= ask.prediction && apart > TOLERANCE && apart * length > bound
         };
         places.extend(ends.iter().filter(near).map(|e| (e.0, e.1)));
     }

@@ -151,22 +151,33 @@ pub(crate) fn ball_at(
         };
         faces.others(&deepest, &mut found);
     }
-    let dress = |c: &Contact| {
-        let normal = from_vector(&c.normal);
-        PairContact {
-            on_brep: from_point(&c.on_brep),
-            on_other: center.point - normal * radius,
-            normal,
-            separation: widened(c.separation, up(CRACKS * center.bound)),
-            feature: pack(c.feature, 0),
-            feature_other,
-        }
+    let dress = |c: &Contact| PairContact {
+        separation: widened(c.separation, up(CRACKS * center.bound)),
+        ..dressed(c, center.point, radius, feature_other)
     };
     PairAnswer {
         separation,
         contacts: found.iter().map(dress).collect(),
         continuum: answer.continuum,
         undecided,
+    }
+}
+
+/// The kernel's contact of a ball about a point of the BREP's frame.
+pub(crate) fn dressed(
+    c: &Contact,
+    center: Vector,
+    radius: f64,
+    feature_other: PackedFeatureId,
+) -> PairContact {
+    let normal = from_vector(&c.normal);
+    PairContact {
+        on_brep: from_point(&c.on_brep),
+        on_other: center - normal * radius,
+        normal,
+        separation: c.separation,
+        feature: pack(c.feature, 0),
+        feature_other,
     }
 }
 

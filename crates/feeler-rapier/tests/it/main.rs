@@ -8,6 +8,7 @@ mod experiments;
 #[cfg(feature = "files")]
 mod files;
 mod in_rapier;
+mod leaving;
 mod pairs;
 mod scenes;
 mod shape;

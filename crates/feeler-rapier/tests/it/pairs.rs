@@ -171,6 +171,29 @@ fn a_capsule_along_a_face_is_known_less_well() {
     assert!(brep.undecided() > before);
 }
 
+/// A capsule whose ends are one point, or all but one, is a ball: known as well, for some queries. Nothing is as exact as is asked here, so that each query
+/// of the kernel is counted.
+#[test]
+fn a_capsule_without_a_length_is_a_ball() {
+    let brep = shape(cube()).with_accuracy(0.0);
+    let d = BrepDispatcher::new();
+    let mut random = Random(8);
+    for length in [0.0, 1e-300, 1e-20, 1e-9] {
+        let pose = Pose::from_parts(Vector::new(0.3, 0.7, 1.5), random.rotation());
+        let ends = [-Vector::X, Vector::X].map(|x| x * (0.5 * length));
+        let capsule = Capsule::new(ends[0], ends[1], 0.25);
+        let before = brep.undecided();
+        let answer = d.pair(&pose, &brep, &capsule, 1.0).unwrap();
+        let asked = brep.undecided() - before;
+        assert!((1..50).contains(&asked), "{length} {asked}");
+        let b = answer.separation.bounds;
+        assert!(b.lo - length <= 0.25 && 0.25 <= b.hi + length, "{b:?}");
+        assert!(b.width() < 1e-12 + length, "{b:?}");
+        // One place, unless its ends can be told apart.
+        assert!(answer.contacts.len() == 1 || length == 1e-9, "{answer:?}");
+    }
+}
+
 /// The rotation of a quaternion's exact normalisation, in rationals.
 fn exactly(q: &Rotation, x: Vector) -> [RBig; 3] {
     let r = |x: f64| RBig::try_from(x).unwrap();
@@ -330,6 +353,26 @@ fn moving_balls_meet_when_they_should() {
     };
     assert!(cast(&brep, at(0.5, 0.5, 1.25), at(0., 0., 1.), 0.5, leave).is_none());
     assert!(cast(&brep, at(0.5, 0.5, 1.25), at(0., 0., -1.), 0.5, leave).is_some());
+}
+
+/// Above the top by less than is known of its place, late in time: it may touch from the edge on, or never. That is told.
+#[test]
+fn an_arrival_that_may_never_be_is_not_settled() {
+    let brep = shape(cube());
+    let late = f64::from(1u32 << 20);
+    let still = NonlinearRigidMotion::constant_position(Pose::IDENTITY);
+    let moves = NonlinearRigidMotion {
+        start: Pose::translation(-4.0 - late, 0.5, 1.25 + 1e-12),
+        linvel: Vector::X,
+        ..NonlinearRigidMotion::identity()
+    };
+    let (d, ball) = (BrepDispatcher::new(), Ball::new(0.25));
+    let hit = d.cast_shapes_nonlinear(&still, &brep, &moves, &ball, late, late + 9.0, true);
+    let hit = hit.unwrap().unwrap();
+    let t = hit.time_of_impact - late;
+    assert!(t > 3.9 && t < 5.0, "{t}");
+    assert_eq!(hit.status, ShapeCastStatus::OutOfIterations);
+    assert_eq!(brep.undecided(), 1);
 }
 
 #[test]

@@ -65,6 +65,25 @@ pub(crate) fn block(low: [f64; 3], high: [f64; 3]) -> Brep {
     b.build().unwrap()
 }
 
+/// A polygon in x and z, its material to the left of its sides, drawn out along y; faces as planes.
+pub(crate) fn prism(profile: &[[f64; 2]], [front, back]: [f64; 2]) -> Brep {
+    let mut b = BrepBuilder::new();
+    let n = profile.len();
+    let mut row = |y: f64| -> Vec<usize> {
+        let at = profile.iter().map(|[x, z]| b.vertex([*x, y, *z]));
+        at.collect()
+    };
+    let (near, far) = (row(front), row(back));
+    b.planar_face(&near).unwrap();
+    let back: Vec<usize> = far.iter().rev().copied().collect();
+    b.planar_face(&back).unwrap();
+    for i in 0..n {
+        let j = (i + 1) % n;
+        b.planar_face(&[near[j], near[i], far[i], far[j]]).unwrap();
+    }
+    b.build().unwrap()
+}
+
 pub(crate) fn cube() -> Brep {
     block([0.0; 3], [1.0; 3])
 }

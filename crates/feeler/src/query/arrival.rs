@@ -2,7 +2,8 @@
 //!
 //! # Definition
 //! The least time t >= 0 at which the separation of the probe, moved by t times its velocity, is at most the prediction (0 unless said: the
-//! touch). A probe that touches at the start has arrived at 0, whichever way it goes.
+//! touch). A probe that touches at the start has arrived at 0, whichever way it goes; when a ball that leaves what it touches, or goes along it, comes to
+//! the rest is asked of [`arrival_past`](super::arrival_past).
 //!
 //! # Method
 //! A half-space {x : n.x <= h} has the separation s - t n.v, s that of the start: a quotient. A ball goes by conservative advancement

@@ -240,7 +240,7 @@ fn in_material(
 }
 
 /// The bounds of the separation from those of `f`.
-fn separation(
+pub(super) fn separation(
     [lo, hi]: [Dd; 2],
     objective: &Objective,
     radius: f64,
@@ -370,7 +370,7 @@ fn spreads(
 }
 
 /// A point of a net, relative to the net's origin, and its derivatives, in f64.
-fn rough_jet(net: &Net<f64>, at: [f64; 2]) -> [Vector3<f64>; 3] {
+pub(super) fn rough_jet(net: &Net<f64>, at: [f64; 2]) -> [Vector3<f64>; 3] {
     let [h, s, t] = if jet::fits(net.degree) {
         jet::jet1(net, at[0], at[1])
     } else {
@@ -383,11 +383,11 @@ fn rough_jet(net: &Net<f64>, at: [f64; 2]) -> [Vector3<f64>; 3] {
 }
 
 /// A point of the BREP in the search's terms.
-struct Place {
-    face: usize,
-    trim: Option<usize>,
-    spot: Locus,
-    uv: Point2<f64>,
+pub(super) struct Place {
+    pub(super) face: usize,
+    pub(super) trim: Option<usize>,
+    pub(super) spot: Locus,
+    pub(super) uv: Point2<f64>,
 }
 
 #[allow(clippy::too_many_arguments)] // One caller; the parts of one answer.
@@ -603,7 +603,7 @@ fn face_normal(brep: &PreparedBrep, place: &Place) -> Vector3<f64> {
     }
 }
 
-fn make_contact(
+pub(super) fn make_contact(
     brep: &PreparedBrep,
     probe: &Probe,
     place: &Place,

@@ -18,6 +18,7 @@ mod node;
 mod objective;
 mod overlap;
 mod passages;
+mod past;
 mod poles;
 mod refine;
 mod search;
@@ -36,6 +37,7 @@ pub use contact::{Witness, contact, contact_from};
 pub use inside::inside;
 pub use line::{any_hit, line};
 pub use overlap::overlap;
+pub use past::arrival_past;
 
 use crate::nurbs::SurfacePoint;
 use crate::prepare::PreparedBrep;
