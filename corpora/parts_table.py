@@ -1,11 +1,11 @@
 """The table of crates/feeler-io/PARTS.md: what the program says of every part in some folders.
 
     cargo build --release -p feeler-cli && cargo build --release -p xtask --features cgal
-    python3 corpora/parts_table.py [--seconds 60] [--queries 50] FOLDER_OR_FILE... > table.md
+    python3 corpora/parts_table.py [--seconds 60] [--queries 50] [--fewer 12] FOLDER_OR_FILE... > table.md
 
 For each file: `feeler inspect --json` (objects, faces, defects), its time and peak memory as the system counts them for
-the process, and `xtask agree --queries N`, which asks kernel and oracle the same random queries; a file that is not
-done in time says so. `--bin` names the folder of both programs.
+the process, and `xtask agree --queries N`, which asks kernel and oracle the same random queries; fewer where these are not
+done in time, and what is not done then either says so. `--bin` names the folder of both programs.
 """
 
 import argparse
@@ -58,13 +58,13 @@ def row(path, args):
     code, text, _, _ = runs[0]
     best = min(r[2] for r in runs)
     peak = min(r[3] for r in runs)
-    cells = [path.name, f"{size:,}"]
+    cells = [path.name, f"{(size + 999) // 1000}"]
     if code is None:
-        return cells + ["not loaded in time"] + [""] * 9
+        return cells + ["not loaded in time"] + [""] * 10
     # With objects that are refused it ends with 2, too, after it has told them.
     lines = text.strip().splitlines()
     if code == 2 and not lines[0].startswith("{"):
-        return cells + [lines[-1].replace(f"{path}", "it")[:120]] + [""] * 9
+        return cells + [lines[-1].replace(f"{path}", "it")[:120]] + [""] * 10
     seen = json.loads(lines[0])
     objects = seen["objects"]
     bodies = [o for o in objects if o.get("faces")]
@@ -75,18 +75,22 @@ def row(path, args):
     cells += [f"{len(bodies)}" + (f" (+{refused} refused)" if refused else ""), str(closed), str(faces), str(defects)]
     cells += [f"{best * 1e3:.0f}", f"{peak / 1024:.0f}"]
     if not bodies:
-        return cells + ["none"] + [""] * 3
-    code, text, _, _ = run([args.bin / "xtask", "agree", path, "--queries", str(args.queries)], args.seconds)
+        return cells + ["none"] + [""] * 4
+    for queries in [args.queries, args.fewer]:
+        code, text, _, _ = run([args.bin / "xtask", "agree", path, "--queries", str(queries)], args.seconds)
+        if code is not None:
+            break
     sums = asked(text)
-    if sums is None:
-        why = "out of time" if code is None else text.strip().splitlines()[-1][:80]
-        return cells + [why] + [""] * 3
+    if code is None or sums is None:
+        why = text.strip().splitlines()[-1].replace(f"{path}", "it")[:80] if text.strip() else "no answer"
+        why = "out of time" if code is None else "not asked: objects are refused" if refused else why
+        return cells + [why] + [""] * 4
     right, wrong, indeterminate, undecided, untold = sums
-    return cells + [str(right), str(undecided), str(wrong + indeterminate), str(untold)]
+    return cells + [str(queries), str(right), str(undecided), str(wrong + indeterminate), str(untold)]
 
 
 HEAD = [
-    "part", "bytes", "objects", "closed", "faces", "defects", "ms", "MB", "right", "undecided", "wrong", "no truth",
+    "part", "kB", "objects", "closed", "faces", "defects", "ms", "MB", "asked", "right", "undecided", "wrong", "no truth",
 ]
 
 
@@ -94,6 +98,7 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--seconds", type=float, default=60)
     parser.add_argument("--queries", type=int, default=50)
+    parser.add_argument("--fewer", type=int, default=12)
     parser.add_argument("--bin", type=Path, default=Path("target/release"))
     parser.add_argument("where", type=Path, nargs="+")
     args = parser.parse_args()
