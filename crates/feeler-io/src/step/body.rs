@@ -286,7 +286,7 @@ impl Body<'_, '_> {
         let mut left = 0;
         if !unbounded.is_empty() {
             let prepared = PreparedBrep::new(brep.clone());
-            // The kernel bounds all trims of an edge at once.
+            // One image of an edge's own curve does for all its trims.
             let mut of_edges: BTreeMap<usize, (usize, Vec<usize>)> = BTreeMap::new();
             for (trim, cost) in unbounded {
                 let Some(edge) = brep.parts().trims.get(trim).and_then(|t| t.edge) else {
@@ -297,18 +297,12 @@ impl Body<'_, '_> {
                 trims.push(trim);
             }
             for (edge, (cost, trims)) in of_edges {
-                let others = brep.parts().edges.get(edge).map_or(0, |e| e.trims.len());
-                let cost = cost.saturating_add(others.saturating_sub(trims.len()));
                 let Some(rest) = geometry.proofs.checked_sub(cost) else {
                     left += trims.len();
                     continue;
                 };
                 geometry.proofs = rest;
-                let offsets = prepared.edge_offsets(edge);
-                for own in offsets
-                    .iter()
-                    .filter(|o| trims.binary_search(&o.trim).is_ok())
-                {
+                for own in prepared.trim_offsets(edge, &trims) {
                     bound = bound.max(own.at_most);
                 }
             }

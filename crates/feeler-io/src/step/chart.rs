@@ -358,11 +358,20 @@ impl Chart {
         Point3::from(self.derivatives(uv)[0])
     }
 
-    /// How far a point is from the axis of revolution, and how far it may be to be on it.
+    /// How far a point is from the axis of revolution, and how far it may be to be on it; nothing where the surface keeps clear of its axis, as
+    /// cylinders and most tori do.
     pub(super) fn off_axis(&self, p: &Point3<f64>) -> Option<[f64; 2]> {
         let Kind::Turned(a, meridian) = &self.kind else {
             return None;
         };
+        let clear = match meridian {
+            Meridian::Line { sin, .. } => *sin == 0.0,
+            Meridian::Circle { major, minor } => major - minor > ON_AXIS * (major + minor),
+            Meridian::Curve(_) => false,
+        };
+        if clear {
+            return None;
+        }
         let l = local(a, &(p - a.origin));
         Some([l.x.hypot(l.y), ON_AXIS * l.norm().max(meridian.size())])
     }

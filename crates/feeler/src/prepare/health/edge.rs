@@ -77,7 +77,7 @@ pub(super) fn health(
         edge,
         faces: e.trims.iter().map(|t| face_of(*t)).collect(),
         crack,
-        offsets: offsets(brep, edge, defects),
+        offsets: offsets(brep, edge, &e.trims, defects),
         reach,
         tolerance: e.tolerance,
         direction: direction(brep, edge, &ends, faces),
@@ -85,8 +85,13 @@ pub(super) fn health(
     }
 }
 
-/// How far each trim's image is from the edge's own curve.
-pub(super) fn offsets(brep: &PreparedBrep, edge: usize, defects: &[Defect]) -> Vec<Offset> {
+/// How far the images of some of an edge's trims are from its own curve.
+pub(super) fn offsets(
+    brep: &PreparedBrep,
+    edge: usize,
+    trims: &[usize],
+    defects: &[Defect],
+) -> Vec<Offset> {
     let parts = brep.brep().parts();
     let e = &parts.edges[edge];
     let Some(curve) = e.curve.map(|c| &parts.curves3[c]) else {
@@ -111,7 +116,7 @@ pub(super) fn offsets(brep: &PreparedBrep, edge: usize, defects: &[Defect]) -> V
             about: seen(trim),
         }
     };
-    e.trims.iter().map(offset).collect()
+    trims.iter().map(offset).collect()
 }
 
 /// Cracks of no more than this part of the model's size are as good as rounding.

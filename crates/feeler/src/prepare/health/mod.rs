@@ -321,7 +321,16 @@ impl PreparedBrep {
     /// # Cost
     /// Some 100 us to milliseconds for each trim.
     pub fn edge_offsets(&self, edge: usize) -> Vec<Offset> {
-        edge::offsets(self, edge, &[])
+        let trims = &self.brep().parts().edges[edge].trims;
+        edge::offsets(self, edge, trims, &[])
+    }
+
+    /// The same of some of its trims alone: of others no images are made.
+    ///
+    /// # Panics
+    /// If there is no such edge or trim.
+    pub fn trim_offsets(&self, edge: usize, trims: &[usize]) -> Vec<Offset> {
+        edge::offsets(self, edge, trims, &[])
     }
 
     /// The health of the BREP. See the module `prepare::health` for what each size means and what is proven.
