@@ -77,6 +77,44 @@ fn overlap_of_balls_with_a_cube_is_what_geometry_says() {
     assert_eq!(both(&cube, &tiny).0, Some(false));
 }
 
+/// Squares of the least numbers are zero in f64; the distances are not.
+#[test]
+fn a_centre_beside_a_face_by_the_least_number() {
+    let brep = PreparedBrep::new(cube());
+    let least = 5e-324;
+    for (height, inside) in [
+        (least, true),
+        (1e-200, true),
+        (-least, false),
+        (-1e-160, false),
+    ] {
+        let probe = ball(Point3::new(0.25, 0.5, height), 0.0);
+        for contacts in [Contacts::None, Contacts::Deepest] {
+            let options = Options {
+                contacts,
+                ..Options::default()
+            };
+            let mut workspace = Workspace::default();
+            let found = contact(&brep, &probe, &options, &mut workspace);
+            let b = found.separation.bounds;
+            assert!(b.lo <= -height && -height <= b.hi, "{height:e} in {b:?}");
+            assert_eq!(found.undecided, None);
+            let over = overlap(&brep, &probe, &options, &mut workspace);
+            // The side may be left open so near to a face; it is never the wrong one.
+            assert_ne!(over.overlap, Some(!inside));
+        }
+    }
+    // What touches is at 0.
+    let probe = ball(Point3::new(0.25, 0.5, 0.0), 0.0);
+    let found = contact(
+        &brep,
+        &probe,
+        &Options::default(),
+        &mut Workspace::default(),
+    );
+    assert_eq!(found.separation.value, 0.0);
+}
+
 #[test]
 fn overlap_of_half_spaces() {
     let cube = PreparedBrep::new(cube());

@@ -156,6 +156,84 @@ pub fn split_error<T: Real>(degree: Bidegree, along_u: bool, largest: f64, tiny:
     count * (T::UNIT * largest * (1.0 + 64.0 * f64::EPSILON) + tiny)
 }
 
+/// Leaves the part of a polynomial over a range `[a, b]` of `[0, 1]`, along u or along v (de Casteljau's algorithm at `b`, then at `a / b`: The NURBS
+/// Book, 5.3 for the whole net). See [`part_error`] for what it is off.
+pub fn keep_part<T: Real>(c: &mut [T], degree: Bidegree, along_u: bool, range: [f64; 2]) {
+    let [a, b] = range;
+    let (count, width) = (if along_u { degree.u } else { degree.v }, degree.v + 1);
+    let weights = |t: T| (T::ONE - t, t);
+    if b < 1.0 {
+        let (s, t) = weights(T::from_f64(b));
+        if along_u {
+            // Whole rows at once.
+            for k in 1..=count {
+                for i in (k..=count).rev() {
+                    let (low, high) = c[(i - 1) * width..(i + 1) * width].split_at_mut(width);
+                    low.iter().zip(high).for_each(|(x, y)| *y = s * *x + t * *y);
+                }
+            }
+        } else {
+            each_row(c, width, |row| {
+                for k in 1..row.len() {
+                    for i in (k..row.len()).rev() {
+                        row[i] = s * row[i - 1] + t * row[i];
+                    }
+                }
+            });
+        }
+    }
+    if a > 0.0 {
+        let (s, t) = weights(T::from_f64(a) / T::from_f64(b));
+        if along_u {
+            for k in 1..=count {
+                for i in 0..=count - k {
+                    let (low, high) = c[i * width..(i + 2) * width].split_at_mut(width);
+                    low.iter_mut()
+                        .zip(high)
+                        .for_each(|(x, y)| *x = s * *x + t * *y);
+                }
+            }
+        } else {
+            each_row(c, width, |row| {
+                for k in 1..row.len() {
+                    for i in 0..row.len() - k {
+                        row[i] = s * row[i] + t * row[i + 1];
+                    }
+                }
+            });
+        }
+    }
+}
+
+/// Does something with each row of a net; rows of products of quadratics and cubics have lengths that the compiler knows.
+#[inline(always)]
+fn each_row<T>(c: &mut [T], width: usize, work: impl Fn(&mut [T])) {
+    match width {
+        5 => c
+            .as_chunks_mut::<5>()
+            .0
+            .iter_mut()
+            .for_each(|row| work(row)),
+        7 => c
+            .as_chunks_mut::<7>()
+            .0
+            .iter_mut()
+            .for_each(|row| work(row)),
+        _ => c.chunks_exact_mut(width).for_each(work),
+    }
+}
+
+/// What each coefficient of a [part](keep_part) may be off.
+///
+/// A step makes `s x + t y` of `t`, which a quotient leaves off by `DIV_UNIT`, and `s = 1 - t`, which is rounded: with the roundings of the two
+/// products and the sum that is `(2 DIV_UNIT + 3 UNIT)` of the largest of `x` and `y` at most. Earlier errors are averaged. There are
+/// `degree` steps at each of both ends.
+pub fn part_error<T: Real>(degree: Bidegree, along_u: bool, largest: f64, tiny: f64) -> f64 {
+    let count = if along_u { degree.u } else { degree.v } as f64;
+    let step = (4.0 * T::UNIT + 2.0 * T::DIV_UNIT) * largest * (1.0 + 64.0 * f64::EPSILON);
+    2.0 * count * (step + 3.0 * tiny)
+}
+
 fn split_rows<T: Real, const WIDTH: usize>(right: &mut [T], left: &mut [T]) {
     let rows = right.as_chunks_mut::<WIDTH>().0.iter_mut();
     for (row, left) in rows.zip(left.as_chunks_mut::<WIDTH>().0) {
@@ -282,6 +360,37 @@ mod tests {
         for (u, v) in [(0.0, 0.0), (0.25, 0.5), (1.0, 0.125), (0.7, 0.3)] {
             let error = at(&p, A + B, u, v) - at(&x, A, u, v) * at(&y, B, u, v);
             assert!(error.magnitude() <= bound, "{error:?} > {bound}");
+        }
+    }
+
+    #[test]
+    fn parts_are_the_same_polynomial() {
+        let x = sample(B, 4);
+        for range in [[0.0, 0.3], [0.6, 1.0], [0.1, 0.7], [0.0, 1.0]] {
+            for along_u in [true, false] {
+                let mut part = x.clone();
+                keep_part(&mut part, B, along_u, range);
+                let bound = part_error::<f64>(B, along_u, largest(&x), TINY);
+                for (s, t) in [(0.0, 0.5), (0.25, 1.0), (0.75, 0.125)] {
+                    let exact = |x: f64| Ball::<Dd>::exact(x);
+                    let along = if along_u { s } else { t };
+                    let there =
+                        exact(range[0]) + exact(along) * Ball::difference(range[1], range[0]);
+                    let rows = |u: Ball<Dd>, v: Ball<Dd>, c: &[f64]| {
+                        let rows = c.chunks_exact(B.v + 1);
+                        let rows =
+                            rows.map(|r| evaluate(r.iter().map(|x| Ball::exact(*x)).collect(), v));
+                        evaluate(rows.collect(), u)
+                    };
+                    let of_whole = if along_u {
+                        rows(there, exact(t), &x)
+                    } else {
+                        rows(exact(s), there, &x)
+                    };
+                    let error = at(&part, B, s, t) - of_whole;
+                    assert!(error.magnitude() <= bound, "{error:?} > {bound}");
+                }
+            }
         }
     }
 

@@ -47,7 +47,7 @@ pub(crate) use near::distance;
 pub(crate) use net::{Products, curve_jet};
 pub(crate) use polygon::{Meeting, Polygon};
 pub(crate) use quotient::Quotient;
-pub(crate) use shell::Shell;
+pub(crate) use shell::{NearHalfSpace, Shell};
 pub(crate) use side_cells::SideCells;
 pub(crate) use spline::Homogeneous;
 

@@ -43,6 +43,14 @@ pub(crate) struct Shell {
     high: f64,
 }
 
+/// `normal.(x - origin) <= offset`.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct NearHalfSpace {
+    pub(crate) origin: Point3<f64>,
+    pub(crate) normal: Vector3<f64>,
+    pub(crate) offset: f64,
+}
+
 /// A shell thicker than this part of the model's size serves no query.
 const THICK: f64 = 1.0 / (1u64 << 30) as f64;
 /// By how much the entries of a frame's Gram matrix may be off those of 1, half of it counted and half left to the rounding of what is counted; and a
@@ -108,6 +116,50 @@ impl Shell {
                 .least_height(&Vector3::from(*n), *h)
                 .map_or(Dd::from(f64::NEG_INFINITY), Dd::from),
         }
+    }
+
+    /// A half-space `n.(x - o) <= t` that holds all points of the surface whose squared distance from `q` is below `squared`, for points
+    /// of a box; of cones and tori nothing is said.
+    ///
+    /// For a sphere let `s = A (x - o)` and `p = A (o - q)`, for a cylinder the first two coordinates of these: `|s| >= low` on the surface, and
+    /// `|s + p|^2 <= |A (x - q)|^2 <= LIPSCHITZ^2 |x - q|^2`. So where that distance is below, `2 s.p = |s + p|^2 - |s|^2 - |p|^2 <
+    /// LIPSCHITZ^2 squared - low^2 - |p|^2`. And `s.p = n.(x - o)` with `n` the sum of the frame's rows, each `p_k` times.
+    ///
+    /// In f64 `p` is off by some roundings of `|o - q|`, `n` by some more, the bound by some of its parts.
+    pub(crate) fn near_half_space(
+        &self,
+        q: &Point3<f64>,
+        squared: f64,
+        within: &[[f64; 2]; 3],
+    ) -> Option<NearHalfSpace> {
+        const SLACK: f64 = 64.0 * f64::EPSILON;
+        let rows = match self.round {
+            Round::Sphere { .. } => 3,
+            Round::Cylinder { .. } => 2,
+            Round::Cone { .. } | Round::Torus { .. } => return None,
+        };
+        let frame = self.round.frame();
+        let apart = frame.origin - q;
+        let (mut normal, mut length) = (Vector3::zeros(), 0.0);
+        for row in &frame.rows[..rows] {
+            let p = row.dot(&apart);
+            normal += row * p;
+            length += p * p;
+        }
+        let least = self.low * self.low;
+        let farthest = |k: usize| {
+            let [low, high] = within[k].map(|x| (x - frame.origin[k]).abs());
+            low.max(high)
+        };
+        let reach = Vector3::from_fn(|k, _| farthest(k)).norm();
+        let slack = (SLACK + 2.0 * LIPSCHITZ * (LIPSCHITZ - 1.0)) * (squared + least + length)
+            + SLACK * apart.norm() * reach
+            + f64::MIN_POSITIVE;
+        Some(NearHalfSpace {
+            origin: frame.origin,
+            normal,
+            offset: 0.5 * (squared - least - length) + slack,
+        })
     }
 
     /// A lower bound of `n.x - h` on the surface, if it is bounded.
@@ -448,6 +500,43 @@ mod tests {
         }
     }
 
+    /// Of two points of a sphere the half-space of what is as near as the nearer holds that one alone.
+    #[test]
+    fn what_is_nearer_is_in_a_half_space() {
+        let mut random = Random(0x1234_5678_9abc_def1);
+        let (mut kept, mut excluded) = (0, 0);
+        for _ in 0..8 {
+            let turned = Turned::new(&mut random);
+            for (kind, surface, _) in kinds(&turned) {
+                let brep = prepared(surface);
+                let (shell, face_box) = (brep.shell(0).unwrap(), brep.face_box(0).unwrap());
+                let d = brep.brep().surface(0).domain();
+                let mut point = |q: &Point3<f64>, random: &mut Random| {
+                    let [u, v] = d.map(|d| random.between(d.start, d.end));
+                    let p = Point3::from(brep.brep().surface(0).derivatives(u, v, 0).get(0, 0));
+                    (p, (p - q).norm_squared())
+                };
+                for _ in 0..50 {
+                    let q = turned.origin + random.vector() * 2.0;
+                    let (a, b) = (point(&q, &mut random), point(&q, &mut random));
+                    let (near, far) = if a.1 < b.1 { (a, b) } else { (b, a) };
+                    let Some(half) = shell.near_half_space(&q, near.1, &face_box) else {
+                        assert!(kind == "cone" || kind == "torus");
+                        continue;
+                    };
+                    let above = |p: Point3<f64>| half.normal.dot(&(p - half.origin)) > half.offset;
+                    assert!(!above(near.0), "{kind}");
+                    kept += 1;
+                    if kind == "sphere" && far.1 > near.1 + ROUNDING * brep.size().powi(2) * 16.0 {
+                        assert!(above(far.0), "{kind}");
+                        excluded += 1;
+                    }
+                }
+            }
+        }
+        assert!(kept > 500 && excluded > 200, "{kept} {excluded}");
+    }
+
     /// Of surfaces that are not quite round the bounds are below all their points.
     #[test]
     fn bounds_are_below_all_points() {
@@ -482,6 +571,12 @@ mod tests {
                     let rounding = 64.0 * f64::EPSILON * brep.size();
                     let near = shell.least(&Target::Point(q.coords.into())).hi.sqrt();
                     assert!(near <= (p - q.coords).norm() + rounding, "{kind} {near}");
+                    let squared = (p - q.coords).norm_squared() + rounding * brep.size();
+                    let face_box = brep.face_box(0).unwrap();
+                    if let Some(half) = shell.near_half_space(&q, squared, &face_box) {
+                        let height = half.normal.dot(&(p - half.origin.coords));
+                        assert!(height <= half.offset, "{kind} {height}");
+                    }
                     let n = random.vector();
                     let low = shell.least(&Target::Height(n.into(), 0.5)).hi;
                     assert!(low <= n.dot(&p) - 0.5 + rounding, "{kind} {low}");

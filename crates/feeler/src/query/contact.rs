@@ -239,6 +239,11 @@ fn in_material(
     kept.or_else(|| find(point))
 }
 
+/// Products lose at most [`TINY`](crate::numeric::TINY), 1e-280, to underflow: of squares below this nothing is left...
+const LOST_SQUARE: f64 = 1e-270;
+/// ...but that their roots are below this.
+const LOST_LENGTH: f64 = 1e-134;
+
 /// The bounds of the separation from those of `f`.
 pub(super) fn separation(
     [lo, hi]: [Dd; 2],
@@ -247,6 +252,7 @@ pub(super) fn separation(
     material: Option<bool>,
 ) -> Separation {
     let r = Dd::from(radius);
+    let touches = objective.is_squared() && hi.hi < LOST_SQUARE;
     let (lo, hi) = if objective.is_squared() {
         // Square roots and differences are off by a unit each, and so is what they are widened by.
         // What is infinite (nothing was found, or nothing is there) stays so.
@@ -261,7 +267,14 @@ pub(super) fn separation(
         let root = |x: Dd| {
             if x.hi.is_finite() { x.sqrt() } else { x }
         };
-        let (a, b) = (widen(root(lo), -1.0), widen(root(hi), 1.0));
+        let (mut a, mut b) = (widen(root(lo), -1.0), widen(root(hi), 1.0));
+        // What squares this small lost when they underflowed is more than a few units.
+        if lo.hi < LOST_SQUARE {
+            a = Dd::ZERO;
+        }
+        if touches {
+            b = Dd::from(LOST_LENGTH);
+        }
         let (a, b) = match material {
             Some(false) => (less(a), less(b)),
             Some(true) => (less(-b), less(-a)),
@@ -283,7 +296,9 @@ pub(super) fn separation(
             hi.hi
         },
     };
-    let mid = if lo.hi.is_finite() && hi.hi.is_finite() {
+    let mid = if touches {
+        -radius
+    } else if lo.hi.is_finite() && hi.hi.is_finite() {
         (lo + hi).half().hi
     } else {
         bounds.mid()

@@ -21,6 +21,7 @@ mod passages;
 mod past;
 mod poles;
 mod refine;
+mod round;
 mod search;
 mod upper;
 mod zeros;

@@ -1,7 +1,7 @@
 //! A box of the search: part of a patch or of a boundary piece.
 
 use crate::numeric::bernstein::{
-    Bidegree, by_width, greater, largest, lesser, split_error, split_off,
+    Bidegree, by_width, greater, keep_part, largest, lesser, part_error, split_error, split_off,
 };
 use crate::numeric::{Dd, Real, TINY};
 use crate::prepare::Quotient;
@@ -421,6 +421,33 @@ impl<T: Real> Node<T> {
         low.take_bounds(squared);
         high.take_bounds(squared);
         [low, high]
+    }
+
+    /// The part of a whole patch or border over a box.
+    pub(crate) fn cut(mut self, u: [f64; 2], v: [f64; 2], squared: bool) -> Self {
+        for (along_u, own, range) in [(true, &mut self.u, u), (false, &mut self.v, v)] {
+            if *own == range {
+                continue;
+            }
+            *own = range;
+            let f = &mut self.f;
+            let off = |most: f64| part_error::<T>(f.degree, along_u, most, f.tiny);
+            let (n_off, c_off) = if f.c.is_empty() {
+                (off(largest(&f.n)), 0.0)
+            } else {
+                (off(self.most), off(UP + f.c_error))
+            };
+            f.n_error = (f.n_error + n_off) * UP;
+            f.c_error = (f.c_error + c_off) * UP;
+            // Averages are no larger but for what they are off.
+            self.most = (self.most + n_off) * UP;
+            keep_part(&mut f.n, f.degree, along_u, range);
+            if !f.c.is_empty() {
+                keep_part(&mut f.c, f.degree, along_u, range);
+            }
+        }
+        self.take_bounds(squared);
+        self
     }
 
     /// The restriction to one border of the box: along u (or v) at the low or the high end.

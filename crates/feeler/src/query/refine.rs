@@ -63,9 +63,10 @@ impl Search<'_> {
                 self.lower(lo);
                 continue;
             }
+            let squared = self.objective.is_squared();
             match self.root::<T>(source) {
                 Some(root) => {
-                    let mut node = narrow(root, u, v, self.objective.is_squared());
+                    let mut node = narrow(root, u, v, squared);
                     if lo > node.lo {
                         node.lo = lo;
                     }
@@ -92,26 +93,13 @@ const MOST_FINEST: usize = 16;
 /// How many nodes may be visited then; each costs as much as some thousand in f64.
 const FINEST_BUDGET: usize = 128;
 
-/// The part of a root node over a box that was reached by halving it.
+/// The part of a root node over a box.
 fn narrow<T: Real>(mut node: Node<T>, u: [f64; 2], v: [f64; 2], squared: bool) -> Node<T> {
-    for (along_u, target) in [(true, u), (false, v)] {
-        if target[0] == target[1] {
-            let range = if along_u { node.u } else { node.v };
-            // A border of the patch: collapsed dimensions are always at 0 or 1.
-            if range[0] != range[1] {
-                node = node.border(along_u, target[0] == range[1], squared);
-            }
-            continue;
-        }
-        loop {
-            let range = if along_u { node.u } else { node.v };
-            if range[1] - range[0] <= target[1] - target[0] {
-                break;
-            }
-            let [low, high] = node.halves(along_u, squared);
-            let middle = 0.5 * (range[0] + range[1]);
-            node = if target[1] <= middle { low } else { high };
+    for (along_u, target, range) in [(true, u, node.u), (false, v, node.v)] {
+        // A border of the patch: collapsed dimensions are always at 0 or 1.
+        if target[0] == target[1] && range[0] != range[1] {
+            node = node.border(along_u, target[0] == range[1], squared);
         }
     }
-    node
+    node.cut(u, v, squared)
 }

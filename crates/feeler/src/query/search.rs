@@ -297,7 +297,7 @@ pub(super) struct Search<'a> {
     /// How many tasks were made (should a budget ever allow more than fit: it tells ties apart and nothing else).
     order: u32,
     /// Whether what is put aside is written down for a front.
-    recording: bool,
+    pub(super) recording: bool,
 }
 
 /// Boxes are not split below this width in local parameters.
@@ -472,6 +472,12 @@ impl Search<'_> {
         }
     }
 
+    /// Whether a lower value than is known would be worth a descent, where none is below a bound: only a guide.
+    fn may_gain(&self, lo: Dd) -> bool {
+        let hi = self.out.hi;
+        !hi.hi.is_finite() || self.goal.all_below.is_some() || (hi - lo).hi > LITTLE * hi.hi.abs()
+    }
+
     /// Whether a node with this bound can be dropped without a trace.
     pub(super) fn hopeless(&self, lo: Dd) -> bool {
         lo >= self.out.hi && self.goal.all_below.is_none_or(|all| lo > Dd::from(all))
@@ -590,10 +596,15 @@ impl Search<'_> {
         if !(hinted && self.out.foot.is_some()) {
             self.try_seed(face);
         }
+        let enough = lo >= self.enough();
+        let near = (!enough).then(|| self.near_half_space(face)).flatten();
         for (index, b) in geometry.patch_boxes.iter().enumerate() {
             let own = b.as_ref().map_or(self.nothing(), |b| self.box_bound(b));
             let lo = if own > lo { own } else { lo };
-            self.push(heap, lo, false, Kind::Root(Source::Patch { face, index }));
+            match &near {
+                Some(half) => self.push_boxes_in(heap, face, index, half, lo),
+                None => self.push(heap, lo, false, Kind::Root(Source::Patch { face, index })),
+            }
         }
         self.push_pieces::<T>(heap, face, lo, false, |_| true);
     }
@@ -678,7 +689,7 @@ impl Search<'_> {
             node.lo = lo;
         }
         let guess = node.guess();
-        if self.promises(source, guess) {
+        if self.may_gain(node.lo) && self.promises(source, guess) {
             let start = self.descend(source, guess, [node.u, node.v]);
             self.try_rough_point(source, start);
         }
@@ -812,7 +823,7 @@ impl Search<'_> {
         }
         // A value far above those on the node hides that `G` is convex there, next to a focal point on boxes of any size.
         // (Where the region ends, low values are beside it more often than not.)
-        if inside && self.goal.all_below.is_none() {
+        if inside && self.goal.all_below.is_none() && self.may_gain(node.lo) {
             let guess = node.guess();
             let halfway = (self.out.hi + node.lo).half().hi;
             if self.guide_value(source, guess) < halfway {
@@ -930,6 +941,8 @@ impl Search<'_> {
     }
 }
 
+/// A value lower by less than this part of it is not looked for.
+const LITTLE: f64 = 1.0 / (1u64 << 40) as f64;
 /// A node is left to the next arithmetic when all of `G` is below this many error bounds.
 const NOISE_FACTOR: f64 = 8.0;
 /// Where the second difference is largest; the wider side where they are alike.
