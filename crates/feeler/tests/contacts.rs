@@ -171,3 +171,57 @@ fn contacts_do_not_hang_on_a_shortcut() {
     }
     println!("{decided} of 20 decided without convexity");
 }
+
+/// Corners with one vanishing derivative, or both, and a surface that is a curve: what touches there is a contact all the same.
+#[test]
+fn a_point_without_a_normal_is_touched() {
+    let corner = [1.0, 1.0, 0.25];
+    // The last two points of one row coincide; those of both rows; both rows are the same.
+    let rows: [[[f64; 3]; 8]; 3] = [
+        [
+            [0.0, 0.0, 0.0],
+            [0.25, 0.5, 0.0],
+            [0.5, 0.75, 0.25],
+            [0.0, 1.0, 0.0],
+            [1.0, 0.0, 0.0],
+            [1.25, 0.5, 0.0],
+            corner,
+            corner,
+        ],
+        [
+            [0.0, 0.0, 0.0],
+            [0.25, 0.5, 0.0],
+            corner,
+            corner,
+            [1.0, 0.0, 0.0],
+            [1.25, 0.5, 0.0],
+            corner,
+            corner,
+        ],
+        [
+            [0.0, 0.0, 0.0],
+            [0.25, 0.5, 0.0],
+            [0.5, 0.75, 0.25],
+            corner,
+            [0.0, 0.0, 0.0],
+            [0.25, 0.5, 0.0],
+            [0.5, 0.75, 0.25],
+            corner,
+        ],
+    ];
+    for (i, points) in rows.into_iter().enumerate() {
+        let net = points.map(|[x, y, z]| Vector4::new(x, y, z, 1.0)).to_vec();
+        let cubic = vec![0.0, 0.0, 0.0, 0.0, 1.0, 1.0, 1.0, 1.0];
+        let knots = [vec![0.0, 0.0, 1.0, 1.0], cubic];
+        let surface = NurbsSurface::new([1, 3], [2, 4], net, knots).unwrap();
+        let brep = PreparedBrep::new(Brep::from_surface(Surface::Nurbs(surface)).unwrap());
+        for radius in [0.0, 0.125] {
+            let ball = Probe::Sphere(Sphere::new(corner.into(), radius).unwrap());
+            let options = Options::default();
+            let found = contact(&brep, &ball, &options, &mut Workspace::default());
+            assert_eq!(found.contacts.len(), 1, "{i} {radius}: {found:?}");
+            let normal = found.contacts[0].normal;
+            assert!((normal.norm() - 1.0).abs() < 1e-15, "{normal}");
+        }
+    }
+}

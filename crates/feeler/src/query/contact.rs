@@ -428,10 +428,9 @@ fn contacts(
             spot: foot.spot,
             uv: foot.uv,
         };
-        if let Some(mut c) = make_contact(brep, probe, &place, separation, material == Some(true)) {
-            bound_contact(&mut c, found, foot, brep, continuum);
-            out.push(c);
-        }
+        let mut c = make_contact(brep, probe, &place, separation, material == Some(true));
+        bound_contact(&mut c, found, foot, brep, continuum);
+        out.push(c);
     }
     if options.contacts == Contacts::All {
         let with_deepest = !out.is_empty();
@@ -516,9 +515,7 @@ fn other_contact(
         return;
     }
     let near = separation([s.lo, hi], objective, radius, material);
-    let Some(c) = make_contact(brep, probe, &place, near, material == Some(true)) else {
-        return;
-    };
+    let c = make_contact(brep, probe, &place, near, material == Some(true));
     let apart = SAME_CONTACT * brep.size();
     // The first is the deepest of all: its separation is the answer's.
     let same = out
@@ -624,7 +621,7 @@ pub(super) fn make_contact(
     place: &Place,
     separation: Separation,
     material: bool,
-) -> Option<Contact> {
+) -> Contact {
     let point = point_of(brep, place);
     let on_brep = Point3::new(point[0].mid.hi, point[1].mid.hi, point[2].mid.hi);
     let (normal, on_probe) = match probe {
@@ -647,12 +644,14 @@ pub(super) fn make_contact(
                 let around = normal_around(brep, place)?;
                 let reversed = brep.brep().faces()[place.face].reversed;
                 unit(if reversed { -around } else { around })
-            })?;
+            });
+            // Of what has no normal anywhere (a surface that is a curve) any direction is one.
+            let normal = normal.unwrap_or_else(Vector3::z);
             (normal, s.center - normal * s.radius)
         }
         Probe::HalfSpace(h) => (-h.normal, on_brep - h.normal * separation.value),
     };
-    Some(Contact {
+    Contact {
         on_brep,
         on_probe,
         normal,
@@ -662,7 +661,7 @@ pub(super) fn make_contact(
         uv: place.uv,
         position_bound: None,
         normal_bound: None,
-    })
+    }
 }
 
 /// Where a face has no normal (the apex of a cone, a collapsed side): the sum of the unit normals at points around, a
@@ -698,10 +697,17 @@ fn normal_around(brep: &PreparedBrep, place: &Place) -> Option<Vector3<f64>> {
         }
     }
     if sum.norm() > CANCELLED {
-        Some(sum)
-    } else {
-        first
+        return Some(sum);
     }
+    // At a corner where one derivative vanishes no side is this point: what is inward of it then.
+    first.or_else(|| {
+        let [u, v] = [inward(0), inward(1)];
+        let beside = [[u, v], [u, at[1]], [at[0], v]];
+        beside.iter().find_map(|[u, v]| {
+            let p = surface.first_derivatives_with_bound(*u, *v);
+            unit(p.du.cross(&p.dv))
+        })
+    })
 }
 
 /// Points taken as neighbours of a pole are nearer to it than this part of the model's size: above what
