@@ -942,7 +942,7 @@ impl Search<'_> {
 }
 
 /// A value lower by less than this part of it is not looked for.
-const LITTLE: f64 = 1.0 / (1u64 << 40) as f64;
+const LITTLE: f64 = 1.0 / (1u64 << 46) as f64;
 /// A node is left to the next arithmetic when all of `G` is below this many error bounds.
 const NOISE_FACTOR: f64 = 8.0;
 /// Where the second difference is largest; the wider side where they are alike.

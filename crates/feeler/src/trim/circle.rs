@@ -70,7 +70,7 @@ impl Blur {
     }
 
     /// A coordinate against a number; `None` where that cannot be told.
-    fn compare(&self, i: usize, q: f64) -> Option<Ordering> {
+    pub(super) fn compare(&self, i: usize, q: f64) -> Option<Ordering> {
         let q = Dd::from(q);
         if let Some(limits) = &self.limits {
             if q >= limits[i][1] {

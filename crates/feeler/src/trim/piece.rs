@@ -4,6 +4,7 @@ use super::source::{Ball3, Source};
 use crate::numeric::polynomial::{Polynomial, binomials, signum};
 use crate::numeric::{Ball, Dd, Dyadic, Real};
 use dashu_int::IBig;
+use std::cmp::Ordering;
 use std::sync::OnceLock;
 
 /// A piece and everything made from its source.
@@ -305,13 +306,13 @@ impl Piece {
     }
 
     /// Whether `q` is in the closed box of the two end points: exactly, or where the
-    /// ends are known in enclosures only (in double-double, so far below an ulp), in the box of those.
+    /// ends are known in enclosures only (in double-double, so far below an ulp) and their circles do not tell, in the box of those.
     pub(super) fn in_box(&self, q: [f64; 2]) -> bool {
         if let Source::Blurred(ends) = &self.source {
             return (0..2).all(|axis| {
-                let off = ends.each_ref().map(|e| e.at[axis] - Ball::exact(q[axis]));
+                let orders = ends.each_ref().map(|e| e.compare(axis, q[axis]));
                 // Not certainly on one side of both.
-                !(off.iter().all(|o| o.is_above(0.0)) || off.iter().all(|o| (-*o).is_above(0.0)))
+                orders != [Some(Ordering::Less); 2] && orders != [Some(Ordering::Greater); 2]
             });
         }
         let Some(exact) = self.exact() else {

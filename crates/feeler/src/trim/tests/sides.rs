@@ -410,6 +410,22 @@ fn native_arcs() {
             assert_eq!(region.side([x, y].into()).in_gap, gap, "{x} {y}");
         }
     }
+    // The other way up: the first starts 2.4e-16 and the second ends 1.2e-15 beside (4.0625, 0.6875), both below that, though by less than 1e-30: no
+    // sine of a rational number but 0 is 1. (From a campaign on loops.)
+    let halves = [
+        [turn / 4.0, 3.0 * turn / 4.0],
+        [3.0 * turn / 4.0, 5.0 * turn / 4.0],
+    ];
+    let halves = halves.map(|angle| arc([4.0625, -3.3125], 4.0, [1.0, 0.0], false, angle).into());
+    let region = TrimRegion::new(
+        &face([-32.0, 32.0, -32.0, 32.0], Some(vec![halves.into()])),
+        0,
+    );
+    for x in about(4.0625) {
+        for y in about(0.6875) {
+            assert!(!region.side([x, y].into()).in_gap, "{x} {y}");
+        }
+    }
     // A gap that is one: the arc ends at (cos 3, sin 3), the chord starts at (-0.9, 0).
     let open = vec![
         arc([0.0, 0.0], 1.0, [1.0, 0.0], false, [0.0, 3.0]).into(),
