@@ -185,6 +185,7 @@ impl Search<'_> {
         if lo > node.lo {
             node.lo = lo;
         }
+        self.look_down(source, &node);
         self.enqueue(heap, source, false, node, false);
     }
 }

@@ -472,12 +472,6 @@ impl Search<'_> {
         }
     }
 
-    /// Whether a lower value than is known would be worth a descent, where none is below a bound: only a guide.
-    fn may_gain(&self, lo: Dd) -> bool {
-        let hi = self.out.hi;
-        !hi.hi.is_finite() || self.goal.all_below.is_some() || (hi - lo).hi > LITTLE * hi.hi.abs()
-    }
-
     /// Whether a node with this bound can be dropped without a trace.
     pub(super) fn hopeless(&self, lo: Dd) -> bool {
         lo >= self.out.hi && self.goal.all_below.is_none_or(|all| lo > Dd::from(all))
@@ -688,11 +682,7 @@ impl Search<'_> {
         if lo > node.lo {
             node.lo = lo;
         }
-        let guess = node.guess();
-        if self.may_gain(node.lo) && self.promises(source, guess) {
-            let start = self.descend(source, guess, [node.u, node.v]);
-            self.try_rough_point(source, start);
-        }
+        self.look_down(source, &node);
         let (lo, node) = (node.lo, Box::new(node));
         self.push(
             heap,
@@ -704,6 +694,15 @@ impl Search<'_> {
                 node,
             },
         );
+    }
+
+    /// Descends from where a node seems lowest, if that promises something.
+    pub(super) fn look_down<T: Real>(&mut self, source: Source, node: &Node<T>) {
+        let guess = node.guess();
+        if self.promises(source, guess) {
+            let start = self.descend(source, guess, [node.u, node.v]);
+            self.try_rough_point(source, start);
+        }
     }
 
     fn visit<T: Real + Arithmetic>(
@@ -823,7 +822,7 @@ impl Search<'_> {
         }
         // A value far above those on the node hides that `G` is convex there, next to a focal point on boxes of any size.
         // (Where the region ends, low values are beside it more often than not.)
-        if inside && self.goal.all_below.is_none() && self.may_gain(node.lo) {
+        if inside && self.goal.all_below.is_none() {
             let guess = node.guess();
             let halfway = (self.out.hi + node.lo).half().hi;
             if self.guide_value(source, guess) < halfway {
@@ -941,8 +940,6 @@ impl Search<'_> {
     }
 }
 
-/// A value lower by less than this part of it is not looked for.
-const LITTLE: f64 = 1.0 / (1u64 << 46) as f64;
 /// A node is left to the next arithmetic when all of `G` is below this many error bounds.
 const NOISE_FACTOR: f64 = 8.0;
 /// Where the second difference is largest; the wider side where they are alike.
