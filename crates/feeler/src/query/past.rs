@@ -551,7 +551,7 @@ impl Search<'_> {
             },
             uv: foot.uv,
         };
-        let contact = make_contact(self.brep, &Probe::Sphere(ball), &place, near, false)?;
+        let contact = make_contact(self.brep, &Probe::Sphere(ball), &place, near, false);
         let wanted = options.contacts != Contacts::None;
         let found = ContactAnswer {
             separation: near,
