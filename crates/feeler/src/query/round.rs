@@ -1,7 +1,7 @@
-//! Which boxes of the patches of a sphere or a cylinder a nearer point can be in.
+//! Which boxes of the patches of a sphere a nearer point can be in.
 //!
 //! # What is proven
-//! On a surface that is a sphere or a cylinder up to the thickness of its [shell](crate::prepare::Shell), all points nearer to a ball's centre than one
+//! On a surface that is a sphere up to the thickness of its [shell](crate::prepare::Shell), all points nearer to a ball's centre than one
 //! that is known are in a [half-space](crate::prepare::Shell::near_half_space): squared distances are linear there but for what the shell allows. A linear
 //! function on a patch is a quotient with the patch's own weights, of half the degree that a squared distance has and a third of its
 //! coefficients: where it is above the half-space's offset for all coefficients of a box (they are averages of the patch's, and
@@ -20,6 +20,8 @@ use std::collections::BinaryHeap;
 
 /// Boxes this wide or narrower, in local parameters, are not halved.
 const SMALL: f64 = 1.0 / 16.0;
+/// Patches of which a box wider than this is left are searched like any other.
+const WIDE: f64 = 0.5;
 /// Boxes that wait: halving down to small ones leaves one at each step, four along either side.
 const DEPTH: usize = 10;
 /// A bound that is off by a few roundings.
@@ -178,7 +180,9 @@ impl Search<'_> {
         let Some([u, v]) = left else {
             return;
         };
-        let Some(root) = self.root::<T>(source) else {
+        // Next to a pole, or where distances hardly differ, no box is small: the whole patch has better places to start from.
+        let wide = [u, v].iter().any(|r| r[1] - r[0] > WIDE);
+        let Some(root) = (!wide).then(|| self.root::<T>(source)).flatten() else {
             return self.push(heap, lo, false, Kind::Root(source));
         };
         let mut node = root.cut(u, v, self.objective.is_squared());
