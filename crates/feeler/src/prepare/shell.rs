@@ -508,7 +508,7 @@ mod tests {
                 let brep = prepared(surface);
                 let (shell, face_box) = (brep.shell(0).unwrap(), brep.face_box(0).unwrap());
                 let d = brep.brep().surface(0).domain();
-                let mut point = |q: &Point3<f64>, random: &mut Random| {
+                let point = |q: &Point3<f64>, random: &mut Random| {
                     let [u, v] = d.map(|d| random.between(d.start, d.end));
                     let p = Point3::from(brep.brep().surface(0).derivatives(u, v, 0).get(0, 0));
                     (p, (p - q).norm_squared())
@@ -517,7 +517,7 @@ mod tests {
                     let q = turned.origin + random.vector() * 2.0;
                     let (a, b) = (point(&q, &mut random), point(&q, &mut random));
                     let (near, far) = if a.1 < b.1 { (a, b) } else { (b, a) };
-                    let Some(half) = shell.near_half_space(&q, near.1, &face_box) else {
+                    let Some(half) = shell.near_half_space(&q, near.1, face_box) else {
                         assert!(kind != "sphere");
                         continue;
                     };
@@ -570,7 +570,7 @@ mod tests {
                     assert!(near <= (p - q.coords).norm() + rounding, "{kind} {near}");
                     let squared = (p - q.coords).norm_squared() + rounding * brep.size();
                     let face_box = brep.face_box(0).unwrap();
-                    if let Some(half) = shell.near_half_space(&q, squared, &face_box) {
+                    if let Some(half) = shell.near_half_space(&q, squared, face_box) {
                         let height = half.normal.dot(&(p - half.origin.coords));
                         assert!(height <= half.offset, "{kind} {height}");
                     }
