@@ -34,7 +34,7 @@ use parry3d_f64::shape::PackedFeatureId;
 const THERE: f64 = 1.0 / (1u64 << 36) as f64;
 /// Nodes that one advance may spend: some hundred steps, each of some queries.
 const NODES: usize = 1_000_000;
-/// The same of a ball that touches at the start: a fifth of a second.
+/// The same of a ball that touches at the start; what needs more is told as undecided.
 const NODES_PAST: usize = 50_000;
 /// How exactly the way of such a ball is known, in sizes.
 const THERE_PAST: f64 = 1.0 / (1u64 << 20) as f64;

@@ -37,7 +37,7 @@
 //!
 //! # Cost
 //! Boxes of a face along the way are cut to some sqrt(a (r + s)) where the ball goes along it. Where a face is met within its region the bounds converge
-//! with the square of the boxes' size, at trims that cross the patches with the size itself: some ten thousand boxes for 2^-20 of the size.
+//! with the square of the boxes' size, at trims that cross the patches with the size itself.
 
 use super::Workspace;
 use super::advance::{UP, Way};
