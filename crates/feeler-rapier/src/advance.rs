@@ -38,8 +38,8 @@ const NODES: usize = 1_000_000;
 const NODES_PAST: usize = 50_000;
 /// How exactly the way of such a ball is known, in sizes.
 const THERE_PAST: f64 = 1.0 / (1u64 << 20) as f64;
-/// How much deeper than at the start such a ball may come without a hit, in radii: what makes no difference to an engine that lets balls overlap by
-/// some hundredth of their size.
+/// How much deeper than at the start such a ball may come without a hit, in radii: in one cast, so that what comes of many hangs on what the engine makes
+/// of their contacts.
 const ALLOWANCE: f64 = 1.0 / 128.0;
 /// The sine of the angle at which a ball may go into what it touches and yet be said to go along it: above the roundings of normals and velocities.
 const ALONG: f64 = 1.0 / (1u64 << 20) as f64;
@@ -142,8 +142,8 @@ fn placed(way: &dyn Way, time: f64) -> Placed {
     Placed { point, bound }
 }
 
-/// Whether a ball that touches at the start, or nearly so, leaves what it touches there or goes along it. Where to look, no proof: [`past`] finds all that
-/// this may be wrong about.
+/// Whether a ball that touches at the start, or nearly so, leaves what it touches there or goes along it. Where to look, no proof: what [`past`] says
+/// holds whatever this says.
 fn leaves(shape: &BrepShape, way: &dyn Way, radius: f64, sought: &Sought) -> bool {
     let [start, end] = sought.span;
     let memory = &mut Memory::default();
@@ -188,7 +188,8 @@ fn past(shape: &BrepShape, way: &dyn Way, radius: f64, sought: &Sought) -> Optio
         None => contact_at(shape, center, radius, &mut Memory::default())?,
     };
     let status = match answer.undecided {
-        _ if bounds.lo == span[0] => ShapeCastStatus::PenetratingOrWithinTargetDist,
+        // At the start, and proven to be.
+        _ if bounds.hi == span[0] => ShapeCastStatus::PenetratingOrWithinTargetDist,
         None => ShapeCastStatus::Converged,
         Some(_) => ShapeCastStatus::OutOfIterations,
     };
@@ -246,6 +247,14 @@ pub(crate) fn straight(
     let met = advance(shape, &way, radius, &sought)?;
     let other = |v: Vector| placement.turn_to_other(v);
     Some(hit(&met, placement.order, radius, other))
+}
+
+/// No less than the length of a vector but for roundings: scaled first, so that squares of small ones survive.
+fn length(v: Vector) -> f64 {
+    match v.x.abs().max(v.y.abs()).max(v.z.abs()) {
+        0.0 => 0.0,
+        scale => scale * (v / scale).length() + f64::MIN_POSITIVE,
+    }
 }
 
 /// Both bodies move and turn.
@@ -339,12 +348,12 @@ pub(crate) fn turning(
     stop_at_penetration: bool,
 ) -> Option<ShapeCastHit> {
     // The ball's centre, the origin of its frame, goes round the ball's centre of mass.
-    let round = ball.angvel.length() * ball.local_center.length();
+    let round = length(ball.angvel) * length(ball.local_center);
     let way = Turning {
         brep,
         ball,
-        speed: up((ball.linvel - brep.linvel).length() + round),
-        spin: brep.angvel.length(),
+        speed: up(length(ball.linvel - brep.linvel) + round),
+        spin: length(brep.angvel),
         round,
     };
     let sought = Sought {

@@ -161,9 +161,13 @@ pub fn split_error<T: Real>(degree: Bidegree, along_u: bool, largest: f64, tiny:
 pub fn keep_part<T: Real>(c: &mut [T], degree: Bidegree, along_u: bool, range: [f64; 2]) {
     let [a, b] = range;
     let (count, width) = (if along_u { degree.u } else { degree.v }, degree.v + 1);
-    let weights = |t: T| (T::ONE - t, t);
+    // Each to its own digits: of a sum of two that are positive no part is lost, however unlike they are.
+    let weights = |t: f64, of: f64| {
+        let [t, of] = [t, of].map(T::from_f64);
+        ((of - t) / of, t / of)
+    };
     if b < 1.0 {
-        let (s, t) = weights(T::from_f64(b));
+        let (s, t) = weights(b, 1.0);
         if along_u {
             // Whole rows at once.
             for k in 1..=count {
@@ -183,7 +187,7 @@ pub fn keep_part<T: Real>(c: &mut [T], degree: Bidegree, along_u: bool, range: [
         }
     }
     if a > 0.0 {
-        let (s, t) = weights(T::from_f64(a) / T::from_f64(b));
+        let (s, t) = weights(a, b);
         if along_u {
             for k in 1..=count {
                 for i in 0..=count - k {
@@ -225,9 +229,9 @@ fn each_row<T>(c: &mut [T], width: usize, work: impl Fn(&mut [T])) {
 
 /// What each coefficient of a [part](keep_part) may be off.
 ///
-/// A step makes `s x + t y` of `t`, which a quotient leaves off by `DIV_UNIT`, and `s = 1 - t`, which is rounded: with the roundings of the two
-/// products and the sum that is `(2 DIV_UNIT + 3 UNIT)` of the largest of `x` and `y` at most. Earlier errors are averaged. There are
-/// `degree` steps at each of both ends.
+/// A step makes `s x + t y` of `t = a / b` and `s = (b - a) / b`, off by `DIV_UNIT` and `UNIT + DIV_UNIT` of themselves: with the roundings of the two
+/// products and the sum that is `DIV_UNIT + 3 UNIT` of `s |x| + t |y|` at most. So what bounds `x` and `y`, one number or positive numbers
+/// to which the same is done, is counted in those parts. Earlier errors are averaged. There are `degree` steps at each of both ends.
 pub fn part_error<T: Real>(degree: Bidegree, along_u: bool, largest: f64, tiny: f64) -> f64 {
     let count = if along_u { degree.u } else { degree.v } as f64;
     let step = (4.0 * T::UNIT + 2.0 * T::DIV_UNIT) * largest * (1.0 + 64.0 * f64::EPSILON);
@@ -290,6 +294,7 @@ mod tests {
     use super::super::TINY;
     use super::*;
     use crate::numeric::Dd;
+    use dashu_ratio::RBig as Q;
 
     const A: Bidegree = Bidegree { u: 3, v: 2 };
     const B: Bidegree = Bidegree { u: 2, v: 4 };
@@ -360,6 +365,42 @@ mod tests {
         for (u, v) in [(0.0, 0.0), (0.25, 0.5), (1.0, 0.125), (0.7, 0.3)] {
             let error = at(&p, A + B, u, v) - at(&x, A, u, v) * at(&y, B, u, v);
             assert!(error.magnitude() <= bound, "{error:?} > {bound}");
+        }
+    }
+
+    /// In parts of the coefficients themselves, where these are positive and differ by powers of ten: a weight's errors may not be those of a greater one.
+    #[test]
+    fn parts_of_weights_keep_their_digits() {
+        fn check<T: Real>(w: f64, range: [f64; 2], exact: impl Fn(T) -> Q) {
+            let q = |x: f64| Q::try_from(x).unwrap();
+            let line = Bidegree { u: 2, v: 0 };
+            let c = [1.0, w, w * w];
+            let mut part = c.map(T::from_f64);
+            keep_part(&mut part, line, true, range);
+            // The blossom at each pair of ends.
+            let [a, b] = range.map(q);
+            let blossom = |x: &Q, y: &Q| {
+                let mean = |p: &Q, r: &Q, t: &Q| p + (r - p) * t;
+                let [c0, c1, c2] = c.map(q);
+                mean(&mean(&c0, &c1, x), &mean(&c1, &c2, x), y)
+            };
+            let truth = [blossom(&a, &a), blossom(&a, &b), blossom(&b, &b)];
+            let bound = q(part_error::<T>(line, true, 1.0, 0.0));
+            for (x, truth) in part.into_iter().zip(truth) {
+                let off = exact(x) - &truth;
+                let off = if off < Q::ZERO { -off } else { off };
+                assert!(off <= &bound * &truth, "{w:e} {range:?}");
+            }
+        }
+        let q = |x: f64| Q::try_from(x).unwrap();
+        for w in [1e-3, 1e-6, 1.8e-16] {
+            for width in [1.0 / 16.0, 1.0 / (1u64 << 30) as f64] {
+                for steps in [1.0, 3.0, 7.0] {
+                    let range = [1.0 - (steps + 1.0) * width, 1.0 - steps * width];
+                    check::<f64>(w, range, q);
+                    check::<Dd>(w, range, |x| q(x.hi) + q(x.lo));
+                }
+            }
         }
     }
 

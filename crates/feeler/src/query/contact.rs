@@ -297,7 +297,7 @@ pub(super) fn separation(
         },
     };
     let mid = if touches {
-        -radius
+        0.0 - radius
     } else if lo.hi.is_finite() && hi.hi.is_finite() {
         (lo + hi).half().hi
     } else {

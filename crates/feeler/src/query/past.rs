@@ -30,7 +30,7 @@
 //!
 //! Distances and the ranges of a and b come from Bernstein coefficients (module `node`). The time of the first box is the answer's `lo`. For the points
 //! that do not count the distance is at least r + s - a at all times, by definition. Since that is positive, the centre stays on its
-//! side of the faces, so that distances tell the separation. (Where the centre may be in material at the start nothing is said: see below.) After
+//! side of the faces, so that distances tell the separation (where r + s - a is no less than half of a crack's width wherever the way leads through one). (Where the centre may be in material at the start nothing is said: see below.) After
 //! all faces are behind the centre none comes near again: the way need not be looked at farther.
 //!
 //! Roundings: the line's frame, its length and centres are off by no more than `guard`, which is taken off each distance.
@@ -338,7 +338,9 @@ impl Search<'_> {
         let (mut lo, mut undecided) = (f64::INFINITY, None);
         while let Some(task) = self.heap.pop() {
             let near = self.way.least_time(task.free, self.line.exactly);
-            if self.hi <= task.free || self.hi.is_finite() && self.hi - task.free <= near {
+            // At the start itself only what is there is an arrival: just beyond it is not yet.
+            let close = self.hi.is_finite() && self.hi - task.free <= near && task.free > from;
+            if self.hi <= task.free || close {
                 lo = task.free;
                 break;
             }

@@ -64,7 +64,8 @@ impl Linear {
             _ => [row(0), row(1), row(2)],
         };
         // Differences, products and sums of `shift` are off by four roundings of its parts, values by as many of theirs, means by one more.
-        let parts = n.norm() * from.norm() + half.offset.abs();
+        // (Sums of magnitudes: squares of the least would be lost.)
+        let parts = n.lp_norm(1) * from.lp_norm(1) + half.offset.abs();
         let mut error = 8.0 * f64::EPSILON * parts * net.largest[3] + parts * net.spread[3];
         for k in 0..3 {
             error += n[k].abs() * (8.0 * f64::EPSILON * net.largest[k] + net.spread[k]);

@@ -28,6 +28,7 @@
 //! - *ruled* (a whole patch, where only the least value is asked for): `f` is a quotient of linear functions along one direction, so
 //!   monotone along it. From a point in R it does not grow one way, up to the border of the patch or to a trim: a point as low is on a
 //!   boundary piece or on one of the patch's two borders across that direction, which are searched as nodes of lower dimension;
+//! - *elsewhere* (a box of a sphere): it does not meet the half-space that holds all points nearer than one that is known (module `round`);
 //! - *no critical point in the region*: `G = N - tau C` is strictly convex on the box; all critical points of
 //!   `f` in it lie in a certified ball (see [`Leaf`]) that does not meet R: case 2 is impossible, and
 //!   the borders of the patch that the box touches are searched in their own right (case 3).
