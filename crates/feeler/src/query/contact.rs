@@ -253,7 +253,10 @@ pub(super) fn separation(
 ) -> Separation {
     let r = Dd::from(radius);
     let touches = objective.is_squared() && hi.hi < LOST_SQUARE;
-    let (lo, hi) = if objective.is_squared() {
+    let ends = |lost: bool| {
+        if !objective.is_squared() {
+            return (lo, hi);
+        }
         // Square roots and differences are off by a unit each, and so is what they are widened by.
         // What is infinite (nothing was found, or nothing is there) stays so.
         let widen = |x: Dd, up: f64| {
@@ -269,10 +272,10 @@ pub(super) fn separation(
         };
         let (mut a, mut b) = (widen(root(lo), -1.0), widen(root(hi), 1.0));
         // What squares this small lost when they underflowed is more than a few units.
-        if lo.hi < LOST_SQUARE {
+        if lost && lo.hi < LOST_SQUARE {
             a = Dd::ZERO;
         }
-        if touches {
+        if lost && touches {
             b = Dd::from(LOST_LENGTH);
         }
         let (a, b) = match material {
@@ -281,8 +284,11 @@ pub(super) fn separation(
             None => (less(-b), less(b)),
         };
         (widen(a, -1.0), widen(b, 1.0))
-    } else {
-        (lo, hi)
+    };
+    // The value is that of what was found: where it touches a little less or more would be as good.
+    let (lo, hi, found) = match ends(true) {
+        (lo, hi) if touches => (lo, hi, ends(false)),
+        (lo, hi) => (lo, hi, (lo, hi)),
     };
     let bounds = Enclosure {
         lo: if lo.hi.is_finite() {
@@ -296,10 +302,8 @@ pub(super) fn separation(
             hi.hi
         },
     };
-    let mid = if touches {
-        0.0 - radius
-    } else if lo.hi.is_finite() && hi.hi.is_finite() {
-        (lo + hi).half().hi
+    let mid = if lo.hi.is_finite() && hi.hi.is_finite() {
+        (found.0 + found.1).half().hi
     } else {
         bounds.mid()
     };
