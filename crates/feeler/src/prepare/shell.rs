@@ -118,14 +118,16 @@ impl Shell {
         }
     }
 
-    /// A half-space `n.(x - o) <= t` that holds all points of the surface whose squared distance from `q` is below `squared`, for points
-    /// of a box of a sphere; of other surfaces nothing is said.
+    /// A half-space `n.(x - o) <= t` that holds all points of a sphere in the box `within` whose squared distance from `q` is below
+    /// `squared`; of other surfaces nothing is said.
     ///
     /// Let `s = A (x - o)` and `p = A (o - q)`: `|s| >= low` on the surface, and
     /// `|s + p|^2 <= |A (x - q)|^2 <= LIPSCHITZ^2 |x - q|^2`. So where that distance is below, `2 s.p = |s + p|^2 - |s|^2 - |p|^2 <
     /// LIPSCHITZ^2 squared - low^2 - |p|^2`. And `s.p = n.(x - o)` with `n` the sum of the frame's rows, each `p_k` times.
     ///
-    /// In f64 `p` is off by some roundings of `|o - q|`, `n` by some more, the bound by some of its parts.
+    /// In f64 `p` is off by some roundings of `|o - q|`, `n` by some more, the bound by some of its parts: fewer than ten each, of 64 that are counted.
+    /// Where `|o - q|` times the reach underflows, the roundings of `n.(x - o)` are within those counted of the squares, since `|x - o| <= |o - q| +
+    /// sqrt(squared)` for the points in question.
     pub(crate) fn near_half_space(
         &self,
         q: &Point3<f64>,
