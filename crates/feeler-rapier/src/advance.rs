@@ -10,18 +10,27 @@
 //! the last place, as those in use are; that is not proven.
 //!
 //! # Contacts that are left
-//! Where the ball touches the BREP at the start, or is as near as an allowance of [`ALLOWANCE`] radii, and an overlap is no reason to stop, what it leaves, or rolls or slides along, is no hit, but the
-//! rest of the BREP is: [`arrival_past`], with that allowance, to 2^-20 of the size. Before the time that is given, and for the whole
-//! time where there is no hit, the ball is proven to be nowhere deeper than it was at the start by more than that. A ball that goes into its
-//! deepest contact by more than that in the time asked about, at an angle of more than [`ALONG`], hits at the start. Nothing is
-//! known, and counted as undecided, where the way is not straight (a BREP that turns), and where the centre may be in material.
+//! Where the ball touches the BREP at the start, or is as near as an allowance of [`ALLOWANCE`] radii (of the ball, grown by the distance sought), and an
+//! overlap is no reason to stop, a hit is elsewhere or later. Before the time that is given, and for the whole
+//! time where there is no hit, **the ball is proven to be nowhere deeper than it was at the start by more than the allowance**. (What is said for
+//! overlaps holds for the distance sought, too.)
+//! - A ball that goes straight and leaves what it touches, or rolls or slides along it: [`arrival_past`], to 2^-20 of the size. What it leaves is no hit, the
+//!   rest of the BREP is, from where it is as deep there as it was anywhere at the start.
+//! - One that goes into its deepest contact by more than the allowance in the time asked about, at an angle of more than [`ALONG`]: along a line
+//!   ([`straight`]) it hits at the start, as Parry says. As bodies move ([`turning`]), which is what an engine asks that passes over hits at the start, it
+//!   hits where it is deeper than at the start by the allowance: [`arrival_along`] with as much less than the separation at the start as its prediction,
+//!   whose proof asks nothing of the way. The engine stops the ball there, before it is through the floor or a wall beyond.
+//! - The same where the way bends: a BREP that turns, a ball that goes round a centre of mass elsewhere. (One whose centre is within a 64th of the allowance
+//!   of that, twice over, goes straight up to as much: where an engine places a ball in its body roundings leave such centres.)
+//!
+//! Nothing is known, and counted as undecided, where the centre may be in material, and where the grown ball is no larger than what is overlooked.
 
 use crate::ball::{ball_at, dressed};
 use crate::pair::{Ask, Memory, PairContact, from_vector, to_point, to_vector};
 use crate::pose::{Order, Placed, Placement, up};
 use crate::shape::BrepShape;
 use feeler::query::{
-    Accuracy, ArrivalAnswer, Contacts, Options, StraightWay, Undecided, Way, Workspace,
+    Accuracy, ArrivalAnswer, Contacts, Options, Separation, StraightWay, Undecided, Way, Workspace,
     arrival_along, arrival_past,
 };
 use nalgebra::{Point3, Vector3};
@@ -38,9 +47,11 @@ const NODES: usize = 1_000_000;
 const NODES_PAST: usize = 50_000;
 /// How exactly the way of such a ball is known, in sizes.
 const THERE_PAST: f64 = 1.0 / (1u64 << 20) as f64;
-/// How much deeper than at the start such a ball may come without a hit, in radii: in one cast, so that what comes of many hangs on what the engine makes
+/// How much deeper than at the start such a ball may come without a hit, in radii of the ball grown by the distance sought: in one cast, so that what comes of many hangs on what the engine makes
 /// of their contacts.
 const ALLOWANCE: f64 = 1.0 / 128.0;
+/// The part of the allowance that is as good as nothing: of a way that bends, and of what is known of the start.
+const LITTLE: f64 = 1.0 / 64.0;
 /// The sine of the angle at which a ball may go into what it touches and yet be said to go along it: above the roundings of normals and velocities.
 const ALONG: f64 = 1.0 / (1u64 << 20) as f64;
 /// Half a unit in the last place of 1.
@@ -81,17 +92,50 @@ struct Sought {
     span: [f64; 2],
     distance: f64,
     stop_at_penetration: bool,
+    /// Whether a ball that is driven into what it touches is told from where it is deeper, not from the start on.
+    driven_on: bool,
 }
 
-fn advance(shape: &BrepShape, way: &dyn Way, radius: f64, sought: &Sought) -> Option<Met> {
+impl Sought {
+    /// How much deeper than at the start the ball may come without a hit.
+    fn allowance(&self, radius: f64) -> f64 {
+        ALLOWANCE * (radius + self.distance.max(0.0))
+    }
+}
+
+/// The ball's way, and what it is if it is taken for straight, within the bounds that this has.
+fn advance(
+    shape: &BrepShape,
+    (way, line): (&dyn Way, Option<&StraightWay>),
+    radius: f64,
+    sought: &Sought,
+) -> Option<Met> {
     let [start, end] = sought.span;
     if !(start <= end) {
         return None;
     }
-    if !sought.stop_at_penetration && leaves(shape, way, radius, sought) {
-        return past(shape, way, radius, sought);
-    }
+    let touched = match sought.stop_at_penetration {
+        true => None,
+        false => touched(shape, way, radius, sought),
+    };
     let there = THERE * shape.brep().size();
+    if let Some(Touched { separation, left }) = touched {
+        match line {
+            Some(line) if left => return past(shape, line, radius, sought),
+            // What is apart and driven in hits when it touches, as ever.
+            _ if left || sought.driven_on && separation.value <= sought.distance + there => {
+                if let Some(limit) = limit(separation, radius, sought) {
+                    return deeper(shape, way, radius, (sought, limit));
+                }
+                if left {
+                    // Nothing is known: that the contact at the start is left is all there is to tell.
+                    shape.note_undecided();
+                    return None;
+                }
+            }
+            _ => {}
+        }
+    }
     let options = Options {
         accuracy: Accuracy::Length(there),
         prediction: sought.distance,
@@ -142,28 +186,72 @@ fn placed(way: &dyn Way, time: f64) -> Placed {
     Placed { point, bound }
 }
 
-/// Whether a ball that touches at the start, or nearly so, leaves what it touches there or goes along it. Where to look, no proof: what [`past`] says
-/// holds whatever this says.
-fn leaves(shape: &BrepShape, way: &dyn Way, radius: f64, sought: &Sought) -> bool {
+/// What a ball touches at the start, or nearly so.
+struct Touched {
+    separation: Separation,
+    /// Whether the ball leaves it there or goes along it. Where to look, no proof: what [`past`] and [`deeper`] say holds whatever this says.
+    left: bool,
+}
+
+fn touched(shape: &BrepShape, way: &dyn Way, radius: f64, sought: &Sought) -> Option<Touched> {
     let [start, end] = sought.span;
-    let memory = &mut Memory::default();
-    let Some(contact) = contact_at(shape, placed(way, start), radius, memory) else {
-        return false;
-    };
+    let contact = contact_at(shape, placed(way, start), radius, &mut Memory::default())?;
     // A ball that hovers at a gap less than what is overlooked would come nearer to what it goes along by tiny steps.
-    let near = match way.steady() {
-        Some(_) => ALLOWANCE * radius,
-        None => THERE * shape.brep().size(),
-    };
+    let allowance = sought.allowance(radius);
     let velocity = from_vector(&way.velocity(start));
     let closing = -contact.normal.dot(velocity);
     let along = closing <= ALONG * velocity.length();
-    contact.separation.value <= sought.distance + near
-        && (along || closing * (end - start) <= ALLOWANCE * radius)
+    let separation = contact.separation;
+    (separation.value <= sought.distance + allowance).then_some(Touched {
+        separation,
+        left: along || closing * (end - start) <= allowance,
+    })
+}
+
+/// The separation that the ball is not to fall below, if there is one that can be proven: centres in material are out of it.
+fn limit(start: Separation, radius: f64, sought: &Sought) -> Option<f64> {
+    let allowance = sought.allowance(radius);
+    let lo = start.bounds.lo;
+    let limit = lo.min(sought.distance) - allowance;
+    // All of these are false of what is no number.
+    let known = start.bounds.width() <= LITTLE * allowance;
+    (known && radius + limit > 0.0 && allowance > 0.0 && limit < lo).then_some(limit)
+}
+
+/// Where a ball that touches at the start is deeper, anywhere, than it may come.
+fn deeper(
+    shape: &BrepShape,
+    way: &dyn Way,
+    radius: f64,
+    (sought, limit): (&Sought, f64),
+) -> Option<Met> {
+    let options = Options {
+        accuracy: Accuracy::Length(LITTLE * sought.allowance(radius)),
+        prediction: limit,
+        contacts: Contacts::None,
+        node_budget: NODES,
+    };
+    let mut workspace = Workspace::default();
+    let brep = shape.brep();
+    let answer = arrival_along(brep, radius, way, sought.span, &options, &mut workspace);
+    let settled = is_settled(&answer);
+    if !settled {
+        shape.note_undecided();
+    }
+    let time = answer.time?.bounds.lo;
+    let memory = &mut Memory::default();
+    Some(Met {
+        time,
+        contact: contact_at(shape, placed(way, time), radius, memory)?,
+        status: match settled {
+            true => ShapeCastStatus::Converged,
+            false => ShapeCastStatus::OutOfIterations,
+        },
+    })
 }
 
 /// What of the BREP is in the way of a ball that leaves it, or goes along it.
-fn past(shape: &BrepShape, way: &dyn Way, radius: f64, sought: &Sought) -> Option<Met> {
+fn past(shape: &BrepShape, way: &StraightWay, radius: f64, sought: &Sought) -> Option<Met> {
     let brep = shape.brep();
     let options = Options {
         accuracy: Accuracy::Length(THERE_PAST * brep.size()),
@@ -171,7 +259,7 @@ fn past(shape: &BrepShape, way: &dyn Way, radius: f64, sought: &Sought) -> Optio
         contacts: Contacts::Deepest,
         node_budget: NODES_PAST,
     };
-    let (span, allowance) = (sought.span, ALLOWANCE * radius);
+    let (span, allowance) = (sought.span, sought.allowance(radius));
     let mut workspace = Workspace::default();
     let answer = arrival_past(brep, radius, way, span, allowance, &options, &mut workspace);
     if answer.undecided.is_some() {
@@ -243,8 +331,9 @@ pub(crate) fn straight(
         span: [0.0, options.max_time_of_impact],
         distance: options.target_distance,
         stop_at_penetration: options.stop_at_penetration,
+        driven_on: false,
     };
-    let met = advance(shape, &way, radius, &sought)?;
+    let met = advance(shape, (&way, Some(&way)), radius, &sought)?;
     let other = |v: Vector| placement.turn_to_other(v);
     Some(hit(&met, placement.order, radius, other))
 }
@@ -291,6 +380,35 @@ impl Turning<'_> {
         let bound = up(placed.bound + ball + brep + angle * placed.point.length());
         Placed { bound, ..placed }
     }
+
+    /// How fast the ball's centre of mass moves in the frame of a BREP that does not turn.
+    fn shifting(&self) -> (Vector3<f64>, f64) {
+        let velocity = self.ball.linvel - self.brep.linvel;
+        let turned = Pose::from_parts(Vector::ZERO, self.brep.start.rotation);
+        let seen = crate::pose::into(&turned, velocity);
+        let bound = up(seen.bound + f64::EPSILON * length(velocity));
+        (to_vector(seen.point), bound)
+    }
+
+    /// The way, if the BREP does not turn and the ball goes as good as straight: a circle about the centre of mass keeps
+    /// within its diameter of where it begins.
+    fn line(&self, diameter: f64, sought: &Sought, radius: f64) -> Option<StraightWay> {
+        let bend = match self.round {
+            0.0 => 0.0,
+            _ => up(diameter),
+        };
+        let straight = self.spin == 0.0 && bend <= LITTLE * sought.allowance(radius);
+        straight.then(|| {
+            let (velocity, velocity_bound) = self.shifting();
+            let start = self.placed(0.0);
+            StraightWay {
+                center: to_point(start.point),
+                center_bound: start.bound + bend,
+                velocity,
+                velocity_bound,
+            }
+        })
+    }
 }
 
 impl Way for Turning<'_> {
@@ -327,14 +445,7 @@ impl Way for Turning<'_> {
     }
 
     fn steady(&self) -> Option<(Vector3<f64>, f64)> {
-        let straight = self.spin == 0.0 && self.round == 0.0;
-        straight.then(|| {
-            let velocity = self.ball.linvel - self.brep.linvel;
-            let turned = Pose::from_parts(Vector::ZERO, self.brep.start.rotation);
-            let seen = crate::pose::into(&turned, velocity);
-            let bound = up(seen.bound + f64::EPSILON * velocity.length());
-            (to_vector(seen.point), bound)
-        })
+        (self.spin == 0.0 && self.round == 0.0).then(|| self.shifting())
     }
 }
 
@@ -348,7 +459,11 @@ pub(crate) fn turning(
     stop_at_penetration: bool,
 ) -> Option<ShapeCastHit> {
     // The ball's centre, the origin of its frame, goes round the ball's centre of mass.
-    let round = length(ball.angvel) * length(ball.local_center);
+    let [spin, arm] = [ball.angvel, ball.local_center].map(length);
+    let round = match spin > 0.0 && arm > 0.0 {
+        true => spin * arm + f64::MIN_POSITIVE,
+        false => 0.0,
+    };
     let way = Turning {
         brep,
         ball,
@@ -360,8 +475,10 @@ pub(crate) fn turning(
         span,
         distance: 0.0,
         stop_at_penetration,
+        driven_on: true,
     };
-    let met = advance(shape, &way, radius, &sought)?;
+    let line = way.line(2.0 * arm, &sought, radius);
+    let met = advance(shape, (&way, line.as_ref()), radius, &sought)?;
     let relative = brep
         .position_at_time(met.time)
         .inv_mul(&ball.position_at_time(met.time));

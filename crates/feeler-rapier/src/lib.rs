@@ -58,10 +58,10 @@
 //!   Nothing is scaled: a part in mm wants a gravity of 9810 mm/s^2, and has masses in units of density times mm^3.
 //! - `contact_softness`, `static_contact_softness`: a resting ball sinks in by about g / (2 pi f)^2 whatever the shape says. At Rapier's 60 Hz
 //!   that is 0.07 mm under a gravity in mm; 1000 Hz give 0.25 um.
-//! - CCD works, as far as the table says, also of a ball that leaves a contact or rolls along one: the rest of that BREP stops it. In one step it may come
-//!   deeper than it was by a 128th of its radius before, no more; and where the BREP turns, or the centre is in material, such a cast says nothing and is counted as
-//!   [undecided](BrepShape::undecided). Rapier itself passes over hits at the very start of a step: also over that of a ball which is driven into what it
-//!   touches by more than that in a step, and then nothing looks for the walls ahead.
+//! - CCD works, as far as the table says, also of a ball that leaves a contact, rolls along one, or is driven into it, and where a BREP turns or a ball goes
+//!   round a centre of mass elsewhere: in one step it may come deeper than it was by a 128th of its radius before it is stopped, no more. (A hit at the very start
+//!   of a step Rapier would pass over; that of a ball driven in is told where it is deeper by as much. On ways that bend and along what it touches a cast takes a query
+//!   each 128th of the radius.) Where the centre is in material such a cast says nothing and is counted as [undecided](BrepShape::undecided).
 //!
 //! Shapes scale exactly by powers of two (with the feature `files`); other scales are refused aloud. Rapier's serialisation refuses custom shapes; with the feature
 //! `files` a shape is saved by reference to its file (module `file`).

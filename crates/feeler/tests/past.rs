@@ -297,3 +297,69 @@ fn what_is_not_known() {
         assert_eq!([b.lo, b.hi], [0.0, FOREVER]);
     }
 }
+
+/// A wall just ahead is not there at the start: nearer than the way is asked for, but not in touch.
+#[test]
+fn a_wall_just_ahead_is_not_there_yet() {
+    let brep = plate_and_walls();
+    for gap in [1e-5, 1e-6, 1e-8, 1e-10] {
+        let from = [3.5 - gap, 0.0, 0.5];
+        let answer = ask(&brep, 0.5, &way(from, [1.0, 0.0, 0.0]), FOREVER);
+        let b = answer.time.unwrap().bounds;
+        // The gap in f64.
+        let gap = 3.5 - from[0];
+        assert!(b.lo > 0.0 && b.lo <= gap && gap <= b.hi, "{b:?} {gap}");
+        assert!(b.hi <= gap + 1e-5, "{b:?}");
+        assert_eq!(answer.undecided, None);
+    }
+}
+
+/// Squares of these speeds are below all numbers.
+#[test]
+fn at_a_tiny_speed() {
+    let brep = plate_and_walls();
+    for speed in [1e-200, 3e-160, 1e-290] {
+        let go = way([0.0, 0.0, 0.5], [speed, 0.0, 0.0]);
+        let answer = ask(&brep, 0.5, &go, FOREVER);
+        let b = answer.time.expect("the wall").bounds;
+        assert!(
+            b.lo * speed <= 3.5 + 1e-12 && 3.5 <= b.hi * speed + 1e-12,
+            "{b:?}"
+        );
+        assert!(b.width() * speed <= 1e-4, "{b:?}");
+    }
+}
+
+/// The start is known no better than it must be: in a socket that the ball all but fills, the last digits of its depth would take most of the nodes.
+#[test]
+fn the_start_leaves_the_budget_to_the_rest() {
+    let brep = PreparedBrep::new(nurbs_sphere());
+    // The ball touches below, and the socket's top is twice the difference of the radii above it.
+    let least = 1.0 / f64::from(1 << 20);
+    let go = way([0.0, 0.0, -least], [0.0, 0.0, 1.0]);
+    let mut workspace = Workspace::default();
+    let options = Options {
+        node_budget: 100,
+        accuracy: Accuracy::Length(1e-9),
+        ..Options::default()
+    };
+    let span = [0.0, 1.0];
+    let answer = arrival_past(
+        &brep,
+        2.5 - least,
+        &go,
+        span,
+        1e-3,
+        &options,
+        &mut workspace,
+    );
+    assert_eq!(answer.undecided, None);
+    // The NURBS is a sphere to 2^-50.
+    let b = answer.time.unwrap().bounds;
+    let slack = 1e-9 + 1e-14;
+    assert!(
+        b.lo <= 2.0 * least + slack && 2.0 * least - slack <= b.hi,
+        "{b:?}"
+    );
+    assert!(b.width() <= 1e-9, "{b:?}");
+}

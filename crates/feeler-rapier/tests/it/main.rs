@@ -1,5 +1,6 @@
 //! A BREP in Parry and Rapier, against closed forms.
 
+mod bending;
 mod compound;
 mod contacts;
 mod convex;

@@ -1,7 +1,8 @@
 //! When a ball that touches a BREP at the start, and leaves it there or goes along it, comes to the BREP again.
 //!
 //! # Definition
-//! A ball of radius r goes a straight way c(t) at one speed. Let s be its separation at the start, or the prediction where that is less, and
+//! A ball of radius r goes a straight way c(t) at one speed. Let s be its separation at the start (from above: the upper end of an enclosure that is no wider than
+//! a / 64 and the accuracy that is asked of the way, or else the answer is undecided), or the prediction where that is less, and
 //! a > 0 a length, the *allowance*. A point x of the faces *counts* if the way, continued ahead for ever, brings the centre nearer to it than
 //! r + s - a. The ball arrives at the least time at which a point that counts is no farther from its centre than r + s.
 //!
@@ -65,6 +66,8 @@ const ROUNDING: f64 = 64.0 * f64::EPSILON;
 const MOST_ROUNDING: f64 = 1.0 / 8.0;
 /// Boxes are not cut below this width in local parameters.
 const LEAST_WIDTH: f64 = 1.0 / (1u64 << 50) as f64;
+/// How exactly the separation at the start is asked for, in allowances.
+const START: f64 = 1.0 / 64.0;
 /// A box that can be moved on by more than this part of its size is not cut yet.
 const WORTH: f64 = 0.25;
 /// By how many times a centre's bound a signed distance may be off: see the module `advance`.
@@ -127,6 +130,9 @@ struct Line {
     speed: f64,
     /// How exactly the way is asked for.
     exactly: f64,
+    /// Why the start is known less exactly than it was asked for: all that is proven to be free is so, but what is come to may be farther off than the
+    /// ball's true place at the start had it.
+    wide: Option<Undecided>,
 }
 
 impl Line {
@@ -169,7 +175,7 @@ impl Line {
         };
         let asked = Options {
             contacts: Contacts::None,
-            accuracy: Accuracy::Full,
+            accuracy: Accuracy::Length(exactly.min(START * allowance)),
             ..*options
         };
         let found = contact(brep, &Probe::Sphere(ball), &asked, workspace);
@@ -210,6 +216,7 @@ impl Line {
             guard,
             speed,
             exactly,
+            wide: found.undecided,
         }))
     }
 
@@ -365,6 +372,7 @@ impl Search<'_> {
         }
         let hi = self.hi;
         let time = Enclosure { lo: lo.min(hi), hi };
+        let undecided = undecided.or(self.line.wide);
         ArrivalAnswer::at(time, self.contact(radius, options), undecided)
     }
 
