@@ -20,6 +20,32 @@ const STEP: f64 = 5e-4;
 const STEPS: usize = 400;
 
 fn main() -> Result<(), Box<dyn Error>> {
+    let run = run(STEPS)?;
+    let kind = if cfg!(feature = "parallel") {
+        "parallel"
+    } else {
+        "serial"
+    };
+    let threads = std::env::var("RAYON_NUM_THREADS").unwrap_or_else(|_| "any".to_owned());
+    println!(
+        "{kind}, {threads} threads: {:016x} ({STEPS} steps, {} pairs, undecided {})",
+        run.hash, run.pairs, run.undecided
+    );
+    Ok(())
+}
+
+/// What is left of a run.
+#[derive(Debug, PartialEq)]
+pub(crate) struct Run {
+    /// Of all places and velocities of all steps.
+    pub(crate) hash: u64,
+    /// Pairs that were near each other, over all steps.
+    pub(crate) pairs: usize,
+    pub(crate) undecided: u64,
+}
+
+/// Bodies that fall into the thesis's socket.
+pub(crate) fn run(steps: usize) -> Result<Run, Box<dyn Error>> {
     let path = concat!(
         env!("CARGO_MANIFEST_DIR"),
         "/../../corpora/models/thesis/ball_joint_cavity_nurbs.3dm"
@@ -62,7 +88,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     // FNV-1a.
     let mut hash: u64 = 0xcbf2_9ce4_8422_2325;
     let mut touching = 0;
-    for _ in 0..STEPS {
+    for _ in 0..steps {
         world.step();
         touching += world.narrow_phase.contact_pairs().count();
         for body in &bodies {
@@ -77,15 +103,9 @@ fn main() -> Result<(), Box<dyn Error>> {
             }
         }
     }
-    let kind = if cfg!(feature = "parallel") {
-        "parallel"
-    } else {
-        "serial"
-    };
-    let threads = std::env::var("RAYON_NUM_THREADS").unwrap_or_else(|_| "any".to_owned());
-    println!(
-        "{kind}, {threads} threads: {hash:016x} ({STEPS} steps, {touching} pairs, undecided {})",
-        part.undecided()
-    );
-    Ok(())
+    Ok(Run {
+        hash,
+        pairs: touching,
+        undecided: part.undecided(),
+    })
 }

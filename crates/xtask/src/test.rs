@@ -6,7 +6,8 @@ use std::process::Command;
 use std::time::Instant;
 
 /// The features that build the oracle, run batches on several threads, and build the experiments in Rapier.
-const FEATURES: &str = "feeler-oracle/cgal,xtask/cgal,feeler/rayon,feeler-cli/simulate";
+const FEATURES: &str =
+    "feeler-oracle/cgal,xtask/cgal,feeler/rayon,feeler-cli/simulate,feeler-rapier/parallel";
 
 /// Installs what is missing and runs all checks, in order of what fails fastest.
 pub(crate) fn run() -> Result<(), String> {

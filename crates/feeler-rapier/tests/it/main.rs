@@ -13,3 +13,5 @@ mod leaving;
 mod pairs;
 mod scenes;
 mod shape;
+#[cfg(feature = "parallel")]
+mod threads;
