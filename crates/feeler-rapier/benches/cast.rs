@@ -4,6 +4,15 @@
 //! start off the wall and fly into it; *along* ones start in touch with it, go off along a tangent and are asked when they
 //! come to the wall again, which is deeper in by what a cast overlooks (`feeler-rapier`) or at once (Parry: its meshes are in the way of any tangent).
 //!
+//! One cast, the fastest of 15 samples with builds on both cores beside it (medians up to five times as much):
+//!
+//! | | free | off the BREP's time, as a way, in the mean | along |
+//! |---|---|---|---|
+//! | BREP, to 2^-36 of the size (along: 2^-20) | 150 us | | 620 us |
+//! | BREP, to 1e-4 mm, the kernel alone | 67 us | 2.8e-5 mm | |
+//! | Parry, 1 degree mesh of 128,892 triangles | 19 ms | 1.2e-4 mm | 6.1 ms |
+//! | Parry, 10 degree mesh of 1,236 triangles | 110 us | 1.2e-2 mm | 66 us |
+//!
 //! Before it is timed each says how far its times are from those of the BREP as ways, at the most and in the mean.
 
 use divan::{Bencher, black_box};

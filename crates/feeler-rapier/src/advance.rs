@@ -19,9 +19,11 @@
 //! - One that goes into its deepest contact by more than the allowance in the time asked about, at an angle of more than [`ALONG`]: along a line
 //!   ([`straight`]) it hits at the start, as Parry says. As bodies move ([`turning`]), which is what an engine asks that passes over hits at the start, it
 //!   hits where it is deeper than at the start by the allowance: [`arrival_along`] with as much less than the separation at the start as its prediction,
-//!   whose proof asks nothing of the way. The engine stops the ball there, before it is through the floor or a wall beyond.
+//!   whose proof asks nothing of the way (but, as ever, that what is left of the radius is no less than half of a crack's width where the way leads through one).
+//!   The engine stops the ball there, before it is through the floor or a wall beyond.
 //! - The same where the way bends: a BREP that turns, a ball that goes round a centre of mass elsewhere. (One whose centre is within a 64th of the allowance
-//!   of that, twice over, goes straight up to as much: where an engine places a ball in its body roundings leave such centres.)
+//!   of that, twice over, goes straight up to as much: where an engine places a ball in its body roundings leave such centres.) Such a cast takes a query each 128th of the radius while the ball goes along
+//!   what it touches, and some 4,000 of them at the most: after some 32 radii it is told where it has come to, as out of iterations, and counted as undecided.
 //!
 //! Nothing is known, and counted as undecided, where the centre may be in material, and where the grown ball is no larger than what is overlooked.
 

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::time::Instant;
 
-/// The features that build the oracle, run batches on several threads, and build the experiments in Rapier.
+/// The features that build the oracle, run batches on several threads, and build the experiments in Rapier and Rapier with its threads.
 const FEATURES: &str =
     "feeler-oracle/cgal,xtask/cgal,feeler/rayon,feeler-cli/simulate,feeler-rapier/parallel";
 
