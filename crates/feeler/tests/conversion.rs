@@ -669,3 +669,58 @@ fn what_cannot_be_is_refused() {
     ));
     assert!(c.restricted(0.5, 0.5).is_err());
 }
+
+/// Both curves of a sum that are no NURBS are off by their own bounds, which add up to that of the sum.
+#[test]
+fn a_sum_is_as_far_off_as_both_its_curves() {
+    let arc = |radius: f64| {
+        Curve3::Arc(
+            Arc::new(Arc {
+                center: Point3::new(0.1, -0.2, 0.3),
+                x: Vector3::new(1., 2., 3.),
+                y: Vector3::zeros(),
+                z: Vector3::new(-3., 1., 0.7),
+                radius,
+                angle: interval(0.1, 1.3),
+                domain: interval(0.0, 1.0),
+            })
+            .unwrap(),
+        )
+    };
+    let (small, large) = (arc(1.0), arc(1e6));
+    let of = |c: &Curve3| c.to_nurbs().unwrap().bound;
+    assert!(of(&small) > 0.0 && of(&large) > 1e3 * of(&small));
+    for (first, second) in [(&small, &large), (&large, &small), (&large, &large)] {
+        let sum = Surface::Sum(Sum {
+            base: Vector3::zeros(),
+            first: first.clone(),
+            second: second.clone(),
+        });
+        let bound = sum.to_nurbs().unwrap().bound;
+        assert!(bound >= of(first) + of(second), "{bound:e}");
+    }
+}
+
+/// A corner `1 / v + 0` of a sum whose product of weights `v w` is no f64 moves to `w / fl(v w)`: off by `(v w - fl(v w)) / (v fl(v w))`, also
+/// where weights are small and so their errors, too.
+#[test]
+fn bounds_count_the_rounding_of_weights() {
+    let knots = || vec![0.0, 0.0, 1.0, 1.0];
+    for scale in [1.0, 2f64.powi(-20), 2f64.powi(20)] {
+        let (v, w) = (scale * (1.0 + 1e-5), 1.0 + 1.0 / 3.0);
+        let curve = |x: f64, w: f64| {
+            let points = vec![Vector4::new(x, 0., 0., w), Vector4::new(x, 0., 0., w)];
+            Curve3::Nurbs(NurbsCurve::new(1, points, knots()).unwrap())
+        };
+        let sum = Surface::Sum(Sum {
+            base: Vector3::zeros(),
+            first: curve(1.0, v),
+            second: curve(0.0, w),
+        });
+        let product = v * w;
+        let off = v.mul_add(w, -product).abs() / (v * product);
+        assert!(off > 0.0);
+        let bound = sum.to_nurbs().unwrap().bound;
+        assert!(bound >= 0.999 * off, "{scale:e}: {bound:e} {off:e}");
+    }
+}

@@ -430,4 +430,17 @@ mod tests {
             "{two:?}"
         );
     }
+
+    /// Half of a ball holds half of all that it holds, and hardly more.
+    #[test]
+    fn halves_keep_half_the_radius() {
+        for rad in [0.0, 1e-3, 4.0, 1e300, 4e-323] {
+            let half = Ball { mid: 3.0, rad }.half();
+            assert_eq!(half.mid, 1.5);
+            assert!(
+                0.5 * rad <= half.rad && half.rad <= 0.5 * rad + 2.0 * TINY,
+                "{rad:e}"
+            );
+        }
+    }
 }

@@ -432,4 +432,23 @@ mod tests {
         // A quarter of the way from 4 to 12.
         assert_eq!(poly.breaks(), [4.0, 6.0, 12.0, 13.0]);
     }
+
+    /// Coordinates that are no numbers are refused, wherever they stand.
+    #[test]
+    fn points_are_finite() {
+        let domain = Interval::new(0.0, 1.0).unwrap();
+        for bad in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
+            for k in 0..3 {
+                let mut p = [1.0, 2.0, 3.0];
+                p[k] = bad;
+                for (a, b) in [(p, [0.0; 3]), ([0.0; 3], p)] {
+                    let found = Line::new(a.into(), b.into(), domain);
+                    assert!(matches!(found, Err(GeometryError::NotFinite { .. })));
+                }
+                let points = vec![Point3::origin(), p.into()];
+                let found = Polyline::new(points, vec![0.0, 1.0]);
+                assert!(matches!(found, Err(GeometryError::NotFinite { .. })));
+            }
+        }
+    }
 }

@@ -100,4 +100,31 @@ mod tests {
         let curve = |w| NurbsCurve::new(1, points(w)[2..].to_vec(), knots()).unwrap();
         assert!(curve(3.0).is_rational() && !curve(2.0).is_rational());
     }
+
+    /// A part is refused where one of its sides alone is not within the domain, or empty.
+    #[test]
+    fn parts_lie_within_the_domain() {
+        let points = [[0., 0.], [0., 3.], [2., 0.], [2., 3.]];
+        let points = points.map(|[x, y]| Vector4::new(x, y, 0., 1.)).to_vec();
+        let knots = [vec![0., 0., 2., 2.], vec![0., 0., 3., 3.]];
+        let s = NurbsSurface::new([1, 1], [2, 2], points, knots).unwrap();
+        for bad in [
+            [-0.5, 1.0],
+            [1.0, 3.5],
+            [1.0, 1.0],
+            [1.5, 0.5],
+            [f64::NAN, 1.0],
+        ] {
+            for (u, v) in [(bad, [0.5, 1.0]), ([0.5, 1.0], bad), (bad, bad)] {
+                assert!(matches!(
+                    s.restricted(u, v),
+                    Err(GeometryError::EmptyInterval { .. })
+                ));
+            }
+        }
+        // The identity in x and y.
+        let part = s.restricted([0.5, 2.0], [1.0, 1.5]).unwrap();
+        let corners: Vec<_> = part.control_net().iter().map(|p| [p.x, p.y]).collect();
+        assert_eq!(corners, [[0.5, 1.0], [0.5, 1.5], [2.0, 1.0], [2.0, 1.5]]);
+    }
 }

@@ -331,3 +331,42 @@ pub(super) fn segments(a: [[f64; 2]; 2], b: [[f64; 2]; 2], shared: [bool; 2]) ->
     let both = of_b[0] * of_b[1] <= 0 && of_a[0] * of_a[1] <= 0;
     Some(if both { Meets::At(place) } else { Meets::Not })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn meets(a: [[f64; 2]; 2], b: [[f64; 2]; 2]) -> bool {
+        match segments(a, b, [false; 2]) {
+            Some(Meets::Not) => false,
+            Some(Meets::At(_)) => true,
+            other => panic!("{a:?} {b:?}: {other:?}"),
+        }
+    }
+
+    /// Two segments meet where each has the ends of the other on different sides, or an end on it: one of the two is not enough.
+    #[test]
+    fn segments_meet_where_both_part_the_other() {
+        let a = [[0.0, 0.0], [4.0, 4.0]];
+        // Their boxes overlap. The line of the first passes the second beyond its own end, the line of the second the first within.
+        for (b, is) in [
+            ([[1.0, 3.0], [3.0, 1.0]], true),
+            ([[1.0, 3.0], [2.0, 2.0]], true),
+            ([[1.0, 3.0], [1.5, 2.5]], false),
+            ([[3.0, 4.5], [4.5, 3.0]], true),
+            ([[3.0, 6.0], [6.0, 3.0]], false),
+            ([[3.5, 4.75], [4.75, 3.5]], false),
+            ([[0.0, 1.0], [3.0, 4.0]], false),
+            ([[4.0, 4.0], [3.0, 6.0]], true),
+            ([[0.0, 4.0], [1.0, 1.0]], true),
+        ] {
+            for (x, y) in [(a, b), (b, a)] {
+                for x in [x, [x[1], x[0]]] {
+                    for y in [y, [y[1], y[0]]] {
+                        assert_eq!(meets(x, y), is, "{x:?} {y:?}");
+                    }
+                }
+            }
+        }
+    }
+}

@@ -451,6 +451,14 @@ mod tests {
             check::<f64>(radius, weight_radius);
             check::<Dd>(radius, weight_radius);
         }
+        // Coordinates of size x with exact points: all of it x times.
+        for x in [16.0, 1.0 / 16.0] {
+            let horner = Horner::<f64>::new(&vec![balls(x, 0.0, 1.0, 0.0); 4]);
+            let least = x * (2.0 * 8.0 * f64::UNIT + f64::DIV_UNIT);
+            for error in horner.error {
+                assert!((least..=1.5 * least).contains(&error), "{x}: {error:e}");
+            }
+        }
         // Out of the range in which they hold, there is none.
         for (x, w) in [(1e100, 1.0), (1e100, 1e85), (1.0, 1e100), (1.0, 1e-100)] {
             let error = Horner::<f64>::new(&[balls(x, 0.0, w, 0.0); 2]).error;

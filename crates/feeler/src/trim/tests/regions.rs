@@ -140,3 +140,83 @@ fn bytes_are_those_of_the_lists() {
     let cells = region.bytes() - bytes;
     assert!((256 * 5..256 * 64).contains(&cells), "{cells}");
 }
+
+/// What touches a rectangle from within is not proven to be inside, but along the border of the domain.
+#[test]
+fn boxes_that_touch_a_rectangle() {
+    let region = |domain: [f64; 4]| {
+        let corners = [[0.0, 0.0], [4.0, 0.0], [4.0, 4.0], [0.0, 4.0]];
+        TrimRegion::new(&face(domain, Some(vec![polygon(&corners)])), 0)
+    };
+    let (wide, tight) = (region(WIDE), region([0.0, 4.0, 0.0, 4.0]));
+    for (u, v) in [
+        ([0.0, 1.0], [1.0, 2.0]),
+        ([3.0, 4.0], [1.0, 2.0]),
+        ([1.0, 2.0], [0.0, 1.0]),
+        ([1.0, 2.0], [3.0, 4.0]),
+    ] {
+        assert_eq!(wide.classify_box(u, v), BoxSide::Mixed, "{u:?} {v:?}");
+        assert_eq!(tight.classify_box(u, v), BoxSide::Inside, "{u:?} {v:?}");
+    }
+    assert_eq!(wide.classify_box([1.0, 2.0], [1.0, 2.0]), BoxSide::Inside);
+    assert_eq!(wide.classify_box([4.0, 5.0], [1.0, 2.0]), BoxSide::Mixed);
+}
+
+/// The same along the border for a loop that is no rectangle: a box with a side on it is inside, one across a loop's other side is not.
+#[test]
+fn boxes_along_the_border_of_the_domain() {
+    let corners = [[0.0, 0.0], [4.0, 0.0], [4.0, 4.0], [2.0, 2.0], [0.0, 4.0]];
+    let region = TrimRegion::new(
+        &face([0.0, 4.0, 0.0, 4.0], Some(vec![polygon(&corners)])),
+        0,
+    );
+    for (u, v) in [
+        ([0.0, 0.5], [0.5, 1.0]),
+        ([3.5, 4.0], [0.5, 1.0]),
+        ([1.0, 3.0], [0.0, 1.0]),
+        ([0.0, 4.0], [0.0, 1.0]),
+    ] {
+        assert_eq!(region.classify_box(u, v), BoxSide::Inside, "{u:?} {v:?}");
+    }
+    // A box at the border that nothing of the region meets but in the corners of the loop; one across the notch.
+    assert_eq!(
+        region.classify_box([1.5, 2.5], [3.0, 4.0]),
+        BoxSide::Outside
+    );
+    assert_eq!(region.classify_box([1.0, 3.0], [1.0, 3.0]), BoxSide::Mixed);
+    // Along a side that is flat, and no border.
+    let low = [[1.0, 1.0], [3.0, 1.0], [3.0, 4.0], [2.0, 2.0], [1.0, 4.0]];
+    let region = TrimRegion::new(&face([0.0, 4.0, 0.0, 4.0], Some(vec![polygon(&low)])), 0);
+    assert_eq!(region.classify_box([1.2, 1.4], [1.0, 1.5]), BoxSide::Mixed);
+    assert_eq!(region.classify_box([1.0, 1.4], [1.2, 1.5]), BoxSide::Mixed);
+}
+
+/// Of a part of a parabola: it holds both its ends and what is between, and is no more than its control polygon's.
+#[test]
+fn boxes_of_parts_hold_their_ends() {
+    // (t, 4 t (1 - t)): over [a, b] the middle control point is ((a + b) / 2, 2 (a + b) - 4 a b).
+    let cap = vec![
+        bezier(&[[0.0, 0.0, 1.0], [0.5, 2.0, 1.0], [1.0, 0.0, 1.0]]).into(),
+        line([1.0, 0.0], [0.0, 0.0]).into(),
+    ];
+    let region = TrimRegion::new(&face(WIDE, Some(vec![cap])), 0);
+    let piece = &region.trim_pieces()[0];
+    for (a, b) in [(0.0, 1.0), (0.125, 0.375), (0.25, 0.75), (0.5, 1.0)] {
+        let height = |t: f64| 4.0 * t * (1.0 - t);
+        let middle = 2.0 * (a + b) - 4.0 * a * b;
+        let heights = [height(a), height(b), middle];
+        let expected = [
+            [a, b],
+            [
+                heights.iter().fold(f64::INFINITY, |m, x| m.min(*x)),
+                heights.iter().fold(0.0, |m: f64, x| m.max(*x)),
+            ],
+        ];
+        for axis in 0..2 {
+            let [lo, hi] = piece.sub_hull(axis, a, b);
+            let [from, to] = expected[axis];
+            assert!(lo <= from && from - lo < 1e-14, "{axis} [{a}, {b}]: {lo}");
+            assert!(hi >= to && hi - to < 1e-14, "{axis} [{a}, {b}]: {hi}");
+        }
+    }
+}

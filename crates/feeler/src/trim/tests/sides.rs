@@ -106,6 +106,27 @@ fn beside_a_segment() {
     }
 }
 
+/// A ball that reaches over the border of the domain has no side, however far the loops are.
+#[test]
+fn balls_across_the_border() {
+    let region = TrimRegion::new(&face(WIDE, Some(vec![circle([0.0, 0.0], 2.0)])), 0);
+    let at = |p: [f64; 2], rad: f64| {
+        let ball = |k: usize| Ball {
+            mid: Dd::from(p[k]),
+            rad,
+        };
+        region.side_of_ball([0, 1].map(ball))
+    };
+    for p in [[9.5, 0.5], [-9.5, 0.5], [0.5, 9.5], [0.5, -9.5]] {
+        for rad in [0.5, 0.6, 1.0] {
+            assert_eq!(at(p, rad), None, "{p:?} {rad}");
+        }
+        // Of what stays within it the side may be told, and is no other.
+        assert_ne!(at(p, 0.25), Some(Side::Inside), "{p:?}");
+        assert_eq!(at(p, 1e-20), Some(Side::Outside), "{p:?}");
+    }
+}
+
 /// The same off sides along the axes that are no segments: rational quadratics whose points are all at one height.
 #[test]
 fn beside_flat_curves() {
