@@ -9,8 +9,8 @@ mod scenes;
 use feeler::brep::Brep;
 use feeler::prepare::PreparedBrep;
 use feeler::query::{
-    Accuracy, HalfSpace, LineKind, LineProbe, Options, Probe, Sphere, Witness, Workspace, contact,
-    contact_from, line, overlap,
+    Accuracy, HalfSpace, LineKind, LineProbe, Options, Probe, Sphere, StraightWay, Way, Witness,
+    Workspace, arrival_along, arrival_past, contact, contact_from, line, overlap,
 };
 use nalgebra::{Point3, Vector3};
 use scenes::{
@@ -21,12 +21,14 @@ use std::hint::black_box;
 /// One query, as a closure that keeps what it needs.
 type Query = Box<dyn FnMut()>;
 
-const NAMES: [&str; 18] = [
+const NAMES: [&str; 20] = [
     "ball_joint_native_1e-12",
     "ball_joint_native_full",
     "ball_joint_nurbs_1e-12",
     "ball_joint_nurbs_full",
     "ball_joint_nurbs_near",
+    "bicubic_arrival",
+    "bicubic_arrival_past",
     "bicubic_trimmed",
     "bicubic_full",
     "bicubic_overlap",
@@ -93,6 +95,8 @@ fn query(name: &str) -> Option<Query> {
             let near = off_centre.iter().map(|p| p * NEARER).collect();
             balls(nurbs_sphere(), 2.49, Accuracy::Full, near)
         }
+        "bicubic_arrival" => arrivals(&over, &directions, false),
+        "bicubic_arrival_past" => arrivals(&over, &directions, true),
         "bicubic_trimmed" => balls(trimmed_bicubic(), 0.01, Accuracy::Full, over),
         "bicubic_full" => balls(bicubic(), 0.01, Accuracy::Full, over),
         "cube_contact" => balls(cube(), 0.01, Accuracy::Full, over),
@@ -164,6 +168,62 @@ fn balls(brep: Brep, radius: f64, accuracy: Accuracy, centers: Vec<Point3<f64>>)
             black_box(contact(&brep, &ball(*c, radius), &options, &mut workspace));
         }
     })
+}
+
+/// Balls that fall onto the wave; or, from where they touch it, go off along it or away from it.
+fn arrivals(over: &[Point3<f64>], directions: &[Vector3<f64>], past: bool) -> Query {
+    const RADIUS: f64 = 0.05;
+    const ALLOWANCE: f64 = RADIUS / 128.0;
+    // To a thousandth of a thousandth, as engines ask.
+    let options = Options {
+        accuracy: Accuracy::Length(1e-6),
+        ..Options::default()
+    };
+    let brep = PreparedBrep::new(bicubic());
+    let mut workspace = Workspace::default();
+    let mut ways = Vec::new();
+    for (at, direction) in over.iter().zip(directions) {
+        let to = Vector3::new(0.5, 0.5, 0.0) + 0.3 * direction;
+        let from = Point3::new(at.x, at.y, 1.0);
+        let down = straight(from, Vector3::new(to.x - at.x, to.y - at.y, -1.0));
+        let met = arrival_along(&brep, RADIUS, &down, [0.0, 2.0], &options, &mut workspace);
+        let (Some(time), Some(contact)) = (met.time, met.contacts.first()) else {
+            continue;
+        };
+        ways.push(match past {
+            false => down,
+            true => {
+                let off = direction - contact.normal * direction.dot(&contact.normal).min(0.0);
+                straight(down.center(time.value).0, off)
+            }
+        });
+    }
+    Box::new(move || {
+        for way in &ways {
+            let span = [0.0, 2.0];
+            black_box(match past {
+                false => arrival_along(&brep, RADIUS, way, span, &options, &mut workspace),
+                true => arrival_past(
+                    &brep,
+                    RADIUS,
+                    way,
+                    span,
+                    ALLOWANCE,
+                    &options,
+                    &mut workspace,
+                ),
+            });
+        }
+    })
+}
+
+fn straight(center: Point3<f64>, velocity: Vector3<f64>) -> StraightWay {
+    StraightWay {
+        center,
+        center_bound: 0.0,
+        velocity,
+        velocity_bound: 0.0,
+    }
 }
 
 /// Small steps over the wave, each with what the one before has learnt if `warm`.
