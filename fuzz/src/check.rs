@@ -5,8 +5,9 @@ mod line;
 mod refute;
 
 use crate::scene::Scene;
+use feeler::brep::Brep;
 use feeler::numeric::Dyadic;
-use feeler::nurbs::{Curve, SurfacePoint};
+use feeler::nurbs::{Curve, Surface, SurfacePoint};
 use feeler::prepare::PreparedBrep;
 use feeler::query::{self, Accuracy, Contacts, Options, Probe, Workspace};
 use feeler_corpus::{
@@ -30,6 +31,47 @@ pub(crate) type Found = Result<(), String>;
 
 /// How many nodes a query may cost here: enough for most; for the others an answer with what bound there is, which must hold too.
 const NODES: usize = 1000;
+
+/// Degrees up to this are given all the boxes of the second method; of higher ones, fewer by the square of what they are more.
+const CHEAP: usize = 5;
+
+/// How many boxes the second method may look at for a distance to this BREP, and whether these are fewer than it has by itself.
+pub(crate) fn boxes(brep: &Brep) -> ([usize; 2], bool) {
+    let parts = brep.parts();
+    let surfaces = parts.surfaces.iter().map(|s| match s {
+        Surface::Nurbs(s) => s.knots_u().degree().max(s.knots_v().degree()),
+        Surface::Revolution(s) => highest(&s.profile),
+        Surface::Sum(s) => highest(&s.first).max(highest(&s.second)),
+        Surface::Plane(_) => 1,
+    });
+    let curves = parts.curves2.iter().map(highest);
+    let degree = surfaces.chain(curves).max().unwrap_or(1).max(CHEAP);
+    // At degree 25 a box costs milliseconds in balls.
+    let fewer = |n: usize| (n * CHEAP * CHEAP / (degree * degree)).max(1);
+    (second::BUDGET.map(fewer), degree > CHEAP)
+}
+
+fn highest<const D: usize, const H: usize>(curve: &Curve<D, H>) -> usize {
+    match curve {
+        Curve::Nurbs(c) => c.degree(),
+        // Not nested: taken apart when it was made.
+        Curve::Poly(p) => p
+            .segments()
+            .iter()
+            .map(|c| match c {
+                Curve::Nurbs(c) => c.degree(),
+                _ => 1,
+            })
+            .max()
+            .unwrap_or(1),
+        _ => 1,
+    }
+}
+
+/// The second method on a scene, within the budget of the loop.
+pub(crate) fn second_of(brep: &Brep) -> Second<'_> {
+    Second::new(&[brep]).with_budget(boxes(brep).0)
+}
 
 fn options(query: &Query) -> Options {
     Options {
@@ -140,7 +182,7 @@ fn one(subject: &mut Subject<'_>, query: &Query, effort: Effort) -> Found {
                     side: Some(side), ..
                 } = body
             {
-                let second = Second::new(&[&subject.scene.brep]);
+                let second = second_of(&subject.scene.brep);
                 agree_in_space(&second, point.coords.into(), side)?;
             }
             Ok(())

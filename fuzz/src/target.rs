@@ -1,6 +1,6 @@
 //! The targets: what bytes are put to.
 
-use crate::check::{Effort, answer, examine};
+use crate::check::{Effort, answer, boxes, examine};
 use crate::scene::{Kind, Scene};
 use crate::source::Source;
 use crate::words::{mutated_brep, mutated_step};
@@ -101,6 +101,13 @@ impl Target {
         }
     }
 
+    /// Whether an input is one of those given to the second method whole, and if so whether with fewer boxes than that has by itself, as of too high
+    /// a degree: of its distances wider bounds are held against the answers.
+    pub fn is_whole(&self, bytes: &[u8]) -> Option<bool> {
+        let scene = Scene::decode(self.kind?, bytes)?;
+        (effort(bytes) == Effort::Full).then(|| boxes(&scene.brep).1)
+    }
+
     /// The same, with what was found as a value (panics are still panics).
     ///
     /// # Errors
@@ -120,15 +127,19 @@ fn hash(bytes: &[u8]) -> u64 {
     })
 }
 
+fn effort(bytes: &[u8]) -> Effort {
+    if hash(bytes).is_multiple_of(WHOLE) {
+        Effort::Full
+    } else {
+        Effort::Loop
+    }
+}
+
 fn scene(kind: Kind, bytes: &[u8]) -> Result<Outcome, String> {
     let Some(scene) = Scene::decode(kind, bytes) else {
         return Ok(Outcome::Rejected);
     };
-    let effort = if hash(bytes).is_multiple_of(WHOLE) {
-        Effort::Full
-    } else {
-        Effort::Loop
-    };
+    let effort = effort(bytes);
     match examine(&scene, effort) {
         Ok(()) => Ok(Outcome::Checked),
         Err((i, why)) => Err(format!("{why}\n{}", scene.queries[i].to_text())),

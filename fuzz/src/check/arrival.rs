@@ -7,14 +7,14 @@
 use super::refute::{
     Goal, LED, NEAR, Place, dyadic, highest, in_region, led, most_squared, moved, sampled, square,
 };
-use super::{Effort, Found, Subject, options, radius};
+use super::{Effort, Found, Subject, options, radius, second_of};
 use feeler::numeric::Dyadic;
 use feeler::query::{
     self, Accuracy, ArrivalAnswer, Contacts, HalfSpace, Motion, Options, Probe, Sphere,
 };
 use feeler_corpus::Query;
 use feeler_oracle::TruthEnclosure;
-use feeler_oracle::second::{self, Second};
+use feeler_oracle::second;
 use nalgebra::Vector3;
 
 /// How exactly full accuracy knows the way, as a part of the size.
@@ -331,7 +331,7 @@ fn foot(
 
 /// The second method on the probe where it arrives.
 fn by_second(subject: &Subject<'_>, asked: &Options, moved: &Probe, room: f64) -> Found {
-    let second = Second::new(&[&subject.scene.brep]);
+    let second = second_of(&subject.scene.brep);
     let (least, reach) = match moved {
         Probe::HalfSpace(h) => (
             second.half_space(h.normal.into(), h.offset).map(|b| b.lo),

@@ -1,11 +1,11 @@
 //! Hits of lines: what must hold between answers, and against the second method.
 
-use super::{Effort, Found, Subject, options};
+use super::{Effort, Found, Subject, options, second_of};
 use feeler::numeric::Dyadic;
 use feeler::query::{self, Hit, LineAnswer, LineKind, LineProbe, Separation};
 use feeler_corpus::Query;
+use feeler_oracle::second::SecondHit;
 use feeler_oracle::second::number::Number;
-use feeler_oracle::second::{Second, SecondHit};
 
 pub(super) fn line(
     subject: &mut Subject<'_>,
@@ -111,7 +111,7 @@ fn mirrored(found: &LineAnswer, other: &LineAnswer) -> Found {
 }
 
 fn by_second(subject: &Subject<'_>, probe: &LineProbe, found: &LineAnswer) -> Found {
-    let second = Second::new(&[&subject.scene.brep]);
+    let second = second_of(&subject.scene.brep);
     let truth = second.line(
         probe.origin.coords.into(),
         probe.direction.into(),

@@ -5,7 +5,7 @@
 //! no farther than the claim up to rounding, its parameters are taken as they are, the region is asked exactly whether it
 //! has them, and the point is evaluated exactly.
 
-use super::{Effort, Found, Subject, agree_in_space, options, radius};
+use super::{Effort, Found, Subject, agree_in_space, options, radius, second_of};
 use feeler::numeric::{Dyadic, Enclosure};
 use feeler::nurbs::Surface;
 use feeler::query::{
@@ -14,7 +14,7 @@ use feeler::query::{
 use feeler::trim::Side;
 use feeler_corpus::Query;
 use feeler_oracle::TruthEnclosure;
-use feeler_oracle::second::{self, Bound, Second};
+use feeler_oracle::second::{self, Bound};
 use nalgebra::{Point3, Vector3};
 
 /// Along each side of a face's domain.
@@ -568,7 +568,7 @@ pub(super) fn led(surface: &Surface, goal: &Goal, mut p: Place) -> Place {
 
 /// Against the second method, whole.
 fn by_second(subject: &Subject<'_>, probe: &Probe, found: &ContactAnswer) -> Found {
-    let second = Second::new(&[&subject.scene.brep]);
+    let second = second_of(&subject.scene.brep);
     let b = found.separation.bounds;
     let (Some(lo), Some(hi)) = (Dyadic::from_f64(b.lo), Dyadic::from_f64(b.hi)) else {
         return Ok(());

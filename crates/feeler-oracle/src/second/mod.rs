@@ -49,4 +49,4 @@ pub use derivative_roots::{Candidates, derivative_roots, isolated_by_candidates,
 pub use evaluate::evaluate;
 pub use line::{SecondHit, SecondLine, SecondSide};
 pub use side::{TrimmedRegion, side};
-pub use space::{Bound, Second};
+pub use space::{BUDGET, Bound, Second};

@@ -6,6 +6,7 @@
 
 use super::rational::{primitive, sign};
 use dashu_int::IBig;
+use dashu_int::ops::RemEuclid;
 use dashu_ratio::RBig;
 
 /// `a_0 ..= a_n`, `a_n` not zero; zero is the empty list.
@@ -30,6 +31,17 @@ impl Polynomial {
         Self(primitive(c))
     }
 
+    /// From its coefficients in Bernstein form of a degree that may be higher than its own.
+    pub(crate) fn from_bernstein(b: &[IBig]) -> Self {
+        let mut differences = b.to_vec();
+        let mut power = Vec::with_capacity(b.len());
+        for binomial in binomials(b.len().saturating_sub(1)) {
+            power.push(&differences[0] * binomial);
+            differences = differences.windows(2).map(|w| &w[1] - &w[0]).collect();
+        }
+        Self::new(power)
+    }
+
     pub(crate) fn is_zero(&self) -> bool {
         self.0.is_empty()
     }
@@ -44,6 +56,7 @@ impl Polynomial {
         Self::new(terms.map(|(k, a)| a * IBig::from(k)).collect())
     }
 
+    #[cfg(test)]
     pub(crate) fn times(&self, other: &Self) -> Self {
         if self.is_zero() || other.is_zero() {
             return Self(Vec::new());
@@ -152,6 +165,77 @@ impl Polynomial {
     }
 }
 
+/// 2^61 - 1, a prime.
+const PRIME: u64 = (1 << 61) - 1;
+
+fn times(a: u64, b: u64) -> u64 {
+    let x = u128::from(a) * u128::from(b);
+    // 2^61 is 1; both parts are below it.
+    let sum = (x as u64 & PRIME) + (x >> 61) as u64;
+    if sum >= PRIME { sum - PRIME } else { sum }
+}
+
+fn less(a: u64, b: u64) -> u64 {
+    if a >= b { a - b } else { a + PRIME - b }
+}
+
+/// By Fermat's little theorem, of what is not 0.
+fn inverse(a: u64) -> u64 {
+    let (mut result, mut square, mut rest) = (1, a, PRIME - 2);
+    while rest > 0 {
+        if rest & 1 == 1 {
+            result = times(result, square);
+        }
+        square = times(square, square);
+        rest >>= 1;
+    }
+    result
+}
+
+/// Coefficients of powers modulo the prime, from Bernstein form: as many, also where the highest are 0.
+fn residues(b: &[IBig]) -> Vec<u64> {
+    let prime = IBig::from(PRIME);
+    let residue = |x: &IBig| u64::try_from(x.rem_euclid(&prime)).unwrap_or_default();
+    let mut differences: Vec<u64> = b.iter().map(residue).collect();
+    let mut power = Vec::with_capacity(b.len());
+    for binomial in binomials(b.len().saturating_sub(1)) {
+        power.push(times(differences[0], residue(&binomial)));
+        differences = differences.windows(2).map(|w| less(w[1], w[0])).collect();
+    }
+    power
+}
+
+/// Whether two polynomials in Bernstein form of one degree are proven to have no common divisor but constants.
+///
+/// A common divisor over the rationals may be taken primitive, and then divides both in integers (Gauss); its leading coefficient divides theirs.
+/// Where the prime does not divide one of these, it keeps its degree modulo the prime, and is a common divisor there.
+/// So where there is none there, there is none. `false` says nothing.
+pub(crate) fn coprime_by_residues(a: &[IBig], b: &[IBig]) -> bool {
+    let (mut a, mut b) = (residues(a), residues(b));
+    if a.last() == Some(&0) && b.last() == Some(&0) {
+        return false;
+    }
+    loop {
+        for f in [&mut a, &mut b] {
+            while f.last() == Some(&0) {
+                f.pop();
+            }
+        }
+        if a.len() < b.len() {
+            std::mem::swap(&mut a, &mut b);
+        }
+        let (Some(top), Some(lead)) = (a.last(), b.last()) else {
+            // b is 0: a is the greatest common divisor.
+            return a.len() == 1;
+        };
+        let factor = times(*top, inverse(*lead));
+        let shift = a.len() - b.len();
+        for (k, x) in b.iter().enumerate() {
+            a[shift + k] = less(a[shift + k], times(factor, *x));
+        }
+    }
+}
+
 /// A Sturm chain.
 pub(crate) struct Chain(Vec<Polynomial>);
 
@@ -162,6 +246,7 @@ impl Chain {
     }
 
     /// Of `f` with `g`: differences of variations are sums of the signs of g at the roots of f.
+    #[cfg(test)]
     pub(crate) fn query(f: &Polynomial, g: &Polynomial) -> Self {
         Self::from(f, f.derivative().times(g).remainder(f))
     }
@@ -251,5 +336,23 @@ mod tests {
         assert!(product(&[&[7]]).square_free_factors().is_empty());
         assert_eq!(f.sign_at(&r(1, 2)), 0);
         assert_eq!(f.sign_at(&r(3, 5)), -1);
+    }
+
+    #[test]
+    fn divisors_modulo_a_prime() {
+        let big = |c: &[i64]| c.iter().map(|x| IBig::from(*x)).collect::<Vec<_>>();
+        // In Bernstein form of degree 2: t (1 - t), t^2, (1 - t)^2, 1; t + t^2 shares t with the first.
+        let [a, b, c, one] = [[0, 1, 0], [0, 0, 1], [1, 0, 0], [1, 1, 1]].map(|x| big(&x));
+        assert!(!coprime_by_residues(&a, &b) && !coprime_by_residues(&a, &c));
+        assert!(coprime_by_residues(&b, &c) && coprime_by_residues(&a, &one));
+        assert!(!coprime_by_residues(&a, &big(&[0, 1, 4])));
+        // Leading coefficients that the prime divides say nothing, though 1 + prime t^2 and t are coprime.
+        let p = IBig::from(PRIME);
+        let with = [IBig::ONE, IBig::ONE, IBig::ONE + &p];
+        assert!(!coprime_by_residues(&with, &big(&[0, 1, 2])));
+        assert_eq!(Polynomial::from_bernstein(&a).0, big(&[0, 1, -1]));
+        assert_eq!(times(PRIME - 1, PRIME - 1), 1);
+        assert_eq!(times(inverse(12345), 12345), 1);
+        assert_eq!(times(PRIME - 2, 3), PRIME - 6);
     }
 }

@@ -111,14 +111,15 @@ fn basis<N: Number>(knots: &KnotVector, span: usize, m: &N) -> Vec<Vec<N>> {
             let j = span + 1 + i - d;
             let (low, high) = (N::exact(t[j]), N::exact(t[j + d]));
             let width = high.minus(&low);
-            let (rise, fall) = (m.minus(&low), high.minus(m));
+            // The width is at least that of the span: not 0. At a knot the quotients are 0 and 1, exactly.
+            let by = |n: &N| n.over(&width).unwrap_or_else(N::zero);
+            let (rise, fall) = (by(&m.minus(&low)), by(&high.minus(m)));
+            let slope = by(&N::exact(1.0));
             for (k, c) in old.iter().enumerate() {
-                // The width is at least that of the span: not 0. Products first: at a knot the quotient is exact.
-                let by = |n: &N| n.over(&width).unwrap_or_else(N::zero);
-                let w = by(c);
-                next[i + 1][k] = next[i + 1][k].plus(&by(&rise.times(c)));
+                let w = slope.times(c);
+                next[i + 1][k] = next[i + 1][k].plus(&rise.times(c));
                 next[i + 1][k + 1] = next[i + 1][k + 1].plus(&w);
-                next[i][k] = next[i][k].plus(&by(&fall.times(c)));
+                next[i][k] = next[i][k].plus(&fall.times(c));
                 next[i][k + 1] = next[i][k + 1].minus(&w);
             }
         }

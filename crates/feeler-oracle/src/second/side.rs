@@ -2,11 +2,12 @@
 //!
 //! For a direction d = (a, b) of small integers and a piece (X / W, Y / W), h = b (X - u W) - a (Y - v W) is 0 where the piece
 //! meets the ray's line and g = a (X - u W) + b (Y - v W) > 0 on the ray. First the point itself: it is on the piece iff
-//! the gcd of X - u W and Y - v W has a root in [0, 1] (Sturm). Otherwise g is not 0 where h is, and the roots of h with
-//! g > 0 are half of (roots of h) + (sum of the signs of g there), two counts by Sturm chains. A direction for which
-//! h vanishes at an end of a piece or has a multiple root in [0, 1] is put aside: then each root counted is a
-//! transversal crossing inside a piece, and the parity of all of them is that of the point. Another direction is taken; a
-//! piece rules out finitely many.
+//! the gcd of X - u W and Y - v W has a root in [0, 1] (Sturm; nearly always it is 1, which residues modulo a prime prove).
+//! Otherwise g is not 0 where h is, and both are halved in Bernstein form, in integers, until one of them has one sign on each part: where
+//! g > 0, the ends of h tell whether the ray's line is passed there an odd number of times. A direction for which
+//! h vanishes at an end of a piece is put aside; another is taken, a piece rules out finitely many. The parity
+//! of all passages is that of the point, touchings with it, which pass an even number of times. (The tests count crossings one by one, by two Sturm
+//! chains, to the same parity.)
 //!
 //! A circular arc meets the line at the roots of a quadratic with rational coefficients; how often the arc
 //! passes each is told by its angle in fixed point of growing precision. Segments to the ends of arcs likewise, by the
@@ -14,7 +15,7 @@
 
 use super::fixed::Fixed;
 use super::pieces::{ArcPiece, RationalPiece, UvPiece, locate, uv_pieces};
-use super::polynomial::{Chain, Polynomial};
+use super::polynomial::{Chain, Polynomial, coprime_by_residues};
 use super::rational::{rational, sign, signum};
 use crate::truth::{OracleError, SideTruth};
 use dashu_int::IBig;
@@ -344,6 +345,11 @@ impl Part {
     }
 }
 
+/// All are < 0, = 0, > 0.
+const BELOW: [bool; 3] = [true, false, false];
+const NOTHING: [bool; 3] = [false, true, false];
+const ABOVE: [bool; 3] = [false, false, true];
+
 /// The signs of numbers: some < 0, some = 0, some > 0.
 fn signs<'a>(all: impl IntoIterator<Item = &'a IBig>) -> [bool; 3] {
     let mut out = [false; 3];
@@ -372,7 +378,7 @@ fn rational_crossings(p: &RationalPiece, q: &[RBig; 2], d: [i64; 2]) -> Crossing
         .collect();
     // The curve lies in the hull of its control points.
     let s = signs(&h);
-    if s == [true, false, false] || s == [false, false, true] {
+    if s == BELOW || s == ABOVE {
         return Crossings::Count(0);
     }
     let g: Vec<IBig> = offsets
@@ -380,45 +386,86 @@ fn rational_crossings(p: &RationalPiece, q: &[RBig; 2], d: [i64; 2]) -> Crossing
         .map(|o| &d[0] * &o[0] + &d[1] * &o[1])
         .collect();
     let ahead = signs(&g);
-    if ahead == [true, false, false] {
+    if ahead == BELOW {
         return Crossings::Count(0);
     }
     let ends = [sign(&h[0]), sign(&h[h.len() - 1])];
-    if ahead == [false, false, true] && ends[0] * ends[1] != 0 {
+    if ahead == ABOVE && ends[0] * ends[1] != 0 {
         // All of it is ahead: its ends tell.
         return Crossings::Count(i64::from(ends[0] != ends[1]));
     }
-    let power = |b: &[IBig]| {
-        let flat: Vec<[IBig; 3]> = b
-            .iter()
-            .map(|x| [x.clone(), IBig::ZERO, IBig::ZERO])
-            .collect();
-        let piece = RationalPiece {
-            bernstein: flat,
-            from: RBig::ZERO,
-            to: RBig::ONE,
-        };
-        let [c, _, _] = piece.power();
-        Polynomial::new(c)
-    };
-    let axis = |i: usize| power(&offsets.iter().map(|o| o[i].clone()).collect::<Vec<_>>());
-    let common = axis(0).gcd(&axis(1));
-    if common.is_zero() || roots_in_unit(&common) > 0 {
+    if signs(&offsets[0]) == NOTHING || signs(&offsets[offsets.len() - 1]) == NOTHING {
+        return Crossings::On;
+    }
+    let axis = |i: usize| offsets.iter().map(|o| o[i].clone()).collect::<Vec<_>>();
+    if holds_origin(&axis(0), &axis(1)) {
         return Crossings::On;
     }
     if ends[0] == 0 || ends[1] == 0 {
         return Crossings::Degenerate;
     }
-    let (h, g) = (power(&h), power(&g));
-    let chain = Chain::new(&h);
-    let multiple = chain.gcd();
-    if multiple.degree() > 0 && roots_in_unit(multiple) > 0 {
-        return Crossings::Degenerate;
+    Crossings::Count(i64::from(passes_oddly(h, g)))
+}
+
+/// Whether two polynomials in Bernstein form have a common root in [0, 1]: exact.
+fn holds_origin(x: &[IBig], y: &[IBig]) -> bool {
+    if coprime_by_residues(x, y) {
+        return false;
     }
-    let (zero, one) = (RBig::ZERO, RBig::ONE);
-    let all = chain.between(&zero, &one);
-    let sum = Chain::query(&h, &g).between(&zero, &one);
-    Crossings::Count((all + sum) / 2)
+    let common = Polynomial::from_bernstein(x).gcd(&Polynomial::from_bernstein(y));
+    common.is_zero() || roots_in_unit(&common) > 0
+}
+
+/// Whether `[h > 0]` changes an odd number of times where `g > 0`, over [0, 1]; in Bernstein form, of one degree, without a common
+/// root in [0, 1], and `h` not 0 at the ends.
+///
+/// Halved until on each part `h` has one sign, or `g` has. A part with `g > 0` counts by the ends of `h`, others not at all: where `h` is 0 in the
+/// middle, both halves take it for `h < 0`, as the curve would have it a little to that side. Ends since h and g have no common root.
+fn passes_oddly(h: Vec<IBig>, g: Vec<IBig>) -> bool {
+    let mut odd = false;
+    let mut parts = vec![(h, g)];
+    while let Some((h, g)) = parts.pop() {
+        let (s, ahead) = (signs(&h), signs(&g));
+        if s == BELOW || s == ABOVE || ahead == BELOW {
+            continue;
+        }
+        if ahead == ABOVE {
+            odd ^= (sign(&h[0]) > 0) != (sign(&h[h.len() - 1]) > 0);
+            continue;
+        }
+        let ([h, h2], [g, g2]) = (halves(h), halves(g));
+        parts.push((h2, g2));
+        parts.push((h, g));
+    }
+    odd
+}
+
+/// A polynomial in Bernstein form over the two halves of its interval, times a power of two (de Casteljau).
+fn halves(mut c: Vec<IBig>) -> [Vec<IBig>; 2] {
+    let n = c.len() - 1;
+    let mut first = Vec::with_capacity(n + 1);
+    // After k steps c[i] is 2^k times the value that it stands for.
+    for k in 0..=n {
+        first.push(c[0].clone() << (n - k));
+        for i in 0..n - k {
+            c[i] = &c[i] + &c[i + 1];
+        }
+    }
+    // c[i] was last written in step n - i.
+    let last = c
+        .into_iter()
+        .enumerate()
+        .map(|(i, x)| x << i)
+        .collect::<Vec<_>>();
+    [first, last].map(|mut half| {
+        let zeros = half.iter().filter_map(IBig::trailing_zeros).min();
+        if let Some(zeros) = zeros.filter(|z| *z > 0) {
+            for x in &mut half {
+                *x >>= zeros;
+            }
+        }
+        half
+    })
 }
 
 /// The number of distinct roots of a polynomial, not zero, in [0, 1].
@@ -549,3 +596,6 @@ pub fn side(breps: &[&Brep], face: usize, uv: [f64; 2]) -> Result<SideTruth, Ora
     let (brep, local) = locate(breps, face)?;
     TrimmedRegion::new(brep, local)?.side(uv)
 }
+
+#[cfg(test)]
+mod tests;

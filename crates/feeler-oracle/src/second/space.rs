@@ -10,6 +10,7 @@ use feeler::numeric::Dyadic;
 /// `Send` and `Sync`, unlike the first.
 pub struct Second<'a> {
     pub(super) scene: Scene<'a>,
+    budget: [usize; 2],
 }
 
 /// What the second method proved of a minimum.
@@ -34,7 +35,7 @@ impl Bound {
 }
 
 /// Boxes in f64 and in balls, unless told otherwise.
-const BUDGET: [usize; 2] = [5000, 400];
+pub const BUDGET: [usize; 2] = [5000, 400];
 
 fn bound(least: &Least, of: impl Fn(&Ball) -> Ball) -> Bound {
     let end = |x: Ball| x.center();
@@ -50,7 +51,15 @@ impl<'a> Second<'a> {
     pub fn new(breps: &[&'a Brep]) -> Self {
         Self {
             scene: Scene::new(breps),
+            budget: BUDGET,
         }
+    }
+
+    /// The same for distances and half-spaces that look at no more boxes than these, in f64 and in balls, instead of [`BUDGET`]: where that is too few,
+    /// bounds are wider, and hold. A box on a curve of degree p costs O(p^3).
+    #[must_use]
+    pub fn with_budget(self, budget: [usize; 2]) -> Self {
+        Self { budget, ..self }
     }
 
     /// The distance from a point to the union of the trimmed faces; `None` if there is none. Milliseconds,
@@ -60,7 +69,9 @@ impl<'a> Second<'a> {
     }
 
     pub(super) fn distance_to(&self, point: [f64; 3], brep: Option<usize>) -> Option<Bound> {
-        let least = self.scene.least(&Goal::Distance(point), brep, BUDGET)?;
+        let least = self
+            .scene
+            .least(&Goal::Distance(point), brep, self.budget)?;
         let two = Ball::exact(2.0);
         Some(bound(&least, |f| {
             if f.is_negative() {
@@ -75,7 +86,7 @@ impl<'a> Second<'a> {
     pub fn half_space(&self, normal: [f64; 3], offset: f64) -> Option<Bound> {
         let least = self
             .scene
-            .least(&Goal::Plane(normal, offset), None, BUDGET)?;
+            .least(&Goal::Plane(normal, offset), None, self.budget)?;
         Some(bound(&least, Ball::clone))
     }
 }

@@ -92,6 +92,15 @@ fn summary(args: &Args, all: &[(Target, PathBuf, Told)], scenes: usize) -> Resul
             n => format!(" ({n} inputs were left out: --oracle-minutes)"),
         }
     );
+    for (target, _, t) in all {
+        let [whole, fewer] = t.oracle.whole;
+        if whole > 0 {
+            println!(
+                "{}: of the kept inputs {whole} were given to the second method whole, {fewer} of these with fewer boxes, as of high degree",
+                target.name
+            );
+        }
+    }
     if found == 0 {
         return Ok(());
     }

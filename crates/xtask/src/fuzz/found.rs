@@ -49,6 +49,8 @@ pub(super) struct Held {
     pub(super) judged: usize,
     /// Queries for which the oracle has none.
     pub(super) open: usize,
+    /// Inputs that the campaign itself gave to the second method whole, and of these those with fewer boxes, for their degree.
+    pub(super) whole: [usize; 2],
     /// Inputs that there was no time for.
     pub(super) left: usize,
     /// What contradicts the oracle: the file, and why.
@@ -65,6 +67,13 @@ pub(super) fn hold(target: &Target, folder: &Path, limit: Duration) -> Held {
     let entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
     let mut paths: Vec<PathBuf> = entries.map(|e| e.path()).collect();
     paths.sort();
+    for path in &paths {
+        let bytes = std::fs::read(path).unwrap_or_default();
+        if let Some(fewer) = target.is_whole(&bytes) {
+            held.whole[0] += 1;
+            held.whole[1] += usize::from(fewer);
+        }
+    }
     for path in paths {
         if begun.elapsed() > limit {
             held.left += 1;
