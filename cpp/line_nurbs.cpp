@@ -394,11 +394,16 @@ bool Search::follow(const RationalBezierPatch& patch, const PatchLine& f, const 
         if (!parameter_at(run.first_lo, run.first_hi, first) ||
             !parameter_at(run.last_lo, run.last_hi, last))
             return false;
+        // Where the run's end is known exactly, so is the line's parameter.
+        const auto end_at = [&](const Q& lo, const Q& hi, const std::array<Real, 4>& box) {
+            const Q d = lo == hi ? value(weight, lo) : Q(0);
+            return sign(d) == 0 ? parameter(f, box) : Interval((value(t, lo) / d).mpq());
+        };
         LineHit hit;
         hit.face = index;
         hit.boundary = run.boundary;
-        hit.t = parameter(f, first);
-        hit.t_end = parameter(f, last);
+        hit.t = end_at(run.first_lo, run.first_hi, first);
+        hit.t_end = end_at(run.last_lo, run.last_hi, last);
         // A point, or a curve that is one point in space.
         hit.lies_in = !run.is_point() && !is_zero(turns);
         hit.tangential = hit.lies_in;

@@ -415,26 +415,6 @@ impl<T: Real> Forms<T> {
     }
 }
 
-/// The part of a root over a box that was reached by halving it.
-pub(super) fn narrow(root: &Forms<Dd>, u: [f64; 2], v: [f64; 2]) -> Forms<Dd> {
-    let mut node = root.clone();
-    for (along_u, target) in [(true, u), (false, v)] {
-        loop {
-            let r = if along_u { node.u } else { node.v };
-            if r[1] - r[0] <= target[1] - target[0] {
-                break;
-            }
-            let [low, high] = node.halves(along_u);
-            node = if target[1] <= 0.5 * (r[0] + r[1]) {
-                low
-            } else {
-                high
-            };
-        }
-    }
-    node
-}
-
 /// Boxes on which a form is below this many of its error bounds are left to the next arithmetic.
 pub(super) const NOISE_FACTOR: f64 = 8.0;
 

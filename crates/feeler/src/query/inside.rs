@@ -70,7 +70,8 @@ pub fn inside(
             // f64 sees only so far.
             (hits, undecided) = all_hits(brep, &stab, Digits::All, &mut budget);
         }
-        let plain = |h: &RawHit| h.crosses() && h.exact.as_ref().is_none_or(|m| m.on.is_empty());
+        let off_edges = |h: &RawHit| h.exact.as_ref().is_none_or(|m| m.on.is_empty());
+        let plain = |h: &RawHit| h.crosses() && !h.is_row() && off_edges(h);
         if undecided.is_some() || !hits.iter().all(plain) {
             why = Undecided::Degenerate;
             continue;

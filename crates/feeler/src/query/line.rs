@@ -46,7 +46,7 @@ pub fn line(
     if raw.iter().any(at_end) {
         undecided = Some(Undecided::Degenerate);
     }
-    let runs = |h: &RawHit| h.exact.as_ref().is_some_and(|m| m.end.is_some());
+    let runs = |h: &RawHit| h.is_row() || h.exact.as_ref().is_some_and(|m| m.end.is_some());
     let lies_in = raw.iter().any(runs);
     let mut count = Some(raw.iter().filter(|h| h.crosses()).count());
     let mut in_crack = false;

@@ -22,6 +22,7 @@ mod past;
 mod poles;
 mod refine;
 mod round;
+mod rows;
 mod search;
 mod upper;
 mod zeros;

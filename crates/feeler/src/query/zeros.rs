@@ -17,7 +17,8 @@
 //! `Undecided`; it is never dropped.
 
 use super::closed::boxes_side;
-use super::forms::{Forms, Stabber, contraction, narrow, parameter_slope, restrict};
+use super::forms::{Forms, Stabber, contraction, parameter_slope, restrict};
+use super::rows::Rows;
 use super::{border, joints, poles};
 use crate::numeric::{Ball, Dd, Real};
 use crate::prepare::closed::{ClosedHit, ClosedLine, V3, exact};
@@ -92,12 +93,17 @@ impl RawHit {
         !self.touches
     }
 
+    /// Whether the line holds a row of the face there: see the module `rows`.
+    pub(super) fn is_row(&self) -> bool {
+        matches!(self.at, HitAt::Patch { .. }) && self.exact.is_some()
+    }
+
     /// Whether the line surely meets the face there, within its range.
     pub(super) fn is_certain(&self, stab: &Stabber) -> bool {
-        self.inside
-            && !self.at_joint
-            && stab.range[0] <= self.t.lower()
-            && self.t.upper() <= stab.range[1]
+        // What is known exactly was cut to the range.
+        let within = self.exact.is_some()
+            || stab.range[0] <= self.t.lower() && self.t.upper() <= stab.range[1];
+        self.inside && !self.at_joint && within
     }
 }
 
@@ -152,7 +158,9 @@ fn find_hits(
         out.hits = found;
         return Some(out);
     }
-    patches_hits(brep, stab, face, digits, budget, &mut out);
+    let mut rows = Rows::default();
+    patches_hits(brep, stab, face, digits, budget, (&mut rows, &mut out));
+    rows.add_hits(brep, stab, face, &mut out.hits);
     joints::settle(brep, stab, &mut out.hits);
     Some(out)
 }
@@ -164,7 +172,7 @@ fn patches_hits(
     face: usize,
     digits: Digits,
     budget: &mut usize,
-    out: &mut FaceHits,
+    (rows, out): (&mut Rows, &mut FaceHits),
 ) {
     let geometry = brep.double(face);
     for (index, patch) in geometry.patches.iter().enumerate() {
@@ -185,7 +193,11 @@ fn patches_hits(
             root: &root,
             digits,
         };
-        patch_hits(brep, stab, &at, vec![root.clone()], budget, out);
+        let starts = match rows.leave_out(brep, stab, (face, index), &root) {
+            Some(rest) => rest.iter().map(|b| restrict(&root, b[0], b[1])).collect(),
+            None => vec![root.clone()],
+        };
+        patch_hits(brep, stab, &at, starts, budget, out);
         if out.is_done(stab) {
             return;
         }
@@ -206,7 +218,7 @@ fn patches_hits(
         }
         let net = &brep.double_double(face).patches[index].net;
         let root = stab.planes(net);
-        let starts = boxes.iter().map(|o| narrow(&root, o.1, o.2)).collect();
+        let starts = boxes.iter().map(|o| restrict(&root, o.1, o.2)).collect();
         let at = Place {
             face,
             patch: index,
