@@ -5,7 +5,9 @@ mod scenes;
 
 use feeler::brep::{Brep, BrepBuilder, TrimSpec};
 use feeler::numeric::{Dd, Interval};
-use feeler::nurbs::{Arc, Curve, Line, NurbsSurface, Plane, Polyline, Revolution, Surface};
+use feeler::nurbs::{
+    Arc, Curve, Line, NurbsCurve, NurbsSurface, Plane, Polyline, Revolution, Surface,
+};
 use feeler::prepare::PreparedBrep;
 use feeler::query::{Accuracy, LineAnswer, LineKind, LineProbe, Options, Workspace, any_hit, line};
 use nalgebra::{Point2, Point3, Vector2, Vector3, Vector4};
@@ -429,6 +431,10 @@ fn a_line_through_a_corner_of_a_cube() {
 
 /// Rulings of length 2 over a unit circle in four rational quadrants, its seam at `(1, 0, z)`.
 fn tube() -> PreparedBrep {
+    sheet(tube_surface())
+}
+
+fn tube_surface() -> NurbsSurface {
     let half = 0.5f64.sqrt();
     let square = [
         [1.0, 0.0],
@@ -447,7 +453,7 @@ fn tube() -> PreparedBrep {
     });
     let around = vec![0.0, 0.0, 0.0, 1.0, 1.0, 2.0, 2.0, 3.0, 3.0, 4.0, 4.0, 4.0];
     let knots = [around, vec![0.0, 0.0, 1.0, 1.0]];
-    sheet(NurbsSurface::new([2, 1], [9, 2], net.collect(), knots).unwrap())
+    NurbsSurface::new([2, 1], [9, 2], net.collect(), knots).unwrap()
 }
 
 /// A seam is no end of the surface: a line through it, or beside it by any number of digits, crosses there once.
@@ -466,6 +472,46 @@ fn a_line_through_a_seam_crosses_once() {
                 // Weights are rounded: the circle is off by less than two roundings.
                 assert!((hit.t.value - t).abs() < 4.0 * f64::EPSILON, "{y} {hit:?}");
                 assert!(!hit.tangential);
+            }
+        }
+    }
+}
+
+/// The tube's trims run along its seam on either side of it by as little as digits allow. A point on the seam is in the region where it is on one of the
+/// sides: once, whichever, and not where the trims leave a gap.
+#[test]
+fn a_line_through_a_seam_between_trims_that_bulge() {
+    for e in [0.5f64.powi(50), 0.5f64.powi(48), 1e-12, 0.5f64.powi(20)] {
+        for (low, high, count) in [(e, e, 1), (-e, -e, 1), (-e, e, 1), (e, -e, 0), (0.0, -e, 1)] {
+            let curve = |points: &[[f64; 2]]| {
+                let ends = vec![[0.0; 3], [1.0; 3]].concat();
+                let degree = points.len() - 1;
+                let knots = ends[2 - degree..4 + degree].to_vec();
+                let points = points.iter().map(|[u, v]| Vector3::new(*u, *v, 1.0));
+                Curve::Nurbs(NurbsCurve::new(degree, points.collect(), knots).unwrap())
+            };
+            let mut b = BrepBuilder::new();
+            let [bottom, top] = [-1.0, 1.0].map(|z| b.vertex([1.0, 0.0, z]));
+            let trim = |vertices, points: &[[f64; 2]]| TrimSpec {
+                vertices,
+                curve: curve(points),
+                edge: None,
+            };
+            let trims = vec![
+                trim([bottom; 2], &[[0.0, 0.0], [4.0, 0.0]]),
+                trim([bottom, top], &[[4.0, 0.0], [4.0 + high, 0.5], [4.0, 1.0]]),
+                trim([top; 2], &[[4.0, 1.0], [0.0, 1.0]]),
+                trim([top, bottom], &[[0.0, 1.0], [low, 0.5], [0.0, 0.0]]),
+            ];
+            b.face_with_trims(Surface::Nurbs(tube_surface()), vec![trims])
+                .unwrap();
+            let brep = PreparedBrep::new(b.build().unwrap());
+            for d in [[-1.0, 0.0, 0.125], [-0.5, 0.0, 0.25], [-1.0, 0.0, 0.0]] {
+                let answer = ask(&brep, [1.0 - d[0], 0.0, 0.25 - d[2]], d);
+                assert_eq!(answer.undecided, None, "{low:e} {high:e} {d:?}");
+                let at_seam = answer.hits.iter().filter(|h| h.point.x > 0.0);
+                assert_eq!(at_seam.count(), count, "{low:e} {high:e} {d:?}");
+                assert_eq!(answer.crossings, Some(answer.hits.len()));
             }
         }
     }

@@ -23,7 +23,7 @@ use super::{border, joints, poles};
 use crate::numeric::{Ball, Dd, Real};
 use crate::prepare::closed::{ClosedHit, ClosedLine, V3, exact};
 use crate::prepare::{Meeting, Net, PreparedBrep, jet};
-use crate::trim::{BoxSide, Side};
+use crate::trim::{BoxSide, Side, TrimRegion};
 use nalgebra::{Point2, Vector3};
 use std::cmp::Ordering;
 
@@ -435,7 +435,7 @@ fn patch_hits<T: Real>(
             && let Some((hit, zone)) = certify(brep, stab, at, &node)
         {
             let settled = within(&zone);
-            if let Some((hit, local, rho)) = hit {
+            if let Some((hit, local, rho, seam)) = hit {
                 let known = solved.iter().any(|s| {
                     s.u[0] <= local[0].hi
                         && local[0].hi <= s.u[1]
@@ -472,7 +472,7 @@ fn patch_hits<T: Real>(
                 }
                 if !known && !listed {
                     let known = inside.then_some([node.u, node.v]);
-                    let side = side_at(brep, at, local, rho, known);
+                    let side = side_at(brep, at, (local, rho, seam), known);
                     accept(stab, hit, side, out);
                     if out.is_done(stab) {
                         return;
@@ -516,8 +516,7 @@ fn patch_hits<T: Real>(
 fn side_at<T>(
     brep: &PreparedBrep,
     at: &Place<T>,
-    local: [Dd; 2],
-    rho: f64,
+    (local, rho, seam): ([Dd; 2], f64, Option<usize>),
     inside: Option<[[f64; 2]; 2]>,
 ) -> BoxSide {
     let off = Dd::from(rho * UP);
@@ -529,6 +528,16 @@ fn side_at<T>(
     }
     let region = brep.region(at.face);
     let maps = &brep.double(at.face).patches[at.patch].maps;
+    let uv = [0, 1].map(|k| {
+        let x = Ball {
+            mid: local[k],
+            rad: rho * UP,
+        };
+        Ball::exact(maps[k].start) + x * Ball::difference(maps[k].end, maps[k].start)
+    });
+    if let Some(k) = seam {
+        return side_on_seam(region, k, uv[1 - k]);
+    }
     let r = rho * UP + 4.0 * f64::EPSILON;
     let around = |k: usize| {
         let x = local[k].hi;
@@ -541,19 +550,42 @@ fn side_at<T>(
     if side != BoxSide::Mixed || !on_patch {
         return side;
     }
-    let uv = [0, 1].map(|k| {
-        let x = Ball {
-            mid: local[k],
-            rad: rho * UP,
-        };
-        Ball::exact(maps[k].start) + x * Ball::difference(maps[k].end, maps[k].start)
-    });
     match region.side_of_ball(uv) {
         Some(Side::Inside) => BoxSide::Inside,
         Some(Side::Outside) => BoxSide::Outside,
         Some(Side::Boundary) | None => BoxSide::Mixed,
     }
 }
+
+/// Where a point is that is exactly on the seam across a coordinate, given the other: in the region where it is on either side of the seam.
+fn side_on_seam(region: &TrimRegion, across: usize, along: Ball<Dd>) -> BoxSide {
+    let domain = region.domain()[across];
+    let width = BESIDE_SEAM * domain.length();
+    let sides = [
+        (domain.start, [domain.start, domain.start + width]),
+        (domain.end, [domain.end - width, domain.end]),
+    ]
+    .map(|(end, beside)| {
+        let (mut uv, mut b) = ([along; 2], [[along.lower(), along.upper()]; 2]);
+        (uv[across], b[across]) = (Ball::exact(end), beside);
+        // A loop that runs along the border leaves what is beside it inside.
+        match region.classify_box(b[0], b[1]) {
+            BoxSide::Inside => Some(Side::Inside),
+            BoxSide::Outside => Some(Side::Outside),
+            BoxSide::Mixed => region.side_of_ball(uv),
+        }
+    });
+    if sides.contains(&Some(Side::Inside)) {
+        BoxSide::Inside
+    } else if sides == [Some(Side::Outside); 2] {
+        BoxSide::Outside
+    } else {
+        BoxSide::Mixed
+    }
+}
+
+/// How wide a box beside a seam is, as a part of the domain: hardly more than there are f64 for.
+const BESIDE_SEAM: f64 = 1.0 / (1u64 << 48) as f64;
 
 /// Takes a certified zero in, unless it is outside the region or the line's range.
 fn accept(stab: &Stabber, mut hit: RawHit, side: BoxSide, out: &mut FaceHits) {
@@ -563,8 +595,8 @@ fn accept(stab: &Stabber, mut hit: RawHit, side: BoxSide, out: &mut FaceHits) {
     }
 }
 
-/// A certified zero, its local parameters and the bound on them.
-type Found = (RawHit, [Dd; 2], f64);
+/// A certified zero, its local parameters and the bound on them, and across which coordinate's seam it is, exactly.
+type Found = (RawHit, [Dd; 2], f64, Option<usize>);
 
 /// The point of a net at local parameters near the unit square, and `L_1`, `L_2` there, with bounds.
 fn forms_at(
@@ -928,18 +960,28 @@ fn prove<T: Real>(
     // Within rounding of the border of the whole surface the hit cannot be settled, unless that is a seam: a joint as any other.
     let domain = brep.brep().surface(face).domain();
     let maps = &brep.double(face).patches[patch].maps;
-    let (mut on_edge, mut at_joint) = (false, false);
+    let (mut on_edge, mut at_joint, mut seam) = (false, false, None);
     for k in 0..2 {
         let (low, high) = (p[k] - reach(k) <= Dd::ZERO, p[k] + reach(k) >= Dd::ONE);
+        if !(low || high) {
+            continue;
+        }
         let of_surface =
             low && maps[k].start == domain[k].start || high && maps[k].end == domain[k].end;
-        if of_surface && !brep.meets_itself(face, k == 0) {
+        let exact = || {
             let net = &brep.double_double(face).patches[patch].net;
             let surface = brep.brep().surface(face);
-            let exact = low != high && border::holds_zero(stab, surface, net, (k, high), [u, v]);
-            on_edge |= !exact;
+            low != high && border::holds_zero(stab, surface, net, (k, high), [u, v])
+        };
+        if !of_surface {
+            at_joint = true;
+        } else if brep.meets_itself(face, k == 0) {
+            at_joint = true;
+            if exact() {
+                seam = Some(k);
+            }
         } else {
-            at_joint |= low || high;
+            on_edge |= !exact();
         }
     }
     let t = stab.parameter(&sample.value, &sample.origin);
@@ -967,7 +1009,7 @@ fn prove<T: Real>(
         touches: false,
         exact: None,
     };
-    Some((Some((hit, p, local_rho)), Solved { u, v }))
+    Some((Some((hit, p, local_rho, seam)), Solved { u, v }))
 }
 
 /// How far the polynomials of a patch are followed past its border, in local parameters.

@@ -3,8 +3,8 @@
 //! # What is proven
 //! Let `B` be the part of a box about the point `p` that is in the domain, a rectangle. Another point `q` of it, with coordinates that are
 //! f64, is joined to `p` by way of `(q_u, p_v)` or `(p_u, q_v)`, on two segments along u and v in `B`. If these do not meet the loops, the
-//! parity of `p`, which is within the open domain, is that of `q`, which is decided exactly. They do not meet parts that do not meet the
-//! box; of a part that may, let `p`, `q` and the corner between them be in a common one of these sets:
+//! parity of `p`, which is in the domain (on its border in coordinates that are known exactly, else within), is that of `q`, which is decided
+//! exactly. They do not meet parts that do not meet the box; of a part that may, let `p`, `q` and the corner between them be in a common one of these sets:
 //!
 //! *A segment*, or a curve along which u or v does not change: one of the two sides of its line, which are convex. Which one a point is in
 //! is the sign of a determinant of differences of coordinates, in double-double with its error.
@@ -51,6 +51,9 @@ impl TrimRegion {
         let domain = self.domain();
         let in_domain = |k: usize| {
             let (x, d) = (uv[k], domain[k]);
+            if x.rad == 0.0 {
+                return Dd::from(d.start) <= x.mid && x.mid <= Dd::from(d.end);
+            }
             let off = Dd::from((x.rad + 4.0 * Dd::UNIT * x.mid.magnitude()) * 1.01);
             x.mid - off > Dd::from(d.start) && x.mid + off < Dd::from(d.end)
         };
