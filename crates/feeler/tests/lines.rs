@@ -484,7 +484,7 @@ fn a_line_through_a_seam_between_trims_that_bulge() {
     for e in [0.5f64.powi(50), 0.5f64.powi(48), 1e-12, 0.5f64.powi(20)] {
         for (low, high, count) in [(e, e, 1), (-e, -e, 1), (-e, e, 1), (e, -e, 0), (0.0, -e, 1)] {
             let curve = |points: &[[f64; 2]]| {
-                let ends = vec![[0.0; 3], [1.0; 3]].concat();
+                let ends = [[0.0; 3], [1.0; 3]].concat();
                 let degree = points.len() - 1;
                 let knots = ends[2 - degree..4 + degree].to_vec();
                 let points = points.iter().map(|[u, v]| Vector3::new(*u, *v, 1.0));

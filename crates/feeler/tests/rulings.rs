@@ -231,3 +231,55 @@ fn a_line_through_a_pole_on_the_border() {
     let answer = ask(&brep, [0.0; 3], [1.0, 1.0, 0.0], LineKind::Line);
     assert!(answer.undecided.is_some() || hits(&answer) == [(0.0, None, true)]);
 }
+
+/// z = x y over [0, 25] x [0, 1] in polynomials of degree 25: exact arithmetic on their knots goes beyond what f64 hold, and the borders' parameters
+/// have all digits.
+#[test]
+fn rulings_of_high_degree() {
+    let points: Vec<_> = (0..26)
+        .flat_map(|i| [0.0, 1.0].map(|y| Vector4::new(i as f64, y, i as f64 * y, 1.0)))
+        .collect();
+    for (start, end) in [
+        (0.0, 10.0),
+        (0.0, 0.1),
+        (-1e3, 1e3),
+        (0.0, 1e-9),
+        (0.3, 1e7),
+    ] {
+        let u = [vec![start; 26], vec![end; 26]].concat();
+        let knots = [u, vec![0.0, 0.0, 1.0, 1.0]];
+        let brep = prepared(NurbsSurface::new([25, 1], [26, 2], points.clone(), knots).unwrap());
+        // In the middle of the domain x is 12.5, if the middle is a f64.
+        for x in [0.0, 12.5, 25.0] {
+            if x == 12.5 && (start + end != 10.0 && start + end != 0.0) {
+                continue;
+            }
+            let found = ask(&brep, [x, 0.0, 0.0], [0.0, 1.0, x], LineKind::Line);
+            assert_eq!(found.undecided, None, "{start} {end} {x}");
+            assert_eq!(hits(&found), [(0.0, Some(1.0), true)]);
+        }
+    }
+}
+
+/// A sheet whose first and last rows are on the y axis, from 0 to 1 and from 1/2 to 2: one hit, told where the row is that it is on.
+#[test]
+fn rulings_that_overlap() {
+    let rows = [
+        [[0.0, 0.0, 0.0], [0.0, 1.0, 0.0]],
+        [[1.0, 0.0, 1.0], [1.0, 1.0, 2.0]],
+        [[0.0, 0.5, 0.0], [0.0, 2.0, 0.0]],
+    ];
+    let points = rows.iter().flatten();
+    let points = points.map(|[x, y, z]| Vector4::new(*x, *y, *z, 1.0));
+    let knots = [vec![0.0, 0.0, 1.0, 2.0, 2.0], vec![0.0, 0.0, 1.0, 1.0]];
+    let surface = NurbsSurface::new([1, 1], [3, 2], points.collect(), knots).unwrap();
+    let brep = prepared(surface.clone());
+    for (y, end) in [(-1.0, 3.0), (0.25, 1.75), (1.5, 0.5)] {
+        let answer = ask(&brep, [0.0, y, 0.0], [0.0, 1.0, 0.0], LineKind::Ray);
+        let start = 0.0f64.max(-y);
+        assert_eq!(hits(&answer), [(start, Some(end), true)], "{y}");
+        let hit = &answer.hits[0];
+        let there = Surface::Nurbs(surface.clone()).point(hit.uv.x, hit.uv.y);
+        assert!((there - hit.point).norm() < 1e-15, "{hit:?}");
+    }
+}

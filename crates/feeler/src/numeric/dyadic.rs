@@ -59,6 +59,16 @@ impl Dyadic {
         self.exponent
     }
 
+    /// How many bits the mantissa has.
+    pub(crate) fn bits(&self) -> usize {
+        self.mantissa.bit_len()
+    }
+
+    /// Times `2^by`.
+    pub(crate) fn shifted(&self, by: i64) -> Self {
+        Self::new(self.mantissa.clone(), self.exponent + by)
+    }
+
     /// -1, 0 or 1.
     pub fn signum(&self) -> i32 {
         match self.mantissa.cmp(&IBig::ZERO) {
@@ -68,10 +78,17 @@ impl Dyadic {
         }
     }
 
-    /// Both mantissas at the smaller of the two exponents.
+    /// Both mantissas at the smaller of the two exponents; zero takes the other's, whatever its own.
     fn aligned(&self, other: &Self) -> (IBig, IBig, i64) {
-        let exponent = self.exponent.min(other.exponent);
-        let shift = |d: &Self| d.mantissa.clone() << (d.exponent - exponent) as usize;
+        let exponent = match (self.signum(), other.signum()) {
+            (0, _) => other.exponent,
+            (_, 0) => self.exponent,
+            _ => self.exponent.min(other.exponent),
+        };
+        let shift = |d: &Self| match d.signum() {
+            0 => IBig::ZERO,
+            _ => d.mantissa.clone() << (d.exponent - exponent) as usize,
+        };
         (shift(self), shift(other), exponent)
     }
 

@@ -94,6 +94,8 @@ impl Ratio {
 
     /// In double-double.
     pub(crate) fn enclosed(&self) -> Ball<Dd> {
-        enclosed(&self.top) / enclosed(&self.bottom)
+        // Both may be beyond all f64 where the quotient is not: divided by the same power of two, the lower one is next to 1.
+        let by = -(self.bottom.exponent() + self.bottom.bits() as i64);
+        enclosed(&self.top.shifted(by)) / enclosed(&self.bottom.shifted(by))
     }
 }

@@ -96,6 +96,7 @@ pub(super) fn crossings(
             }
             let (mut members, mut others) = (Vec::new(), Vec::new());
             for (index, hit) in hits.iter().enumerate() {
+                // A hit that runs in its face counts where it begins: a line that leaves the face through a crack is flagged.
                 let there = group.holds(&hit.t);
                 if there == Some(false) {
                     continue;

@@ -7,8 +7,8 @@
 //! is not on the row is a zero of both `M_k`. They have none in a strip about the row where combinations of them have one sign on boxes that cover it; the
 //! rest of the patch is searched as ever.
 //!
-//! A row that is one point is left to others where the surface closes about it: whether the line crosses there hangs on all of it. Else the point is on a border
-//! of the face, and the `M_k` have no common zero there: the line is along no direction of the face, it is not tangent.
+//! A row that is one point is left to others unless it is on a border of the surface that does not close about it: whether the line crosses there hangs on
+//! all that is about it. There the point is on a border of the face, and the `M_k` have no common zero there: the line is along no direction of the face, it is not tangent.
 
 use super::forms::{Forms, Stabber, restrict};
 use super::zeros::{HitAt, RawHit};
@@ -47,32 +47,68 @@ struct Row {
 #[derive(Default)]
 pub(super) struct Rows {
     found: Vec<Row>,
+    /// Parameter lines that were looked at: across which coordinate, where, and `t` at both ends if they are in the line. They are the same from all
+    /// patches that they are on, for the surface is continuous.
+    tried: Vec<(usize, f64, Option<[Ratio; 2]>)>,
 }
 
 impl Rows {
-    /// The boxes of a patch that are left to search if it has a row in the line; `None` if it has none, or if this cannot tell.
+    /// The boxes of a patch that are left to search if it has a row in the line; `None` if it has none, or if this cannot tell within the budget.
     pub(super) fn leave_out(
         &mut self,
         brep: &PreparedBrep,
         stab: &Stabber,
         (face, patch): (usize, usize),
         root: &Forms<f64>,
+        budget: &mut usize,
     ) -> Option<Vec<[[f64; 2]; 2]>> {
-        let (across, near) = (0..2).find_map(|across| Some((across, place(root, across)?)))?;
+        let at = (0..2).filter_map(|across| Some((across, place(root, across)?)));
+        at.into_iter().find_map(|(across, near)| {
+            self.leave_out_row(brep, stab, (face, patch), (across, near), budget)
+        })
+    }
+
+    fn leave_out_row(
+        &mut self,
+        brep: &PreparedBrep,
+        stab: &Stabber,
+        (face, patch): (usize, usize),
+        (across, near): (usize, f64),
+        budget: &mut usize,
+    ) -> Option<Vec<[[f64; 2]; 2]>> {
         let Surface::Nurbs(surface) = brep.brep().surface(face) else {
             return None;
         };
         let maps = &brep.double(face).patches[patch].maps;
         let map = &maps[across];
-        let range = map.to_native_range((near - CLOSE).max(0.0), (near + CLOSE).min(1.0));
-        let at = simplest(range);
-        let line = (&stab.origin, &stab.direction);
-        let t = row_in_line(surface, across, at, [map.start, map.end], line)?;
-        if t[0].cmp(&t[1]).is_eq() && brep.meets_itself(face, across == 1) {
+        let [low, high] = map.to_native_range((near - CLOSE).max(0.0), (near + CLOSE).min(1.0));
+        let at = if low <= map.start {
+            map.start
+        } else if high >= map.end {
+            map.end
+        } else {
+            simplest([low, high])
+        };
+        let known = self.tried.iter().find(|r| (r.0, r.1) == (across, at));
+        let t = match known {
+            Some((.., t)) => t.clone(),
+            None => {
+                let count = surface.counts()[1 - across];
+                *budget = budget.checked_sub(count)?;
+                let line = (&stab.origin, &stab.direction);
+                let t = row_in_line(surface, across, at, [map.start, map.end], line);
+                self.tried.push((across, at, t.clone()));
+                t
+            }
+        }?;
+        // A point that the surface may close about is left to others.
+        let domain = surface.domain();
+        let on_border = at == domain[across].start || at == domain[across].end;
+        if t[0].cmp(&t[1]).is_eq() && (!on_border || brep.meets_itself(face, across == 1)) {
             return None;
         }
         // All of the row is in the region, or none of it.
-        let mut uv = surface.domain().map(|d| [d.start, d.end]);
+        let mut uv = domain.map(|d| [d.start, d.end]);
         uv[across] = [at; 2];
         let side = brep.region(face).classify_box(uv[0], uv[1]);
         if side == BoxSide::Mixed {
@@ -89,7 +125,7 @@ impl Rows {
                 let native = [0, 1].map(|k| maps[k].to_native_range(b[k][0], b[k][1]));
                 brep.region(face).classify_box(native[0], native[1]) == BoxSide::Outside
             };
-            has_no_zero(&others, b, stab, outside).then_some(strip)
+            has_no_zero(&others, b, stab, outside, budget).then_some(strip)
         })?;
         let known = |r: &Row| r.across == across && r.at == at;
         if side == BoxSide::Inside && !self.found.iter().any(known) {
@@ -180,7 +216,8 @@ fn simplest([low, high]: [f64; 2]) -> f64 {
     }
     let mut found = low;
     // From steps that hold both ends down: with the first that has a multiple between them this is found.
-    let mut step = 2f64.powi(low.abs().max(high.abs()).log2().ceil() as i32 + 1);
+    let exponent = low.abs().max(high.abs()).to_bits() >> (f64::MANTISSA_DIGITS - 1);
+    let mut step = f64::from_bits((exponent + 1) << (f64::MANTISSA_DIGITS - 1));
     while step > 0.0 && step.is_finite() {
         let multiple = (low / step).ceil() * step;
         if multiple <= high {
@@ -230,7 +267,10 @@ fn deflated(root: &Forms<Dd>, across: usize, s: Ball<Dd>) -> Forms<Dd> {
                 let here = m.get(i).copied().unwrap_or(Ball::ZERO);
                 let raised = (number(i) * before + number(degree - i) * here) / number(degree);
                 out.c[k][index(i, j)] = raised.mid;
-                out.error[k] = out.error[k].max(raised.rad);
+                // Negated: what is not a number bounds nothing.
+                if !(raised.rad <= out.error[k]) {
+                    out.error[k] = raised.rad;
+                }
             }
         }
     }
@@ -243,6 +283,7 @@ fn has_no_zero(
     b: [[f64; 2]; 2],
     stab: &Stabber,
     outside: impl Fn([[f64; 2]; 2]) -> bool,
+    budget: &mut usize,
 ) -> bool {
     let mut turned: [Vec<Dd>; 2] = Default::default();
     let mut stack = vec![restrict(forms, b[0], b[1])];
@@ -250,6 +291,10 @@ fn has_no_zero(
         let Some(node) = stack.pop() else {
             return true;
         };
+        if *budget == 0 {
+            return false;
+        }
+        *budget -= 1;
         if node.has_no_zero() || node.beyond(stab) {
             continue;
         }
@@ -273,29 +318,74 @@ impl Rows {
     ) {
         let mut rows = self.found;
         rows.sort_by(|a, b| a.least().cmp(b.least()));
-        let mut merged: Vec<(Row, Ratio)> = Vec::new();
+        let mut merged: Vec<(Vec<Row>, Ratio)> = Vec::new();
         for row in rows {
             let most = row.most().clone();
             match merged.last_mut() {
-                Some((_, end)) if row.least().cmp(end).is_le() => {
+                Some((together, end)) if row.least().cmp(end).is_le() => {
                     if most.cmp(end).is_gt() {
                         *end = most;
                     }
+                    together.push(row);
                 }
-                _ => merged.push((row, most)),
+                _ => merged.push((vec![row], most)),
             }
         }
-        for (row, end) in merged {
-            let ends = [row.least().enclosed(), end.enclosed()];
+        for (together, end) in merged {
+            let ends = [together[0].least().enclosed(), end.enclosed()];
             hits.retain_mut(|h| {
                 let within = ends[0].upper() <= h.t.lower() && h.t.upper() <= ends[1].lower();
                 let apart = h.t.upper() < ends[0].lower() || ends[1].upper() < h.t.lower();
                 h.inside &= within || apart;
                 !within
             });
-            hits.extend(row.hit(brep, stab, face, end));
+            hits.extend(hit(brep, stab, face, &together, end));
         }
     }
+}
+
+/// The hit of rows that are one together, up to an end; `None` where it is beyond the line's range.
+fn hit(
+    brep: &PreparedBrep,
+    stab: &Stabber,
+    face: usize,
+    together: &[Row],
+    end: Ratio,
+) -> Option<RawHit> {
+    let start = together.first()?.least().clone();
+    let point = start.cmp(&end).is_eq();
+    let meeting = Meeting {
+        t: start,
+        end: (!point).then_some(end),
+        touches: !point,
+        on: Vec::new(),
+        end_on: Vec::new(),
+        uv: [0.0; 2],
+    };
+    let meeting = meeting.within(stab.range)?;
+    let holds = |r: &&Row| r.least().cmp(&meeting.t).is_le() && r.most().cmp(&meeting.t).is_ge();
+    let row = together.iter().find(holds)?;
+    let t = meeting.t.enclosed();
+    let (patch, local) = local(brep, face, row.place(brep, stab, face, t.mid.hi))?;
+    let point = |c: usize| {
+        (Ball::exact(stab.origin[c]) + t * Ball::exact(stab.direction[c]))
+            .mid
+            .hi
+    };
+    Some(RawHit {
+        face,
+        at: HitAt::Patch {
+            patch,
+            local: local.map(Dd::from),
+            rho: 0.0,
+            point: [0, 1, 2].map(point),
+        },
+        t,
+        inside: true,
+        at_joint: false,
+        touches: meeting.touches,
+        exact: Some(Box::new(meeting)),
+    })
 }
 
 impl Row {
@@ -311,43 +401,6 @@ impl Row {
             Ordering::Greater => &self.t[0],
             _ => &self.t[1],
         }
-    }
-
-    /// The hit from the row's least `t` on; `None` where it is beyond the line's range.
-    fn hit(&self, brep: &PreparedBrep, stab: &Stabber, face: usize, end: Ratio) -> Option<RawHit> {
-        let start = self.least().clone();
-        let point = start.cmp(&end).is_eq();
-        let meeting = Meeting {
-            t: start,
-            end: (!point).then_some(end),
-            touches: !point,
-            on: Vec::new(),
-            end_on: Vec::new(),
-            uv: [0.0; 2],
-        };
-        let meeting = meeting.within(stab.range)?;
-        let t = meeting.t.enclosed();
-        let uv = self.place(brep, stab, face, t.mid.hi);
-        let (patch, local) = local(brep, face, uv)?;
-        let point = |c: usize| {
-            (Ball::exact(stab.origin[c]) + t * Ball::exact(stab.direction[c]))
-                .mid
-                .hi
-        };
-        Some(RawHit {
-            face,
-            at: HitAt::Patch {
-                patch,
-                local: local.map(Dd::from),
-                rho: 0.0,
-                point: [0, 1, 2].map(point),
-            },
-            t,
-            inside: true,
-            at_joint: false,
-            touches: meeting.touches,
-            exact: Some(Box::new(meeting)),
-        })
     }
 
     /// The row's parameters at a place of the line, rounded: `t` is that of one of its ends at an end, and runs through all between.

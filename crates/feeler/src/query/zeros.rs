@@ -37,6 +37,8 @@ const UNEVEN: f64 = 8.0;
 const NEWTON_STEPS: usize = 12;
 /// Steps in double-double with the Jacobian in f64: each gains about 50 bits.
 const POLISHING_STEPS: usize = 3;
+/// A patch whose hits are not settled with so many boxes is looked at for rows that lie in the line.
+const FIRST_LOOK: usize = 256;
 /// So many boxes of a face are tried again in double-double at most: at a tangency some tens are left open.
 const MOST_OPEN: usize = 4096;
 
@@ -193,11 +195,21 @@ fn patches_hits(
             root: &root,
             digits,
         };
-        let starts = match rows.leave_out(brep, stab, (face, index), &root) {
-            Some(rest) => rest.iter().map(|b| restrict(&root, b[0], b[1])).collect(),
-            None => vec![root.clone()],
-        };
-        patch_hits(brep, stab, &at, starts, budget, out);
+        // Most patches are settled soon; of one that is not, a row may be in the line.
+        let before = (out.hits.len(), out.open.len());
+        let mut first = FIRST_LOOK.min(*budget);
+        *budget -= first;
+        patch_hits(brep, stab, &at, vec![root.clone()], &mut first, out);
+        *budget += first;
+        if out.open.len() > before.1 {
+            out.hits.truncate(before.0);
+            out.open.truncate(before.1);
+            let starts = match rows.leave_out(brep, stab, (face, index), &root, budget) {
+                Some(rest) => rest.iter().map(|b| restrict(&root, b[0], b[1])).collect(),
+                None => vec![root.clone()],
+            };
+            patch_hits(brep, stab, &at, starts, budget, out);
+        }
         if out.is_done(stab) {
             return;
         }
