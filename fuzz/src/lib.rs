@@ -17,8 +17,8 @@
 //! # What an answer is held against
 //! In the loop: for sides, evaluations and derivative roots the second method of the oracle, exact; for separations a one-sided refuter, exact
 //! points of the faces nearer than the claim allows, and what must hold between answers to the same question. One input in a
-//! hundred (by its hash, so that it is the same ones every time) is given to the second method whole, as is every input that a
-//! campaign kept for its coverage (`cargo xtask fuzz` does so with the oracle, too).
+//! hundred (by its hash, so that it is the same ones every time) is given to the second method whole. Inputs that a campaign kept for their coverage
+//! `cargo xtask fuzz` gives to the oracle, as far as its minutes go.
 
 mod check;
 mod loops;

@@ -1,7 +1,8 @@
 //! A second method for each truth, in Rust alone.
 //!
 //! It shares with the first (`cpp/`) nothing but the input types, and nothing with the kernel's algorithms: no
-//! Bernstein form, no subdivision of control nets, no MPFR. What it does instead: Taylor forms of surfaces and
+//! Bernstein form, no subdivision of control nets, no MPFR. But for sides: these it decides as the first does, by halving Bernstein polynomials
+//! until they have one sign (in integers, where that takes intervals), and proves coprimality as the kernel does; the tests hold it against Sturm chains. What it does for the rest: Taylor forms of surfaces and
 //! curves on boxes in their own parameters, automatic differentiation to second order, interval
 //! Newton (Krawczyk's operator), in intervals of f64 first and of 256-bit numbers then. It may be slow, and where a
 //! problem is degenerate (the focal set of a surface) its enclosures are wide; they hold nevertheless, so

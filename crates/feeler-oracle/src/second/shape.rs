@@ -111,7 +111,7 @@ fn basis<N: Number>(knots: &KnotVector, span: usize, m: &N) -> Vec<Vec<N>> {
             let j = span + 1 + i - d;
             let (low, high) = (N::exact(t[j]), N::exact(t[j + d]));
             let width = high.minus(&low);
-            // The width is at least that of the span: not 0. At a knot the quotients are 0 and 1, exactly.
+            // The width is at least that of the span: not 0. At a knot the quotients hold 0 and 1.
             let by = |n: &N| n.over(&width).unwrap_or_else(N::zero);
             let (rise, fall) = (by(&m.minus(&low)), by(&high.minus(m)));
             let slope = by(&N::exact(1.0));

@@ -55,7 +55,7 @@ pub struct TrimmedRegion {
 enum Crossings {
     /// It holds the point.
     On,
-    /// It is met so many times.
+    /// It is met so many times, or as good as: only whether the count is odd matters.
     Count(i64),
     /// The direction does not do.
     Degenerate,

@@ -178,7 +178,7 @@ fn boxes_along_the_border_of_the_domain() {
     ] {
         assert_eq!(region.classify_box(u, v), BoxSide::Inside, "{u:?} {v:?}");
     }
-    // A box at the border that nothing of the region meets but in the corners of the loop; one across the notch.
+    // A box at the border, within the notch, that nothing of the region meets; one across the notch.
     assert_eq!(
         region.classify_box([1.5, 2.5], [3.0, 4.0]),
         BoxSide::Outside
