@@ -21,6 +21,7 @@
 //!   hits where it is deeper than at the start by the allowance: [`arrival_along`] with as much less than the separation at the start as its prediction,
 //!   whose proof asks nothing of the way (but, as ever, that what is left of the radius is no less than half of a crack's width where the way leads through one).
 //!   The engine stops the ball there, before it is through the floor or a wall beyond.
+//! - The same where a ball that goes along one thing is at the start as deep in another that is ahead (in a corner), or nothing is known of a straight way.
 //! - The same where the way bends: a BREP that turns, a ball that goes round a centre of mass elsewhere. (One whose centre is within a 64th of the allowance
 //!   of that, twice over, goes straight up to as much: where an engine places a ball in its body roundings leave such centres.) Such a cast takes a query each 128th of the radius while the ball goes along
 //!   what it touches, and some 4,000 of them at the most: after some 32 radii it is told where it has come to, as out of iterations, and counted as undecided.
@@ -122,16 +123,26 @@ fn advance(
     };
     let there = THERE * shape.brep().size();
     if let Some(Touched { separation, left }) = touched {
+        let limit = limit(separation, radius, sought);
         match line {
-            Some(line) if left => return past(shape, line, radius, sought),
-            // What is apart and driven in hits when it touches, as ever.
-            _ if left || sought.driven_on && separation.value <= sought.distance + there => {
-                if let Some(limit) = limit(separation, radius, sought) {
+            Some(line) if left => {
+                let found = past(shape, line, radius, sought);
+                if let (false, true, Some(limit)) = (found.later, sought.driven_on, limit) {
                     return deeper(shape, way, radius, (sought, limit));
                 }
+                if found.undecided {
+                    shape.note_undecided();
+                }
+                return found.met;
+            }
+            // What is apart and driven in hits when it touches, as ever.
+            _ if left || sought.driven_on && separation.value <= sought.distance + there => {
+                if let Some(limit) = limit {
+                    return deeper(shape, way, radius, (sought, limit));
+                }
+                shape.note_undecided();
                 if left {
                     // Nothing is known: that the contact at the start is left is all there is to tell.
-                    shape.note_undecided();
                     return None;
                 }
             }
@@ -214,7 +225,8 @@ fn touched(shape: &BrepShape, way: &dyn Way, radius: f64, sought: &Sought) -> Op
 fn limit(start: Separation, radius: f64, sought: &Sought) -> Option<f64> {
     let allowance = sought.allowance(radius);
     let lo = start.bounds.lo;
-    let limit = lo.min(sought.distance) - allowance;
+    // From above: no deeper than at the start by more than the allowance, wherever in its bounds that was.
+    let limit = (start.bounds.hi.min(sought.distance) - allowance).next_up();
     // All of these are false of what is no number.
     let known = start.bounds.width() <= LITTLE * allowance;
     (known && radius + limit > 0.0 && allowance > 0.0 && limit < lo).then_some(limit)
@@ -252,8 +264,16 @@ fn deeper(
     })
 }
 
+/// What [`past`] found.
+struct Past {
+    met: Option<Met>,
+    undecided: bool,
+    /// Whether it is later than the start, or never: an engine passes over hits at the very start.
+    later: bool,
+}
+
 /// What of the BREP is in the way of a ball that leaves it, or goes along it.
-fn past(shape: &BrepShape, way: &StraightWay, radius: f64, sought: &Sought) -> Option<Met> {
+fn past(shape: &BrepShape, way: &StraightWay, radius: f64, sought: &Sought) -> Past {
     let brep = shape.brep();
     let options = Options {
         accuracy: Accuracy::Length(THERE_PAST * brep.size()),
@@ -264,30 +284,42 @@ fn past(shape: &BrepShape, way: &StraightWay, radius: f64, sought: &Sought) -> O
     let (span, allowance) = (sought.span, sought.allowance(radius));
     let mut workspace = Workspace::default();
     let answer = arrival_past(brep, radius, way, span, allowance, &options, &mut workspace);
-    if answer.undecided.is_some() {
-        shape.note_undecided();
-    }
-    let bounds = answer.time?.bounds;
-    if bounds.lo == span[0] && bounds.hi == f64::INFINITY {
-        // Nothing is known: that the contact at the start is left is all there is to tell.
-        return None;
-    }
-    let center = placed(way, bounds.lo);
-    let contact = match answer.contacts.first() {
-        Some(c) => dressed(c, center.point, radius, PackedFeatureId::face(0)),
-        None => contact_at(shape, center, radius, &mut Memory::default())?,
+    let undecided = answer.undecided.is_some();
+    let Some(time) = &answer.time else {
+        return Past {
+            met: None,
+            undecided,
+            later: !undecided,
+        };
     };
-    let status = match answer.undecided {
-        // At the start, and proven to be.
-        _ if bounds.hi == span[0] => ShapeCastStatus::PenetratingOrWithinTargetDist,
-        None => ShapeCastStatus::Converged,
-        Some(_) => ShapeCastStatus::OutOfIterations,
+    let bounds = time.bounds;
+    let met = || {
+        if bounds.lo == span[0] && bounds.hi == f64::INFINITY {
+            // Nothing is known: that the contact at the start is left is all there is to tell.
+            return None;
+        }
+        let center = placed(way, bounds.lo);
+        let contact = match answer.contacts.first() {
+            Some(c) => dressed(c, center.point, radius, PackedFeatureId::face(0)),
+            None => contact_at(shape, center, radius, &mut Memory::default())?,
+        };
+        let status = match undecided {
+            // At the start, and proven to be.
+            _ if bounds.hi == span[0] => ShapeCastStatus::PenetratingOrWithinTargetDist,
+            false => ShapeCastStatus::Converged,
+            true => ShapeCastStatus::OutOfIterations,
+        };
+        Some(Met {
+            time: bounds.lo,
+            contact,
+            status,
+        })
     };
-    Some(Met {
-        time: bounds.lo,
-        contact,
-        status,
-    })
+    Past {
+        met: met(),
+        undecided,
+        later: bounds.lo > span[0],
+    }
 }
 
 fn hit(met: &Met, order: Order, radius: f64, other: impl Fn(Vector) -> Vector) -> ShapeCastHit {

@@ -59,7 +59,9 @@
 //! - `contact_softness`, `static_contact_softness`: a resting ball sinks in by about g / (2 pi f)^2 whatever the shape says. At Rapier's 60 Hz
 //!   that is 0.07 mm under a gravity in mm; 1000 Hz give 0.25 um.
 //! - CCD works, as far as the table says, also of a ball that leaves a contact, rolls along one, or is driven into it, and where a BREP turns or a ball goes
-//!   round a centre of mass elsewhere: in one step it may come deeper than it was by a 128th of its radius before it is stopped, no more. (A hit at the very start
+//!   round a centre of mass elsewhere: in one cast, of the motion that it is asked about, it may come deeper than it was by a 128th of its radius before it is stopped, no more.
+//!   (Rapier casts bodies that move by themselves, against others where they stand at the end of the step: a turntable that is driven is not cast against what lies on it; and it
+//!   places a body that was stopped between its poses, not on the way round its centre of mass.) (A hit at the very start
 //!   of a step Rapier would pass over; that of a ball driven in is told where it is deeper by as much. Along what it touches on ways that bend a cast takes a query
 //!   each 128th of the radius, and stops the ball after some 32 radii a step. What straight ones take, beside
 //!   Parry's against triangles: `benches/cast.rs`.) Where the centre is in material such a cast says nothing and is counted as [undecided](BrepShape::undecided).

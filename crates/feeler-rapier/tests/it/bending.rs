@@ -150,6 +150,36 @@ fn a_centre_of_mass_that_is_off_by_rounding() {
     assert_eq!(brep.undecided(), 0);
 }
 
+/// Along the floor into the wall, which it touches as well: wherever of the two the contact at the start is said to be, it is stopped later than at the start, where an
+/// engine would pass it over.
+#[test]
+fn a_ball_in_a_corner() {
+    let brep = floor_and_wall();
+    let (radius, still) = (0.5, NonlinearRigidMotion::identity());
+    for [into_wall, into_floor] in [[0.0, 0.0], [1e-3, 1e-3], [1e-13, 0.0], [0.0, 1e-13]] {
+        for speed in [1.0, 100.0] {
+            let moves = NonlinearRigidMotion {
+                start: Pose::translation(4.0 - radius + into_wall, 0.0, radius - into_floor),
+                linvel: Vector::new(speed, 0.0, 0.0),
+                ..NonlinearRigidMotion::identity()
+            };
+            let deeper = radius * ALLOWANCE / speed;
+            let hit = cast(&brep, [&still, &moves], radius, 0.1);
+            let t = hit.expect("the wall is in the way").time_of_impact;
+            assert!(t > 0.0 && t <= deeper * (1.0 + 1e-9), "{t} {deeper}");
+        }
+    }
+    assert_eq!(brep.undecided(), 0);
+    // A centre in material is said to be unknown.
+    let moves = NonlinearRigidMotion {
+        start: Pose::translation(0.0, 0.0, -0.01),
+        linvel: Vector::new(0.0, 0.0, -1.0),
+        ..NonlinearRigidMotion::identity()
+    };
+    cast(&brep, [&still, &moves], radius, 1.0);
+    assert!(brep.undecided() > 0);
+}
+
 /// Driven into the floor by more than is overlooked in the time asked about: as bodies move it is stopped where it is deeper than at the start by as much; as shapes
 /// are cast it hits at the start.
 #[test]
