@@ -149,20 +149,8 @@ fn advance(
             _ => {}
         }
     }
-    let options = Options {
-        accuracy: Accuracy::Length(there),
-        prediction: sought.distance,
-        contacts: Contacts::None,
-        node_budget: NODES,
-    };
-    let mut workspace = Workspace::default();
-    let brep = shape.brep();
-    let answer = arrival_along(brep, radius, way, sought.span, &options, &mut workspace);
-    let settled = is_settled(&answer);
-    if !settled {
-        shape.note_undecided();
-    }
-    let bounds = answer.time?.bounds;
+    let (time, settled) = arrive(shape, way, radius, sought.span, [sought.distance, there]);
+    let bounds = time?.bounds;
     let contact = contact_at(
         shape,
         placed(way, bounds.lo),
@@ -182,6 +170,29 @@ fn advance(
         contact,
         status,
     })
+}
+
+/// When the ball comes to a separation, known to within a length, and whether that is settled; what is not is counted.
+fn arrive(
+    shape: &BrepShape,
+    way: &dyn Way,
+    radius: f64,
+    span: [f64; 2],
+    [separation, within]: [f64; 2],
+) -> (Option<Separation>, bool) {
+    let options = Options {
+        accuracy: Accuracy::Length(within),
+        prediction: separation,
+        contacts: Contacts::None,
+        node_budget: NODES,
+    };
+    let mut workspace = Workspace::default();
+    let answer = arrival_along(shape.brep(), radius, way, span, &options, &mut workspace);
+    let settled = is_settled(&answer);
+    if !settled {
+        shape.note_undecided();
+    }
+    (answer.time, settled)
 }
 
 /// Steps that are too short for the time's own digits end an advance as well as may be, if it is known to end.
@@ -239,20 +250,9 @@ fn deeper(
     radius: f64,
     (sought, limit): (&Sought, f64),
 ) -> Option<Met> {
-    let options = Options {
-        accuracy: Accuracy::Length(LITTLE * sought.allowance(radius)),
-        prediction: limit,
-        contacts: Contacts::None,
-        node_budget: NODES,
-    };
-    let mut workspace = Workspace::default();
-    let brep = shape.brep();
-    let answer = arrival_along(brep, radius, way, sought.span, &options, &mut workspace);
-    let settled = is_settled(&answer);
-    if !settled {
-        shape.note_undecided();
-    }
-    let time = answer.time?.bounds.lo;
+    let there = LITTLE * sought.allowance(radius);
+    let (time, settled) = arrive(shape, way, radius, sought.span, [limit, there]);
+    let time = time?.bounds.lo;
     let memory = &mut Memory::default();
     Some(Met {
         time,

@@ -1,6 +1,6 @@
 //! Casts of balls as bodies move that touch a BREP at the start: on ways that bend, driven in, and as good as straight.
 
-use crate::scenes::{Random, part, prism, shape};
+use crate::scenes::{Random, floor_and_wall, part, prism, shape};
 use feeler_rapier::{BrepDispatcher, BrepShape, ball_gap};
 use parry3d_f64::math::{Pose, Rotation, Vector};
 use parry3d_f64::query::details::ShapeCastOptions;
@@ -13,19 +13,6 @@ use rapier3d_f64::prelude::{
 
 /// What is overlooked, in radii; it is known to a 64th of itself.
 const ALLOWANCE: f64 = 1.0 / 128.0;
-
-/// A floor at z = 0 from x = -8 to 4, a wall at x = 4 up to z = 3; from y = -8 to 8.
-fn floor_and_wall() -> BrepShape {
-    let profile = [
-        [-8.0, -1.0],
-        [5.0, -1.0],
-        [5.0, 3.0],
-        [4.0, 3.0],
-        [4.0, 0.0],
-        [-8.0, 0.0],
-    ];
-    shape(prism(&profile, [-8.0, 8.0]))
-}
 
 /// Both orders, contacts at the start that are left do not count.
 fn cast(
@@ -59,7 +46,7 @@ fn stops(hit: Option<ShapeCastHit>, [soonest, latest]: [f64; 2]) {
 /// is in the wall by the allowance more than in the floor: 3.8 cos = 4 - r + sunk + r / 128.
 #[test]
 fn a_wall_comes_round() {
-    let brep = floor_and_wall();
+    let brep = floor_and_wall(8.0);
     let radius = 0.5;
     for sunk in [0.0, 1e-4, -1e-6] {
         for shift in [Vector::ZERO, Vector::new(3.0, -1.0, 2.0)] {
@@ -98,7 +85,7 @@ fn a_wall_comes_round() {
 /// x = x0 + v t + 0.75 sin(w t).
 #[test]
 fn a_ball_that_goes_round_its_centre_of_mass() {
-    let brep = floor_and_wall();
+    let brep = floor_and_wall(8.0);
     let (radius, arm, speed) = (0.5, 0.75, 20.0);
     for spin in [1.0, 8.0] {
         let moves = NonlinearRigidMotion {
@@ -133,7 +120,7 @@ fn a_ball_that_goes_round_its_centre_of_mass() {
 /// What a body's frame leaves of a centre of mass by rounding makes no way bend: the wall is met where the ball is as deep in it as in the floor.
 #[test]
 fn a_centre_of_mass_that_is_off_by_rounding() {
-    let brep = floor_and_wall();
+    let brep = floor_and_wall(8.0);
     let still = NonlinearRigidMotion::identity();
     for off in [0.0, 1e-16, 1e-10] {
         let moves = NonlinearRigidMotion {
@@ -154,7 +141,7 @@ fn a_centre_of_mass_that_is_off_by_rounding() {
 /// engine would pass it over.
 #[test]
 fn a_ball_in_a_corner() {
-    let brep = floor_and_wall();
+    let brep = floor_and_wall(8.0);
     let (radius, still) = (0.5, NonlinearRigidMotion::identity());
     for [into_wall, into_floor] in [[0.0, 0.0], [1e-3, 1e-3], [1e-13, 0.0], [0.0, 1e-13]] {
         for speed in [1.0, 100.0] {
@@ -184,7 +171,7 @@ fn a_ball_in_a_corner() {
 /// are cast it hits at the start.
 #[test]
 fn a_ball_that_is_driven_in() {
-    let brep = floor_and_wall();
+    let brep = floor_and_wall(8.0);
     let (radius, sunk) = (0.5, 1e-3);
     let from = Vector::new(-1.0, 0.25, radius - sunk);
     for velocity in [
@@ -233,7 +220,7 @@ fn a_ball_that_is_driven_in() {
 /// A point that is to keep a distance: what it goes along at less than that is no hit, the wall is.
 #[test]
 fn a_point_with_a_distance() {
-    let brep = floor_and_wall();
+    let brep = floor_and_wall(8.0);
     let d = BrepDispatcher::new();
     let point = Ball::new(0.0);
     let keep = 0.25;
@@ -262,7 +249,7 @@ fn a_point_with_a_distance() {
 /// A wall that is just ahead, by less than numbers tell, is no overlap at the start: nobody knows.
 #[test]
 fn a_wall_that_may_be_ahead() {
-    let brep = floor_and_wall();
+    let brep = floor_and_wall(8.0);
     let d = BrepDispatcher::new();
     let options = ShapeCastOptions {
         stop_at_penetration: false,
@@ -288,7 +275,7 @@ fn a_wall_that_may_be_ahead() {
 /// Speeds whose squares are below all numbers are none the less speeds: what moves or turns so comes there, if it has the time.
 #[test]
 fn tiny_velocities() {
-    let brep = floor_and_wall();
+    let brep = floor_and_wall(8.0);
     let d = BrepDispatcher::new();
     let still = NonlinearRigidMotion::identity();
     let ball = Ball::new(0.5);

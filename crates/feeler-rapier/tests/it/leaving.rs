@@ -1,6 +1,6 @@
 //! Casts of balls that touch a BREP at the start, and leave it there or roll along it: what else of it is in the way.
 
-use crate::scenes::{Random, part, prism, shape, torus};
+use crate::scenes::{Random, floor_and_wall, part, prism, shape, torus};
 use feeler_rapier::{BrepDispatcher, BrepShape};
 use parry3d_f64::math::{Pose, Rotation, Vector};
 use parry3d_f64::query::details::ShapeCastOptions;
@@ -78,25 +78,12 @@ fn stops(hit: Option<ShapeCastHit>, brep: &BrepShape, speed: f64, time: f64, nor
     assert!((hit.normal1 - normal).length() < 1e-2, "{hit:?}");
 }
 
-/// An L from the side: a floor at z = 0 from x = -8 to 4, a wall at x = 4 up to z = 3; from y = -2 to 2.
-fn floor_and_wall() -> BrepShape {
-    let profile = [
-        [-8.0, -1.0],
-        [5.0, -1.0],
-        [5.0, 3.0],
-        [4.0, 3.0],
-        [4.0, 0.0],
-        [-8.0, 0.0],
-    ];
-    shape(prism(&profile, [-2.0, 2.0]))
-}
-
 const FOREVER: f64 = f64::MAX;
 
 /// On the floor, sunk into it by what a solver leaves, or just above it: whichever way it goes, the wall stops it.
 #[test]
 fn a_ball_that_rolls_along_a_floor_is_stopped_by_the_wall() {
-    let brep = floor_and_wall();
+    let brep = floor_and_wall(2.0);
     let radius = 0.5;
     for sunk in [0.0, 1e-4, 1e-3, -1e-13, -1e-5] {
         let from = [-1.0, 0.25, radius - sunk];
@@ -127,7 +114,7 @@ fn a_ball_that_rolls_along_a_floor_is_stopped_by_the_wall() {
 /// What a solver leaves of the velocity into the floor is no arrival, if the ball sinks by less than is overlooked while it is asked about.
 #[test]
 fn a_velocity_into_the_floor_by_rounding_is_overlooked() {
-    let brep = floor_and_wall();
+    let brep = floor_and_wall(2.0);
     let hit = cast(&brep, [-1.0, 0.25, 0.499], [100.0, 0.0, -1e-3], 0.5, 0.1);
     // From the wall 5 - 1e-3 - 0.5 + 1e-3 away.
     stops(hit, &brep, 100.0, 0.045 + 1e-5, [-1.0, 0.0, 0.0]);

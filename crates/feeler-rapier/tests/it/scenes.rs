@@ -65,6 +65,19 @@ pub(crate) fn block(low: [f64; 3], high: [f64; 3]) -> Brep {
     b.build().unwrap()
 }
 
+/// An L from the side: a floor at z = 0 from x = -8 to 4, a wall at x = 4 up to z = 3; as far to both sides along y as is said.
+pub(crate) fn floor_and_wall(half: f64) -> BrepShape {
+    let profile = [
+        [-8.0, -1.0],
+        [5.0, -1.0],
+        [5.0, 3.0],
+        [4.0, 3.0],
+        [4.0, 0.0],
+        [-8.0, 0.0],
+    ];
+    shape(prism(&profile, [-half, half]))
+}
+
 /// A polygon in x and z, its material to the left of its sides, drawn out along y; faces as planes.
 pub(crate) fn prism(profile: &[[f64; 2]], [front, back]: [f64; 2]) -> Brep {
     let mut b = BrepBuilder::new();

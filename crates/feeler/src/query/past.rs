@@ -11,7 +11,7 @@
 //! count where the ball would come into them by more than the allowance; which points of one face those are is found by cutting it up.
 //!
 //! # Guarantee
-//! Until `lo` no point that counts is within r + s, and no point of the faces at all nearer than r + s - a: **the ball is nowhere deeper
+//! Until `lo` no point that counts is within r + s, and no point of the faces at all nearer than r + s - a (where the start is not wider than a): **the ball is nowhere deeper
 //! than it was at the start, by more than the allowance**. At `hi` a point that the way brings nearer than r + s - a / 2 is within r + s.
 //! Between r + s - a and r + s - a / 2 a point may count or not. "Never" is proven: the first two hold until the end.
 //!
