@@ -307,7 +307,7 @@ impl<'a> Checker<'a> {
         }
     }
 
-    /// The exact side in uv; nothing of loops so large that exact arithmetic without an index takes minutes.
+    /// The exact side in uv, by Sturm chains; nothing of loops so large that exact arithmetic without an index takes minutes.
     fn side(&mut self, face: usize, uv: [f64; 2]) -> Result<SideTruth, String> {
         let region = self.regions.entry(face).or_insert_with(|| {
             let (brep, own) = self.model.face(face).ok_or("no such face")?;

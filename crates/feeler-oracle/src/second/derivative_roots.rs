@@ -6,6 +6,7 @@
 
 use super::candidates::bernstein;
 use super::fixed::Fixed;
+use super::fraction::Fraction;
 use super::isolate::{Roots, brackets};
 use super::pieces::{ArcPiece, Linear, RationalPiece, UvPiece, locate, uv_pieces};
 use super::polynomial::Polynomial;
@@ -14,11 +15,44 @@ use crate::truth::{
     AxisRootsTruth, DerivativeRootTruth, DerivativeRootsTruth, OracleError, TruthEnclosure,
 };
 use dashu_int::{IBig, UBig};
-use dashu_ratio::RBig;
 use feeler::brep::Brep;
 
 /// Width of the intervals, as a part of the piece.
 const BITS: usize = 168;
+/// Bits of a root's parameter that are known, however near to 0 it is,
+const DIGITS: usize = 120;
+/// unless that takes more than so many bits of the piece.
+const MOST_BITS: usize = 1 << 14;
+
+/// Whether an interval of parameters is as narrow as it is to be for its distance from 0, or cannot be made so.
+fn is_narrow(t: [&Fraction; 2], bits: usize) -> bool {
+    let [lo, hi] = t;
+    let nearest = match signum(lo) * signum(hi) {
+        1 if signum(lo) > 0 => lo.clone(),
+        1 => -hi.clone(),
+        _ => Fraction::ZERO,
+    };
+    lo == hi || bits > MOST_BITS || (hi - lo) * Fraction::from(IBig::ONE << DIGITS) <= nearest
+}
+
+/// The parameters about root `index`, of which `map` tells from its place on the piece: 0 itself, or as narrow an interval as that takes.
+fn parameters(roots: &mut Roots, index: usize, map: &Linear) -> TruthEnclosure {
+    let mut bits = BITS;
+    loop {
+        let root = &roots.roots[index];
+        let t = [&root.lo, &root.hi].map(|x| map.at(&x.rational()));
+        if signum(&t[0]) * signum(&t[1]) <= 0
+            && roots.is_at(index, &map.inverse().at(&Fraction::ZERO))
+        {
+            return point(&Fraction::ZERO);
+        }
+        if is_narrow([&t[0], &t[1]], bits) {
+            return enclosure(&t[0], &t[1]);
+        }
+        bits *= 2;
+        roots.narrow(index, bits);
+    }
+}
 
 /// One coordinate on one piece.
 #[derive(Clone, Debug, Default)]
@@ -133,7 +167,10 @@ pub fn root_brackets(
         let UvPiece::Rational(p) = piece else {
             continue;
         };
-        let map = Linear::new([RBig::ZERO, RBig::ONE], [p.from.clone(), p.to.clone()]);
+        let map = Linear::new(
+            [Fraction::ZERO, Fraction::ONE],
+            [p.from.clone(), p.to.clone()],
+        );
         for (f, found) in numerators(p).iter().zip(&mut found) {
             let Some((_, f)) = without_ends(f) else {
                 continue;
@@ -179,23 +216,25 @@ fn stationary(f: &Polynomial) -> Option<([usize; 2], Roots, [i8; 2])> {
 fn of_rational(p: &RationalPiece) -> [Stretch; 2] {
     let n = numerators(p);
     let common = n[0].gcd(&n[1]);
-    let map = Linear::new([RBig::ZERO, RBig::ONE], [p.from.clone(), p.to.clone()]);
+    let map = Linear::new(
+        [Fraction::ZERO, Fraction::ONE],
+        [p.from.clone(), p.to.clone()],
+    );
     [0, 1].map(|axis| {
-        let Some((multiplicity, roots, signs)) = stationary(&n[axis]) else {
+        let Some((multiplicity, mut roots, signs)) = stationary(&n[axis]) else {
             return Stretch {
                 constant: true,
                 ..Stretch::default()
             };
         };
-        let cusp_at = |x: &RBig| common.sign_at(x) == 0;
+        let cusp_at = |x: &Fraction| common.sign_at(x) == 0;
         let mut current = signs[0];
         let inside = (0..roots.roots.len())
             .map(|i| {
-                let r = &roots.roots[i];
-                let m = r.multiplicity;
+                let m = roots.roots[i].multiplicity;
                 let next = if m % 2 == 1 { -current } else { current };
                 let root = DerivativeRootTruth {
-                    t: enclosure(&map.at(&r.lo.rational()), &map.at(&r.hi.rational())),
+                    t: parameters(&mut roots, i, &map),
                     multiplicity: [m, m],
                     sign: [current, next],
                     cusp: common.degree() > 0 && roots.shares(i, &common),
@@ -208,7 +247,7 @@ fn of_rational(p: &RationalPiece) -> [Stretch; 2] {
         Stretch {
             constant: false,
             ends: [0, 1].map(|end| {
-                let cusp = multiplicity[end] > 0 && cusp_at(&RBig::from(end));
+                let cusp = multiplicity[end] > 0 && cusp_at(&Fraction::from(end));
                 (multiplicity[end], signs[end], cusp)
             }),
             inside,
@@ -244,11 +283,16 @@ fn of_arc(p: &ArcPiece) -> Result<[Stretch; 2], OracleError> {
 }
 
 /// The derivative of `cos a P + sin a R` is `R cos a - P sin a`; `None` where the precision does not do.
-fn arc_stretch(row: [&RBig; 2], angle: &[RBig; 2], map: &Linear, bits: usize) -> Option<Stretch> {
+fn arc_stretch(
+    row: [&Fraction; 2],
+    angle: &[Fraction; 2],
+    map: &Linear,
+    bits: usize,
+) -> Option<Stretch> {
     let [p, r] = row;
     // The derivative at a = 0 is R; its next one there is -P.
     let level = signum(r) == 0;
-    let scale = RBig::from_parts(IBig::ONE, UBig::ONE << BITS);
+    let scale = Fraction::from_parts(IBig::ONE, UBig::ONE << BITS);
     let widest = (&angle[1] - &angle[0]) * scale;
     // Scaled, so that fixed point sees small frames.
     let size = if p.clone() * p > r.clone() * r { p } else { r };
@@ -261,7 +305,7 @@ fn arc_stretch(row: [&RBig; 2], angle: &[RBig; 2], map: &Linear, bits: usize) ->
         Fixed::new(&(p / &size), bits),
         Fixed::new(&(r / &size), bits),
     );
-    let slope = |a: &RBig| -> Option<i8> {
+    let slope = |a: &Fraction| -> Option<i8> {
         let (c, s) = Fixed::direction(a, bits);
         let value = Fixed::new(r, bits)
             .mul(&c)
@@ -280,7 +324,7 @@ fn arc_stretch(row: [&RBig; 2], angle: &[RBig; 2], map: &Linear, bits: usize) ->
     let first = (angle[0].clone() / pi.hi()).floor();
     let mut k = i64::try_from(first).ok()? - 3;
     let mut stretch = Stretch::default();
-    let zero_at = |x: &RBig| level && signum(x) == 0;
+    let zero_at = |x: &Fraction| level && signum(x) == 0;
     for (end, a) in angle.iter().enumerate() {
         // Just above 0 the derivative has the sign of -P, below it that of P.
         stretch.ends[end] = if zero_at(a) {
@@ -294,7 +338,7 @@ fn arc_stretch(row: [&RBig; 2], angle: &[RBig; 2], map: &Linear, bits: usize) ->
     loop {
         let zero = phi.add(&pi.times(k));
         let (lo, hi) = if level && k == 0 {
-            (RBig::ZERO, RBig::ZERO)
+            (Fraction::ZERO, Fraction::ZERO)
         } else {
             (zero.lo(), zero.hi())
         };
@@ -305,11 +349,16 @@ fn arc_stretch(row: [&RBig; 2], angle: &[RBig; 2], map: &Linear, bits: usize) ->
         if lo > angle[1] || (lo == hi && hi == angle[1]) {
             break;
         }
-        if lo <= angle[0] || hi >= angle[1] || &hi - &lo > widest {
+        let t = [map.at(&lo), map.at(&hi)];
+        if lo <= angle[0]
+            || hi >= angle[1]
+            || &hi - &lo > widest
+            || !is_narrow([&t[0], &t[1]], bits)
+        {
             return None;
         }
         stretch.inside.push(DerivativeRootTruth {
-            t: enclosure(&map.at(&lo), &map.at(&hi)),
+            t: enclosure(&t[0], &t[1]),
             multiplicity: [1, 1],
             sign: [current, -current],
             cusp: false,
@@ -319,15 +368,15 @@ fn arc_stretch(row: [&RBig; 2], angle: &[RBig; 2], map: &Linear, bits: usize) ->
     (current == stretch.ends[1].1).then_some(stretch)
 }
 
-fn point(x: &RBig) -> TruthEnclosure {
+fn point(x: &Fraction) -> TruthEnclosure {
     enclosure(x, x)
 }
 
-fn joined(stretches: &[(&Stretch, &[RBig; 2])]) -> AxisRootsTruth {
+fn joined(stretches: &[(&Stretch, &[Fraction; 2])]) -> AxisRootsTruth {
     let mut out = AxisRootsTruth::default();
     let mut before: Option<&Stretch> = None;
     let nothing = (0, 0, false);
-    let mut push = |at: &RBig, before: Option<&Stretch>, after: Option<&Stretch>| {
+    let mut push = |at: &Fraction, before: Option<&Stretch>, after: Option<&Stretch>| {
         let a = before.map_or(nothing, |s| s.ends[1]);
         let b = after.map_or(nothing, |s| s.ends[0]);
         if a.0 > 0 || b.0 > 0 || a.1 * b.1 < 0 {
@@ -349,7 +398,7 @@ fn joined(stretches: &[(&Stretch, &[RBig; 2])]) -> AxisRootsTruth {
     if let Some((_, ends)) = stretches.last() {
         push(&ends[1], before, None);
     }
-    let mut constant: Vec<[RBig; 2]> = Vec::new();
+    let mut constant: Vec<[Fraction; 2]> = Vec::new();
     for (i, (s, ends)) in stretches.iter().enumerate() {
         if !s.constant {
             continue;
@@ -364,4 +413,67 @@ fn joined(stretches: &[(&Stretch, &[RBig; 2])]) -> AxisRootsTruth {
         .map(|c| [point(&c[0]), point(&c[1])])
         .collect();
     out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn power_of_two(e: usize) -> Fraction {
+        Fraction::from_parts(IBig::ONE, UBig::ONE << e)
+    }
+
+    /// The parabola with these Bernstein coefficients for u, over [from, to].
+    fn parabola(u: [Fraction; 3], from: i64, to: i64) -> RationalPiece {
+        let points: Vec<_> = u
+            .into_iter()
+            .map(|u| vec![u, Fraction::ZERO, Fraction::ONE])
+            .collect();
+        RationalPiece::new(&points, Fraction::from(from), Fraction::from(to))
+    }
+
+    #[test]
+    fn roots_next_to_0_are_known_to_many_digits() {
+        for e in [60, 200, 1070] {
+            // u = t^2 - 2 e t (1 - t): stationary at e / (1 + 2 e).
+            let small = power_of_two(e);
+            let root = &small / (Fraction::ONE + &small + &small);
+            let piece = parabola([Fraction::ZERO, -small, Fraction::ONE], 0, 1);
+            let [u, v] = of_rational(&piece);
+            assert!(v.constant && u.inside.len() == 1);
+            let t = &u.inside[0].t;
+            let [lo, hi] = [&t.lo, &t.hi].map(super::super::rational::of_dyadic);
+            assert!(lo <= root && root <= hi, "2^-{e}: {t:?}");
+            assert!((hi - &lo) <= &root * power_of_two(100), "2^-{e}: {t:?}");
+        }
+    }
+
+    #[test]
+    fn a_root_at_0_is_told_exactly() {
+        // t^2 over [-1, 2], where 0 is at a third.
+        let piece = parabola([1, -2, 4].map(Fraction::from), -1, 2);
+        let t = &of_rational(&piece)[0].inside[0].t;
+        assert!(t.lo.signum() == 0 && t.hi.signum() == 0, "{t:?}");
+    }
+
+    #[test]
+    fn extremes_of_arcs_next_to_0_are_known_to_many_digits() {
+        // x' = (1, 2^-300): v is stationary a quarter turn on, u at the angle atan 2^-300, between 2^-300 (1 - 2^-600) and 2^-300.
+        let arc = ArcPiece {
+            center: [Fraction::ZERO, Fraction::ZERO],
+            x: [Fraction::ONE, -power_of_two(300)],
+            clockwise: false,
+            radius: Fraction::ONE,
+            angle: [-1, 1].map(Fraction::from),
+            from: Fraction::from(-1),
+            to: Fraction::ONE,
+        };
+        let [u, _] = of_arc(&arc).unwrap();
+        let t = &u.inside[0].t;
+        let [lo, hi] = [&t.lo, &t.hi].map(super::super::rational::of_dyadic);
+        let most = power_of_two(300);
+        let least = &most * (Fraction::ONE - power_of_two(600));
+        assert!(lo <= most && least <= hi, "{t:?}");
+        assert!((hi - lo) <= most * power_of_two(100), "{t:?}");
+    }
 }

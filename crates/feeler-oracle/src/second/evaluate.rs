@@ -2,18 +2,18 @@
 //! point by series.
 
 use super::fixed::Fixed;
+use super::fraction::Fraction;
 use super::pieces::{Linear, locate};
 use super::rational::{enclosure, rational, rationals, signum};
 use super::spline::basis;
 use crate::truth::{Evaluation, OracleError, TruthEnclosure};
-use dashu_ratio::RBig;
 use feeler::brep::Brep;
 use feeler::nurbs::{Arc, Curve3, NurbsSurface, Plane, Revolution, Surface};
 
 /// Bits after the binary point where something is irrational: absolute, so that coordinates of 2^-200 still have 200.
 const BITS: usize = 400;
 
-type Vector = [RBig; 3];
+type Vector = [Fraction; 3];
 type Blurred = [Fixed; 3];
 
 /// The point of a face's surface at `uv` and its derivatives up to the second; at a knot, from above. 0.1 to 5 ms, by degree.
@@ -84,12 +84,19 @@ fn fixed(all: &[Blurred; 6]) -> Evaluation {
     evaluation(all.each_ref().map(|v| v.each_ref().map(one)))
 }
 
-fn of_nurbs(s: &NurbsSurface, at: &[RBig; 2]) -> Result<[Vector; 6], OracleError> {
+fn of_nurbs(s: &NurbsSurface, at: &[Fraction; 2]) -> Result<[Vector; 6], OracleError> {
     let (ku, kv) = (s.knots_u(), s.knots_v());
     let (i0, bu) = basis(ku.degree(), &rationals(ku.knots())?, &at[0]);
     let (j0, bv) = basis(kv.degree(), &rationals(kv.knots())?, &at[1]);
     let count = s.counts()[1];
-    let zero = || [RBig::ZERO, RBig::ZERO, RBig::ZERO, RBig::ZERO];
+    let zero = || {
+        [
+            Fraction::ZERO,
+            Fraction::ZERO,
+            Fraction::ZERO,
+            Fraction::ZERO,
+        ]
+    };
     // X, Y, Z, W: derived k times along u and l times along v, in the order of the answer.
     const ORDERS: [(usize, usize); 6] = [(0, 0), (1, 0), (0, 1), (2, 0), (1, 1), (0, 2)];
     let mut sums = ORDERS.map(|_| zero());
@@ -113,13 +120,15 @@ fn of_nurbs(s: &NurbsSurface, at: &[RBig; 2]) -> Result<[Vector; 6], OracleError
     let [w, wu, wv, wuu, wuv, wvv] = sums.each_ref().map(|s| &s[3]);
     let a = |k: usize| [0, 1, 2].map(|c| sums[k][c].clone());
     // The product rule for w S = A, solved for the derivatives of S.
-    let solve = |a: Vector, terms: &[(&RBig, &Vector)]| {
+    let solve = |a: Vector, terms: &[(&Fraction, &Vector)]| {
         [0, 1, 2].map(|c| {
-            let taken = terms.iter().fold(RBig::ZERO, |t, (w, s)| t + *w * &s[c]);
+            let taken = terms
+                .iter()
+                .fold(Fraction::ZERO, |t, (w, s)| t + *w * &s[c]);
             (&a[c] - taken) / w
         })
     };
-    let two = RBig::from(2u8);
+    let two = Fraction::from(2u8);
     let point = solve(a(0), &[]);
     let du = solve(a(1), &[(wu, &point)]);
     let dv = solve(a(2), &[(wv, &point)]);
@@ -129,7 +138,7 @@ fn of_nurbs(s: &NurbsSurface, at: &[RBig; 2]) -> Result<[Vector; 6], OracleError
     Ok([point, du, dv, duu, duv, dvv])
 }
 
-fn of_plane(s: &Plane, at: &[RBig; 2]) -> Result<[Vector; 6], OracleError> {
+fn of_plane(s: &Plane, at: &[Fraction; 2]) -> Result<[Vector; 6], OracleError> {
     let mut map = Vec::with_capacity(2);
     for i in 0..2 {
         let ends = |x: feeler::numeric::Interval| {
@@ -140,7 +149,7 @@ fn of_plane(s: &Plane, at: &[RBig; 2]) -> Result<[Vector; 6], OracleError> {
     let (x, y) = (triple(s.x.as_slice())?, triple(s.y.as_slice())?);
     let origin = triple(s.origin.coords.as_slice())?;
     let (a, b) = (map[0].at(&at[0]), map[1].at(&at[1]));
-    let zero = || [RBig::ZERO, RBig::ZERO, RBig::ZERO];
+    let zero = || [Fraction::ZERO, Fraction::ZERO, Fraction::ZERO];
     Ok([
         [0, 1, 2].map(|c| &origin[c] + &a * &x[c] + &b * &y[c]),
         [0, 1, 2].map(|c| map[0].slope() * &x[c]),
@@ -152,11 +161,11 @@ fn of_plane(s: &Plane, at: &[RBig; 2]) -> Result<[Vector; 6], OracleError> {
 }
 
 /// Point and two derivatives of a curve in space; at a break, from above.
-fn of_curve(curve: &Curve3, t: &RBig) -> Result<[Blurred; 3], OracleError> {
+fn of_curve(curve: &Curve3, t: &Fraction) -> Result<[Blurred; 3], OracleError> {
     let segment = |a: &[f64], b: &[f64], from: [f64; 2]| {
         let map = Linear::new(
             [rational(from[0])?, rational(from[1])?],
-            [RBig::ZERO, RBig::ONE],
+            [Fraction::ZERO, Fraction::ONE],
         );
         let (a, b) = (triple(a)?, triple(b)?);
         let (s, slope) = (map.at(t), map.slope());
@@ -187,7 +196,14 @@ fn of_curve(curve: &Curve3, t: &RBig) -> Result<[Blurred; 3], OracleError> {
         }
         Curve3::Nurbs(c) => {
             let (first, b) = basis(c.degree(), &rationals(c.knots().knots())?, t);
-            let zero = || [RBig::ZERO, RBig::ZERO, RBig::ZERO, RBig::ZERO];
+            let zero = || {
+                [
+                    Fraction::ZERO,
+                    Fraction::ZERO,
+                    Fraction::ZERO,
+                    Fraction::ZERO,
+                ]
+            };
             let mut sums = [zero(), zero(), zero()];
             for (i, n) in b.iter().enumerate() {
                 let p = &c.control_points()[first + i];
@@ -201,7 +217,7 @@ fn of_curve(curve: &Curve3, t: &RBig) -> Result<[Blurred; 3], OracleError> {
             let [a, d, e] = sums;
             let point = [0, 1, 2].map(|k| &a[k] / &a[3]);
             let first = [0, 1, 2].map(|k| (&d[k] - &d[3] * &point[k]) / &a[3]);
-            let two = RBig::from(2u8);
+            let two = Fraction::from(2u8);
             let second =
                 [0, 1, 2].map(|k| (&e[k] - &two * &d[3] * &first[k] - &e[3] * &point[k]) / &a[3]);
             Ok([point, first, second].each_ref().map(blurred))
@@ -220,7 +236,7 @@ fn of_curve(curve: &Curve3, t: &RBig) -> Result<[Blurred; 3], OracleError> {
     }
 }
 
-fn dot(a: &Vector, b: &Vector) -> RBig {
+fn dot(a: &Vector, b: &Vector) -> Fraction {
     &a[0] * &b[0] + &a[1] * &b[1] + &a[2] * &b[2]
 }
 
@@ -249,7 +265,7 @@ fn unit(v: &Vector) -> Result<Blurred, OracleError> {
     Ok(out)
 }
 
-fn of_arc(arc: &Arc<3>, t: &RBig) -> Result<[Blurred; 3], OracleError> {
+fn of_arc(arc: &Arc<3>, t: &Fraction) -> Result<[Blurred; 3], OracleError> {
     let map = Linear::new(
         [rational(arc.domain.start)?, rational(arc.domain.end)?],
         [rational(arc.angle.start)?, rational(arc.angle.end)?],
@@ -276,7 +292,7 @@ fn of_arc(arc: &Arc<3>, t: &RBig) -> Result<[Blurred; 3], OracleError> {
 }
 
 /// Turned by O. Rodrigues' formula.
-fn of_revolution(s: &Revolution, at: &[RBig; 2]) -> Result<Evaluation, OracleError> {
+fn of_revolution(s: &Revolution, at: &[Fraction; 2]) -> Result<Evaluation, OracleError> {
     let (turn, t) = if s.transposed {
         (&at[1], &at[0])
     } else {

@@ -3,10 +3,10 @@
 //! An interval is `[lo, hi] / 2^bits`; every operation rounds its ends outward. Series are alternating with terms that
 //! decrease, so that what is left out is at most the first term left out.
 
+use super::fraction::Fraction;
 use super::rational::sign;
 use dashu_int::ops::SquareRoot;
 use dashu_int::{IBig, UBig};
-use dashu_ratio::RBig;
 
 /// `[lo, hi] / 2^bits`.
 #[derive(Clone, Debug)]
@@ -36,7 +36,7 @@ fn shift_ceil(n: IBig, bits: usize) -> IBig {
 }
 
 impl Fixed {
-    pub(crate) fn new(x: &RBig, bits: usize) -> Self {
+    pub(crate) fn new(x: &Fraction, bits: usize) -> Self {
         let n = x.numerator() << bits;
         let d = IBig::from(x.denominator().clone());
         Self {
@@ -55,12 +55,12 @@ impl Fixed {
         }
     }
 
-    pub(crate) fn lo(&self) -> RBig {
-        RBig::from_parts(self.lo.clone(), UBig::ONE << self.bits)
+    pub(crate) fn lo(&self) -> Fraction {
+        Fraction::from_parts(self.lo.clone(), UBig::ONE << self.bits)
     }
 
-    pub(crate) fn hi(&self) -> RBig {
-        RBig::from_parts(self.hi.clone(), UBig::ONE << self.bits)
+    pub(crate) fn hi(&self) -> Fraction {
+        Fraction::from_parts(self.hi.clone(), UBig::ONE << self.bits)
     }
 
     /// -1, 1; 0 where it is not known.
@@ -241,7 +241,7 @@ impl Fixed {
 
     /// `(cos a, sin a)` of an exact angle: turns are taken off, the rest halved for the series of
     /// `e^(ia)`, then squared as often.
-    pub(crate) fn direction(angle: &RBig, bits: usize) -> (Self, Self) {
+    pub(crate) fn direction(angle: &Fraction, bits: usize) -> (Self, Self) {
         const HALVINGS: usize = 8;
         // What squaring and the turns lose.
         let fine = bits + 2 * HALVINGS + 64;
@@ -290,7 +290,7 @@ impl Fixed {
 mod tests {
     use super::*;
 
-    fn r(x: f64) -> RBig {
+    fn r(x: f64) -> Fraction {
         super::super::rational::rational(x).unwrap()
     }
 
@@ -306,13 +306,13 @@ mod tests {
         assert!(holds(&pi, std::f64::consts::PI));
         // 40 digits of pi.
         let digits: IBig = "31415926535897932384626433832795028841971".parse().unwrap();
-        let near = RBig::from_parts(digits, UBig::from(10u8).pow(40));
+        let near = Fraction::from_parts(digits, UBig::from(10u8).pow(40));
         assert!(near <= pi.lo() && pi.hi() < &near + r(1e-39));
         for x in [0.0, 0.1, -0.7, 3.0, -2.0, 1e-9, 100.0, -1e6, 1e9] {
             let (c, s) = Fixed::direction(&r(x), 256);
             assert!(holds(&c, x.cos()) && holds(&s, x.sin()), "{x}");
             let one = c.mul(&c).add(&s.mul(&s));
-            assert!(one.lo() <= RBig::ONE && RBig::ONE <= one.hi());
+            assert!(one.lo() <= Fraction::ONE && Fraction::ONE <= one.hi());
             // And back, up to turns.
             let back = Fixed::angle(&c, &s).unwrap();
             let (c2, s2) = Fixed::direction(&back.lo(), 256);

@@ -7,11 +7,11 @@
 //! interval refinement for real roots*, 2006).
 
 use super::candidates::candidates;
+use super::fraction::Fraction;
 use super::polynomial::{Chain, Polynomial};
 use super::rational::{rational, sign};
 use dashu_int::IBig;
 use dashu_int::ops::{BitTest, UnsignedAbs};
-use dashu_ratio::RBig;
 
 /// A dyadic number `n / 2^e`.
 #[derive(Clone, Debug)]
@@ -29,8 +29,8 @@ impl Place {
         self.n.clone() << (e - self.e)
     }
 
-    pub(crate) fn rational(&self) -> RBig {
-        RBig::from_parts(self.n.clone(), dashu_int::UBig::ONE << self.e)
+    pub(crate) fn rational(&self) -> Fraction {
+        Fraction::from_parts(self.n.clone(), dashu_int::UBig::ONE << self.e)
     }
 
     fn value(&self, f: &Polynomial) -> IBig {
@@ -172,6 +172,17 @@ impl Roots {
             }
             bits *= 2;
         }
+    }
+
+    /// Narrows one interval to 2^-bits.
+    pub(crate) fn narrow(&mut self, index: usize, bits: usize) {
+        let root = &mut self.roots[index];
+        narrow(&self.factors[root.factor], root, bits);
+    }
+
+    /// Whether `x`, which is in the interval of root `index`, is that root.
+    pub(crate) fn is_at(&self, index: usize, x: &Fraction) -> bool {
+        self.factors[self.roots[index].factor].sign_at(x) == 0
     }
 
     /// Whether a polynomial, all of whose roots are roots of this one's, has root `index`.

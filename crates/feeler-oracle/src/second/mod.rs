@@ -1,8 +1,8 @@
 //! A second method for each truth, in Rust alone.
 //!
 //! It shares with the first (`cpp/`) nothing but the input types, and nothing with the kernel's algorithms: no
-//! Bernstein form, no subdivision of control nets, no MPFR. But for sides: these it decides as the first does, by halving Bernstein polynomials
-//! until they have one sign (in integers, where that takes intervals), and proves coprimality as the kernel does; the tests hold it against Sturm chains. What it does for the rest: Taylor forms of surfaces and
+//! Bernstein form but for the hull of a control polygon, no subdivision of control nets, no MPFR. One entry is an exception and says so:
+//! [`TrimmedRegion::side_by_halving`], quick enough for loops of checks, which decides a side as the first method and the kernel do. What the method does: Sturm chains for sides and roots; for the rest Taylor forms of surfaces and
 //! curves on boxes in their own parameters, automatic differentiation to second order, interval
 //! Newton (Krawczyk's operator), in intervals of f64 first and of 256-bit numbers then. It may be slow, and where a
 //! problem is degenerate (the focal set of a surface) its enclosures are wide; they hold nevertheless, so
@@ -21,6 +21,7 @@
 //! | [`analytic`] | closed forms |
 //! | `polynomial`, `candidates`, `isolate` | exact roots: Sturm chains, eigenvalues as candidates |
 //! | `spline`, `pieces` | exact values by truncated powers, Bezier pieces by knot insertion |
+//! | `fraction` | exact rationals |
 //! | `fixed` | intervals of any precision: roots, angles |
 //! | `derivative_roots`, `side`, `evaluate` | the exact truths by them |
 
@@ -30,6 +31,7 @@ mod contacts;
 mod derivative_roots;
 mod evaluate;
 mod fixed;
+mod fraction;
 mod isolate;
 mod line;
 pub mod number;

@@ -1,11 +1,11 @@
 //! Trim curves cut into pieces: rational Bezier curves with integer control points, and circular arcs.
 
+use super::fraction::Fraction;
 use super::polynomial::binomials;
 use super::rational::{integers, rational, rationals};
 use super::spline;
 use crate::truth::OracleError;
 use dashu_int::IBig;
-use dashu_ratio::RBig;
 use feeler::brep::{Brep, TrimCurve};
 use feeler::nurbs::{Arc, Curve2};
 
@@ -14,21 +14,21 @@ use feeler::nurbs::{Arc, Curve2};
 pub(crate) struct RationalPiece {
     /// Homogeneous Bernstein coefficients, by a common positive factor; W > 0.
     pub(crate) bernstein: Vec<[IBig; 3]>,
-    pub(crate) from: RBig,
-    pub(crate) to: RBig,
+    pub(crate) from: Fraction,
+    pub(crate) to: Fraction,
 }
 
 /// `center + radius (cos a x' + sin a y')`, a from `angle[0]` to `angle[1]` as the curve's parameter runs from `from`
 /// to `to`, linearly; x' is x normalised, y' is x' turned by +90 degrees, by -90 if `clockwise`.
 #[derive(Clone, Debug)]
 pub(crate) struct ArcPiece {
-    pub(crate) center: [RBig; 2],
-    pub(crate) x: [RBig; 2],
+    pub(crate) center: [Fraction; 2],
+    pub(crate) x: [Fraction; 2],
     pub(crate) clockwise: bool,
-    pub(crate) radius: RBig,
-    pub(crate) angle: [RBig; 2],
-    pub(crate) from: RBig,
-    pub(crate) to: RBig,
+    pub(crate) radius: Fraction,
+    pub(crate) angle: [Fraction; 2],
+    pub(crate) from: Fraction,
+    pub(crate) to: Fraction,
 }
 
 #[allow(clippy::large_enum_variant, reason = "arcs are few")]
@@ -56,14 +56,14 @@ impl RationalPiece {
     }
 
     /// The point at s = 0 or s = 1.
-    pub(crate) fn end(&self, last: bool) -> [RBig; 2] {
+    pub(crate) fn end(&self, last: bool) -> [Fraction; 2] {
         let p = &self.bernstein[if last { self.bernstein.len() - 1 } else { 0 }];
-        [0, 1].map(|i| RBig::from(p[i].clone()) / RBig::from(p[2].clone()))
+        [0, 1].map(|i| Fraction::from(p[i].clone()) / Fraction::from(p[2].clone()))
     }
 
     /// From homogeneous rational control points.
-    pub(crate) fn new(points: &[Vec<RBig>], from: RBig, to: RBig) -> Self {
-        let flat: Vec<RBig> = points.iter().flatten().cloned().collect();
+    pub(crate) fn new(points: &[Vec<Fraction>], from: Fraction, to: Fraction) -> Self {
+        let flat: Vec<Fraction> = points.iter().flatten().cloned().collect();
         let bernstein = integers(&flat)
             .chunks_exact(3)
             .map(|c| [c[0].clone(), c[1].clone(), c[2].clone()])
@@ -76,8 +76,13 @@ impl RationalPiece {
     }
 
     /// The straight segment between two points.
-    pub(crate) fn segment(a: &[RBig; 2], b: &[RBig; 2], from: RBig, to: RBig) -> Self {
-        let point = |p: &[RBig; 2]| vec![p[0].clone(), p[1].clone(), RBig::ONE];
+    pub(crate) fn segment(
+        a: &[Fraction; 2],
+        b: &[Fraction; 2],
+        from: Fraction,
+        to: Fraction,
+    ) -> Self {
+        let point = |p: &[Fraction; 2]| vec![p[0].clone(), p[1].clone(), Fraction::ONE];
         Self::new(&[point(a), point(b)], from, to)
     }
 }
@@ -85,21 +90,21 @@ impl RationalPiece {
 /// The linear map that takes `from` to `to`.
 #[derive(Clone, Debug)]
 pub(crate) struct Linear {
-    from: [RBig; 2],
-    to: [RBig; 2],
+    from: [Fraction; 2],
+    to: [Fraction; 2],
 }
 
 impl Linear {
-    pub(crate) fn new(from: [RBig; 2], to: [RBig; 2]) -> Self {
+    pub(crate) fn new(from: [Fraction; 2], to: [Fraction; 2]) -> Self {
         Self { from, to }
     }
 
-    pub(crate) fn at(&self, t: &RBig) -> RBig {
+    pub(crate) fn at(&self, t: &Fraction) -> Fraction {
         let ([a, b], [c, d]) = (&self.from, &self.to);
         c + (t - a) / (b - a) * (d - c)
     }
 
-    pub(crate) fn slope(&self) -> RBig {
+    pub(crate) fn slope(&self) -> Fraction {
         let ([a, b], [c, d]) = (&self.from, &self.to);
         (d - c) / (b - a)
     }
@@ -109,11 +114,11 @@ impl Linear {
     }
 }
 
-fn max(a: &RBig, b: &RBig) -> RBig {
+fn max(a: &Fraction, b: &Fraction) -> Fraction {
     if a > b { a.clone() } else { b.clone() }
 }
 
-fn min(a: &RBig, b: &RBig) -> RBig {
+fn min(a: &Fraction, b: &Fraction) -> Fraction {
     if a < b { a.clone() } else { b.clone() }
 }
 
@@ -152,8 +157,8 @@ pub(crate) fn uv_pieces(trim: &TrimCurve, curve: &Curve2) -> Result<Vec<UvPiece>
 /// Of a curve that is no poly-curve, over `[from, to]` of its own parameter.
 fn simple(
     curve: &Curve2,
-    from: &RBig,
-    to: &RBig,
+    from: &Fraction,
+    to: &Fraction,
     outward: &Linear,
     out: &mut Vec<UvPiece>,
 ) -> Result<(), OracleError> {
@@ -165,7 +170,7 @@ fn simple(
                 continue;
             }
             let ends = [rationals(&p[0])?, rationals(&p[1])?];
-            let at = |t: &RBig| {
+            let at = |t: &Fraction| {
                 [0, 1].map(|i| {
                     let range = [ends[0][i].clone(), ends[1][i].clone()];
                     Linear::new([w[0].clone(), w[1].clone()], range).at(t)
@@ -210,8 +215,8 @@ fn simple(
 
 fn arc_piece(
     arc: &Arc<2>,
-    from: &RBig,
-    to: &RBig,
+    from: &Fraction,
+    to: &Fraction,
     outward: &Linear,
 ) -> Result<ArcPiece, OracleError> {
     let pair = |a: f64, b: f64| Ok::<_, OracleError>([rational(a)?, rational(b)?]);

@@ -4,10 +4,10 @@
 //! in Basu, Pollack, Roy, *Algorithms in Real Algebraic Geometry*, 2.2 (the Tarski query). Pseudo-remainders
 //! are made with positive factors only, and each is divided by its content, which keeps all signs.
 
+use super::fraction::Fraction;
 use super::rational::{primitive, sign};
 use dashu_int::IBig;
 use dashu_int::ops::RemEuclid;
-use dashu_ratio::RBig;
 
 /// `a_0 ..= a_n`, `a_n` not zero; zero is the empty list.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -33,13 +33,7 @@ impl Polynomial {
 
     /// From its coefficients in Bernstein form of a degree that may be higher than its own.
     pub(crate) fn from_bernstein(b: &[IBig]) -> Self {
-        let mut differences = b.to_vec();
-        let mut power = Vec::with_capacity(b.len());
-        for binomial in binomials(b.len().saturating_sub(1)) {
-            power.push(&differences[0] * binomial);
-            differences = differences.windows(2).map(|w| &w[1] - &w[0]).collect();
-        }
-        Self::new(power)
+        Self::new(powers(b))
     }
 
     pub(crate) fn is_zero(&self) -> bool {
@@ -56,7 +50,6 @@ impl Polynomial {
         Self::new(terms.map(|(k, a)| a * IBig::from(k)).collect())
     }
 
-    #[cfg(test)]
     pub(crate) fn times(&self, other: &Self) -> Self {
         if self.is_zero() || other.is_zero() {
             return Self(Vec::new());
@@ -81,7 +74,7 @@ impl Polynomial {
         sum
     }
 
-    pub(crate) fn sign_at(&self, x: &RBig) -> i32 {
+    pub(crate) fn sign_at(&self, x: &Fraction) -> i32 {
         sign(&self.value_at(x.numerator(), &IBig::from(x.denominator().clone())))
     }
 
@@ -165,6 +158,17 @@ impl Polynomial {
     }
 }
 
+/// Coefficients of powers from Bernstein form: as many, also where the highest are 0.
+fn powers(b: &[IBig]) -> Vec<IBig> {
+    let mut differences = b.to_vec();
+    let mut power = Vec::with_capacity(b.len());
+    for binomial in binomials(b.len().saturating_sub(1)) {
+        power.push(&differences[0] * binomial);
+        differences = differences.windows(2).map(|w| &w[1] - &w[0]).collect();
+    }
+    power
+}
+
 /// 2^61 - 1, a prime.
 const PRIME: u64 = (1 << 61) - 1;
 
@@ -211,9 +215,19 @@ fn residues(b: &[IBig]) -> Vec<u64> {
 /// Where the prime does not divide one of these, it keeps its degree modulo the prime, and is a common divisor there.
 /// So where there is none there, there is none. `false` says nothing.
 pub(crate) fn coprime_by_residues(a: &[IBig], b: &[IBig]) -> bool {
-    let (mut a, mut b) = (residues(a), residues(b));
+    let degree = |c: &[IBig]| powers(c).iter().rposition(|x| *x != IBig::ZERO);
+    let forms = [a, b];
+    let [mut a, mut b] = forms.map(residues);
     if a.last() == Some(&0) && b.last() == Some(&0) {
-        return false;
+        // Of lower degree than the form, both, or else the prime divides what leads.
+        let [Some(m), Some(n)] = forms.map(degree) else {
+            return false;
+        };
+        a.truncate(m + 1);
+        b.truncate(n + 1);
+        if a[m] == 0 && b[n] == 0 {
+            return false;
+        }
     }
     loop {
         for f in [&mut a, &mut b] {
@@ -246,7 +260,6 @@ impl Chain {
     }
 
     /// Of `f` with `g`: differences of variations are sums of the signs of g at the roots of f.
-    #[cfg(test)]
     pub(crate) fn query(f: &Polynomial, g: &Polynomial) -> Self {
         Self::from(f, f.derivative().times(g).remainder(f))
     }
@@ -267,7 +280,7 @@ impl Chain {
         &self.0[self.0.len() - 1]
     }
 
-    pub(crate) fn variations(&self, x: &RBig) -> i64 {
+    pub(crate) fn variations(&self, x: &Fraction) -> i64 {
         let mut count = 0;
         let mut last = 0;
         for f in &self.0 {
@@ -282,7 +295,7 @@ impl Chain {
 
     /// The number of distinct roots between a and b, neither of which is one; with a second polynomial
     /// the sum of its signs there.
-    pub(crate) fn between(&self, a: &RBig, b: &RBig) -> i64 {
+    pub(crate) fn between(&self, a: &Fraction, b: &Fraction) -> i64 {
         self.variations(a) - self.variations(b)
     }
 }
@@ -298,8 +311,8 @@ mod tests {
         })
     }
 
-    fn r(n: i64, d: u64) -> RBig {
-        RBig::from_parts(n.into(), d.into())
+    fn r(n: i64, d: u64) -> Fraction {
+        Fraction::from_parts(n.into(), d.into())
     }
 
     #[test]
@@ -346,10 +359,16 @@ mod tests {
         assert!(!coprime_by_residues(&a, &b) && !coprime_by_residues(&a, &c));
         assert!(coprime_by_residues(&b, &c) && coprime_by_residues(&a, &one));
         assert!(!coprime_by_residues(&a, &big(&[0, 1, 4])));
-        // Leading coefficients that the prime divides say nothing, though 1 + prime t^2 and t are coprime.
+        // One leading coefficient that the prime does not divide is enough: 1 + prime t^2 and 2 t.
         let p = IBig::from(PRIME);
         let with = [IBig::ONE, IBig::ONE, IBig::ONE + &p];
-        assert!(!coprime_by_residues(&with, &big(&[0, 1, 2])));
+        assert!(coprime_by_residues(&with, &big(&[0, 1, 2])));
+        // Both of degree 1, in the form of degree 2: 2 + 2 t and 2 t; 4 t and 2 t; 2 + 2 prime t and 4 + 2 prime t, where the prime divides both.
+        let t = big(&[0, 1, 2]);
+        assert!(coprime_by_residues(&big(&[2, 3, 4]), &t));
+        assert!(!coprime_by_residues(&big(&[0, 2, 4]), &t));
+        let steep = [1, 2].map(|c| [0, 1, 2].map(|k| IBig::from(2 * c) + IBig::from(k) * &p));
+        assert!(!coprime_by_residues(&steep[0], &steep[1]));
         assert_eq!(Polynomial::from_bernstein(&a).0, big(&[0, 1, -1]));
         assert_eq!(times(PRIME - 1, PRIME - 1), 1);
         assert_eq!(times(inverse(12345), 12345), 1);

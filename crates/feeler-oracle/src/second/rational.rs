@@ -1,37 +1,37 @@
 //! Exact rationals, and what is stored of them.
 
+use super::fraction::{Fraction, gcd};
 use crate::truth::{OracleError, TruthEnclosure};
 use dashu_int::ops::{BitTest, UnsignedAbs};
 use dashu_int::{IBig, UBig};
-use dashu_ratio::RBig;
 use feeler::numeric::Dyadic;
 
 /// The exact value; the kernel's data are finite.
 ///
 /// # Errors
 /// `x` must be finite.
-pub(crate) fn rational(x: f64) -> Result<RBig, OracleError> {
+pub(crate) fn rational(x: f64) -> Result<Fraction, OracleError> {
     let d =
         Dyadic::from_f64(x).ok_or_else(|| OracleError::Refused("not a finite number".into()))?;
     Ok(of_dyadic(&d))
 }
 
 /// Of each of them.
-pub(crate) fn rationals(values: &[f64]) -> Result<Vec<RBig>, OracleError> {
+pub(crate) fn rationals(values: &[f64]) -> Result<Vec<Fraction>, OracleError> {
     values.iter().map(|x| rational(*x)).collect()
 }
 
-pub(crate) fn of_dyadic(d: &Dyadic) -> RBig {
+pub(crate) fn of_dyadic(d: &Dyadic) -> Fraction {
     let e = d.exponent().unsigned_abs() as usize;
     if d.exponent() >= 0 {
-        RBig::from(d.mantissa() << e)
+        Fraction::from(d.mantissa() << e)
     } else {
-        RBig::from_parts(d.mantissa().clone(), UBig::ONE << e)
+        Fraction::from_parts(d.mantissa().clone(), UBig::ONE << e)
     }
 }
 
 /// -1, 0 or 1.
-pub(crate) fn signum(x: &RBig) -> i32 {
+pub(crate) fn signum(x: &Fraction) -> i32 {
     sign(x.numerator())
 }
 
@@ -48,7 +48,7 @@ pub(crate) fn sign(x: &IBig) -> i32 {
 const BITS: i64 = 192;
 
 /// The largest dyadic of [`BITS`] bits not above `x`; `x` itself where it is one of any length.
-pub(crate) fn floor(x: &RBig) -> Dyadic {
+pub(crate) fn floor(x: &Fraction) -> Dyadic {
     let (n, d) = (x.numerator(), x.denominator());
     if let Some(k) = d.trailing_zeros()
         && *d == UBig::ONE << k
@@ -67,7 +67,7 @@ pub(crate) fn floor(x: &RBig) -> Dyadic {
 }
 
 /// The enclosure of what lies between two rationals.
-pub(crate) fn enclosure(lo: &RBig, hi: &RBig) -> TruthEnclosure {
+pub(crate) fn enclosure(lo: &Fraction, hi: &Fraction) -> TruthEnclosure {
     TruthEnclosure {
         lo: floor(lo),
         hi: -&floor(&-hi.clone()),
@@ -75,12 +75,11 @@ pub(crate) fn enclosure(lo: &RBig, hi: &RBig) -> TruthEnclosure {
 }
 
 /// Integers in the same proportions, by a common positive factor; they have no common divisor.
-pub(crate) fn integers(values: &[RBig]) -> Vec<IBig> {
-    use dashu_int::ops::Gcd;
+pub(crate) fn integers(values: &[Fraction]) -> Vec<IBig> {
     let mut lcm = UBig::ONE;
     for x in values {
         let d = x.denominator();
-        lcm = &lcm / (&lcm).gcd(d) * d;
+        lcm = &lcm / gcd(&lcm, d) * d;
     }
     let scaled = values
         .iter()
@@ -91,14 +90,12 @@ pub(crate) fn integers(values: &[RBig]) -> Vec<IBig> {
 
 /// Divided by their greatest common divisor.
 pub(crate) fn primitive(mut values: Vec<IBig>) -> Vec<IBig> {
-    use dashu_int::ops::Gcd;
     let mut g = UBig::ZERO;
     for x in &values {
         if *x == IBig::ZERO {
             continue;
         }
-        let m = x.clone().unsigned_abs();
-        g = if g == UBig::ZERO { m } else { g.gcd(m) };
+        g = gcd(&g, &x.unsigned_abs());
         if g == UBig::ONE {
             return values;
         }

@@ -2,24 +2,30 @@
 //!
 //! For a direction d = (a, b) of small integers and a piece (X / W, Y / W), h = b (X - u W) - a (Y - v W) is 0 where the piece
 //! meets the ray's line and g = a (X - u W) + b (Y - v W) > 0 on the ray. First the point itself: it is on the piece iff
-//! the gcd of X - u W and Y - v W has a root in [0, 1] (Sturm; nearly always it is 1, which residues modulo a prime prove).
-//! Otherwise g is not 0 where h is, and both are halved in Bernstein form, in integers, until one of them has one sign on each part: where
-//! g > 0, the ends of h tell whether the ray's line is passed there an odd number of times. A direction for which
-//! h vanishes at an end of a piece is put aside; another is taken, a piece rules out finitely many. The parity
-//! of all passages is that of the point, touchings with it, which pass an even number of times. (The tests count crossings one by one, by two Sturm
-//! chains, to the same parity.)
+//! the gcd of X - u W and Y - v W has a root in [0, 1]. Otherwise g is not 0 where h is. What the hull of the control points does not settle is
+//! counted in one of two ways:
+//!
+//! - [`TrimmedRegion::side`]: by Sturm chains alone, as neither the first method nor the kernel does. The roots of h with g > 0 are half of (roots of h) + (sum of
+//!   the signs of g there), two counts. A direction for which h vanishes at an end of a piece or has a multiple root in [0, 1] is put
+//!   aside: then each root counted is a transversal crossing inside a piece, and the parity of all of them is that of the point. Another
+//!   direction is taken; a piece rules out finitely many.
+//! - [`TrimmedRegion::side_by_halving`]: quick, but as the first method and the kernel decide, so that it is no check on how they do. That the gcd is 1 is
+//!   proven by residues modulo a prime where they can; then h and g are halved in Bernstein form, in integers, until one of them has one sign
+//!   on each part: where g > 0, the ends of h tell whether the ray's line is passed there an odd number of times. A direction for which h
+//!   vanishes at an end of a piece is put aside. The parity of all passages is that of the point, touchings with it, which pass an even
+//!   number of times.
 //!
 //! A circular arc meets the line at the roots of a quadratic with rational coefficients; how often the arc
 //! passes each is told by its angle in fixed point of growing precision. Segments to the ends of arcs likewise, by the
 //! signs of h at their ends.
 
 use super::fixed::Fixed;
+use super::fraction::Fraction;
 use super::pieces::{ArcPiece, RationalPiece, UvPiece, locate, uv_pieces};
 use super::polynomial::{Chain, Polynomial, coprime_by_residues};
 use super::rational::{rational, sign, signum};
 use crate::truth::{OracleError, SideTruth};
 use dashu_int::IBig;
-use dashu_ratio::RBig;
 use feeler::brep::Brep;
 use feeler::trim::Side;
 
@@ -27,9 +33,9 @@ use feeler::trim::Side;
 #[allow(clippy::large_enum_variant, reason = "arcs are few")]
 #[derive(Clone, Debug)]
 enum End {
-    Point([RBig; 2]),
+    Point([Fraction; 2]),
     /// The point of an arc's circle at an angle.
-    OnCircle(ArcPiece, RBig),
+    OnCircle(ArcPiece, Fraction),
 }
 
 /// What a loop is made of.
@@ -47,7 +53,7 @@ enum Part {
 pub struct TrimmedRegion {
     parts: Vec<Part>,
     gaps: Vec<[End; 2]>,
-    domain: [[RBig; 2]; 2],
+    domain: [[Fraction; 2]; 2],
     whole: bool,
 }
 
@@ -59,6 +65,13 @@ enum Crossings {
     Count(i64),
     /// The direction does not do.
     Degenerate,
+}
+
+/// How crossings of rational pieces are counted.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Counting {
+    Sturm,
+    Halving,
 }
 
 /// Precisions that are tried for what is irrational; then another direction is.
@@ -126,7 +139,7 @@ impl ArcPiece {
             })
             .into_iter()
             .max()
-            .unwrap_or(RBig::ONE);
+            .unwrap_or(Fraction::ONE);
         let x = self.x.each_ref().map(|c| c / &size);
         let norm = Fixed::new(&(&x[0] * &x[0] + &x[1] * &x[1]), bits).sqrt();
         // Scaled, the norm is between 1 and 2.
@@ -136,7 +149,7 @@ impl ArcPiece {
         })
     }
 
-    fn point(&self, angle: &RBig, bits: usize) -> [Fixed; 2] {
+    fn point(&self, angle: &Fraction, bits: usize) -> [Fixed; 2] {
         let x = self.frame(bits);
         let (c, s) = Fixed::direction(angle, bits);
         let s = if self.clockwise { s.neg() } else { s };
@@ -249,26 +262,45 @@ impl TrimmedRegion {
         self.gaps.push([a.clone(), b.clone()]);
         self.parts.push(match (a, b) {
             (End::Point(a), End::Point(b)) => {
-                Part::Rational(RationalPiece::segment(a, b, RBig::ZERO, RBig::ONE))
+                Part::Rational(RationalPiece::segment(a, b, Fraction::ZERO, Fraction::ONE))
             }
             _ => Part::Segment(a.clone(), b.clone()),
         });
         Ok(())
     }
 
-    /// The side of a point. 20 to 500 us and 1 us a piece.
+    /// The side of a point, by Sturm chains: independent of the first method and of the kernel. 20 to 500 us and 1 us a piece up to
+    /// degree 10 or so; seconds at degree 25 with coefficients of very different size.
     ///
     /// # Errors
     /// `uv` must be finite; a point so near an arc's end that no precision tells is refused.
     pub fn side(&self, uv: [f64; 2]) -> Result<SideTruth, OracleError> {
+        self.counted(uv, Counting::Sturm)
+    }
+
+    /// The same by halving Bernstein forms: quick at any degree, and no check on how the first method and the kernel decide, which is the
+    /// same way.
+    ///
+    /// # Errors
+    /// As [`side`](Self::side).
+    pub fn side_by_halving(&self, uv: [f64; 2]) -> Result<SideTruth, OracleError> {
+        self.counted(uv, Counting::Halving)
+    }
+
+    fn counted(&self, uv: [f64; 2], counting: Counting) -> Result<SideTruth, OracleError> {
         let q = [rational(uv[0])?, rational(uv[1])?];
         Ok(SideTruth {
-            side: self.side_of(&q, uv)?,
+            side: self.side_of(&q, uv, counting)?,
             in_gap: self.in_gap(&q)?,
         })
     }
 
-    fn side_of(&self, q: &[RBig; 2], seed: [f64; 2]) -> Result<Side, OracleError> {
+    fn side_of(
+        &self,
+        q: &[Fraction; 2],
+        seed: [f64; 2],
+        counting: Counting,
+    ) -> Result<Side, OracleError> {
         let d = &self.domain;
         if (0..2).any(|i| q[i] < d[i][0] || q[i] > d[i][1]) {
             return Ok(Side::Outside);
@@ -288,7 +320,7 @@ impl TrimmedRegion {
             let mut odd = self.whole;
             unsettled = false;
             for part in &self.parts {
-                match part.crossings(q, [a, b]) {
+                match part.crossings(q, [a, b], counting) {
                     Crossings::On => return Ok(Side::Boundary),
                     Crossings::Count(n) => odd ^= n % 2 != 0,
                     // Other parts may still hold the point, for any direction: go on.
@@ -309,7 +341,7 @@ impl TrimmedRegion {
         Err(OracleError::Refused("no direction settles the side".into()))
     }
 
-    fn in_gap(&self, q: &[RBig; 2]) -> Result<bool, OracleError> {
+    fn in_gap(&self, q: &[Fraction; 2]) -> Result<bool, OracleError> {
         for [a, b] in &self.gaps {
             let inside = |i: usize| -> Option<bool> {
                 PRECISIONS.iter().find_map(|bits| {
@@ -336,9 +368,9 @@ impl TrimmedRegion {
 }
 
 impl Part {
-    fn crossings(&self, q: &[RBig; 2], d: [i64; 2]) -> Crossings {
+    fn crossings(&self, q: &[Fraction; 2], d: [i64; 2], counting: Counting) -> Crossings {
         match self {
-            Self::Rational(p) => rational_crossings(p, q, d),
+            Self::Rational(p) => rational_crossings(p, q, d, counting),
             Self::Arc(p) => arc_crossings(p, q, d),
             Self::Segment(a, b) => segment_crossings(a, b, q, d),
         }
@@ -359,7 +391,12 @@ fn signs<'a>(all: impl IntoIterator<Item = &'a IBig>) -> [bool; 3] {
     out
 }
 
-fn rational_crossings(p: &RationalPiece, q: &[RBig; 2], d: [i64; 2]) -> Crossings {
+fn rational_crossings(
+    p: &RationalPiece,
+    q: &[Fraction; 2],
+    d: [i64; 2],
+    counting: Counting,
+) -> Crossings {
     // X - u W and Y - v W, times positive numbers of their own.
     let offset = |axis: usize, c: &[IBig; 3]| {
         let (n, m) = (q[axis].numerator(), q[axis].denominator());
@@ -394,26 +431,58 @@ fn rational_crossings(p: &RationalPiece, q: &[RBig; 2], d: [i64; 2]) -> Crossing
         // All of it is ahead: its ends tell.
         return Crossings::Count(i64::from(ends[0] != ends[1]));
     }
-    if signs(&offsets[0]) == NOTHING || signs(&offsets[offsets.len() - 1]) == NOTHING {
-        return Crossings::On;
+    let [x, y] = [0, 1].map(|i: usize| offsets.iter().map(|o| o[i].clone()).collect::<Vec<_>>());
+    match counting {
+        Counting::Sturm => {
+            let [x, y, h, g] = [&x, &y, &h, &g].map(|f| Polynomial::from_bernstein(f));
+            let sums = Chain::query(&h, &g);
+            // Where x and y have a common root, so have h and g.
+            if (h.is_zero() || sums.gcd().degree() > 0) && have_common_root(&x, &y) {
+                return Crossings::On;
+            }
+            crossings(&h, &sums).map_or(Crossings::Degenerate, Crossings::Count)
+        }
+        Counting::Halving => {
+            let is_here = |o: &[IBig; 2]| signs(o) == NOTHING;
+            if is_here(&offsets[0]) || is_here(&offsets[offsets.len() - 1]) || holds_origin(&x, &y)
+            {
+                return Crossings::On;
+            }
+            if ends[0] == 0 || ends[1] == 0 {
+                return Crossings::Degenerate;
+            }
+            Crossings::Count(i64::from(passes_oddly(h, g)))
+        }
     }
-    let axis = |i: usize| offsets.iter().map(|o| o[i].clone()).collect::<Vec<_>>();
-    if holds_origin(&axis(0), &axis(1)) {
-        return Crossings::On;
-    }
-    if ends[0] == 0 || ends[1] == 0 {
-        return Crossings::Degenerate;
-    }
-    Crossings::Count(i64::from(passes_oddly(h, g)))
 }
 
-/// Whether two polynomials in Bernstein form have a common root in [0, 1]: exact.
-fn holds_origin(x: &[IBig], y: &[IBig]) -> bool {
-    if coprime_by_residues(x, y) {
-        return false;
-    }
-    let common = Polynomial::from_bernstein(x).gcd(&Polynomial::from_bernstein(y));
+/// Whether two polynomials have a common root in [0, 1]: Euclid's algorithm and Sturm's theorem.
+fn have_common_root(x: &Polynomial, y: &Polynomial) -> bool {
+    let common = x.gcd(y);
     common.is_zero() || roots_in_unit(&common) > 0
+}
+
+/// How many roots `h` has in (0, 1) with `g > 0`, where the two have no common root in [0, 1]: half of (roots of h) + (sum of the signs of g there), the latter by
+/// the chain of the two. `None` where h is 0 at an end or has a multiple root in [0, 1].
+fn crossings(h: &Polynomial, sums: &Chain) -> Option<i64> {
+    let (zero, one) = (Fraction::ZERO, Fraction::ONE);
+    if h.sign_at(&zero) * h.sign_at(&one) == 0 {
+        return None;
+    }
+    let chain = Chain::new(h);
+    if roots_in_unit(chain.gcd()) > 0 {
+        return None;
+    }
+    Some((chain.between(&zero, &one) + sums.between(&zero, &one)) / 2)
+}
+
+/// Whether two polynomials in Bernstein form have a common root in [0, 1], residues first.
+fn holds_origin(x: &[IBig], y: &[IBig]) -> bool {
+    !coprime_by_residues(x, y)
+        && have_common_root(
+            &Polynomial::from_bernstein(x),
+            &Polynomial::from_bernstein(y),
+        )
 }
 
 /// Whether `[h > 0]` changes an odd number of times where `g > 0`, over [0, 1]; in Bernstein form, of one degree, without a common
@@ -473,7 +542,7 @@ fn roots_in_unit(f: &Polynomial) -> i64 {
     if f.degree() == 0 {
         return 0;
     }
-    let (zero, one) = (RBig::ZERO, RBig::ONE);
+    let (zero, one) = (Fraction::ZERO, Fraction::ONE);
     let at = [f.sign_at(&zero), f.sign_at(&one)];
     if at[0] == 0 || at[1] == 0 {
         return 1;
@@ -481,9 +550,9 @@ fn roots_in_unit(f: &Polynomial) -> i64 {
     Chain::new(f).between(&zero, &one)
 }
 
-fn arc_crossings(p: &ArcPiece, q: &[RBig; 2], d: [i64; 2]) -> Crossings {
+fn arc_crossings(p: &ArcPiece, q: &[Fraction; 2], d: [i64; 2]) -> Crossings {
     let o = [0, 1].map(|i| &q[i] - &p.center[i]);
-    let d = d.map(RBig::from);
+    let d = d.map(Fraction::from);
     // |o + s d|^2 = r^2: a s^2 + 2 b s + c = 0.
     let a = &d[0] * &d[0] + &d[1] * &d[1];
     let b = &d[0] * &o[0] + &d[1] * &o[1];
@@ -513,7 +582,14 @@ fn arc_crossings(p: &ArcPiece, q: &[RBig; 2], d: [i64; 2]) -> Crossings {
 }
 
 /// The arc's passages through the circle's points on the ray; the point itself is not on the arc.
-fn on_line(p: &ArcPiece, o: &[RBig; 2], d: &[RBig; 2], a: &RBig, b: &RBig, c: &RBig) -> Crossings {
+fn on_line(
+    p: &ArcPiece,
+    o: &[Fraction; 2],
+    d: &[Fraction; 2],
+    a: &Fraction,
+    b: &Fraction,
+    c: &Fraction,
+) -> Crossings {
     let discriminant = b * b - a * c;
     match signum(&discriminant) {
         -1 => return Crossings::Count(0),
@@ -554,7 +630,7 @@ fn on_line(p: &ArcPiece, o: &[RBig; 2], d: &[RBig; 2], a: &RBig, b: &RBig, c: &R
 
 /// A point of the plane of algebraic coordinates is not on the open segment: no line through it holds a point of a circle at
 /// a rational angle other than 0. It may be an end that is rational. Otherwise some precision and direction tell.
-fn segment_crossings(a: &End, b: &End, q: &[RBig; 2], d: [i64; 2]) -> Crossings {
+fn segment_crossings(a: &End, b: &End, q: &[Fraction; 2], d: [i64; 2]) -> Crossings {
     let is_end = |e: &End| matches!(e, End::Point(p) if p == q);
     if is_end(a) || is_end(b) {
         return Crossings::On;
