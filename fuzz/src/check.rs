@@ -15,14 +15,15 @@ use feeler_corpus::{
     judge,
 };
 use feeler_oracle::second::{self, Second, TrimmedRegion};
-use feeler_oracle::{AxisRootsTruth, OracleError};
+use feeler_oracle::{AxisRootsTruth, OracleError, SideTruth};
 
 /// How much is asked of the second method.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Effort {
-    /// What is quick: exact sides, evaluations, roots; exact points against separations.
+    /// What is quick: exact sides (by halving Bernstein forms, as the kernel and the oracle decide them), evaluations, roots; exact points against separations.
     Loop,
-    /// Separations, hits and sides in space too: milliseconds to a second a query.
+    /// Separations, hits and sides in space too, and sides of curves up to degree [`CHAINED`] by Sturm chains, which share nothing with the kernel: milliseconds to a
+    /// second a query.
     Full,
 }
 
@@ -35,8 +36,11 @@ const NODES: usize = 1000;
 /// Degrees up to this are given all the boxes of the second method; of higher ones, fewer by the square of what they are more.
 const CHEAP: usize = 5;
 
+/// Curves up to this degree are given to Sturm chains, whose coefficients grow with the square of the degree: at 25 a side can take half a minute.
+const CHAINED: usize = 12;
+
 /// How many boxes the second method may look at for a distance to this BREP, and whether these are fewer than it has by itself.
-pub(crate) fn boxes(brep: &Brep) -> ([usize; 2], bool) {
+fn boxes(brep: &Brep) -> ([usize; 2], bool) {
     let parts = brep.parts();
     let surfaces = parts.surfaces.iter().map(|s| match s {
         Surface::Nurbs(s) => s.knots_u().degree().max(s.knots_v().degree()),
@@ -49,6 +53,37 @@ pub(crate) fn boxes(brep: &Brep) -> ([usize; 2], bool) {
     // At degree 25 a box costs milliseconds in balls.
     let fewer = |n: usize| (n * CHEAP * CHEAP / (degree * degree)).max(1);
     (second::BUDGET.map(fewer), degree > CHEAP)
+}
+
+/// What the second method can say of the distances and heights that a scene asks for.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Distances {
+    /// How many it asks for; arrivals are not counted.
+    pub asked: usize,
+    /// Of these, those whose bounds have no upper end or are wider than a thousandth of the BREP: hardly a claim would contradict them.
+    pub wide: usize,
+    /// Of all, those with fewer boxes than the second method has by itself, as of too high a degree.
+    pub fewer: usize,
+}
+
+pub(crate) fn distances(scene: &Scene) -> Distances {
+    const WIDE: f64 = 1e-3;
+    let mut told = Distances::default();
+    let second = second_of(&scene.brep);
+    let size = PreparedBrep::new(scene.brep.clone()).size();
+    for line in &scene.queries {
+        let bound = match line.query().map(|q| q.ask) {
+            Ok(Ask::Contact(Probe::Sphere(s))) => second.distance(s.center.coords.into()),
+            Ok(Ask::Contact(Probe::HalfSpace(h))) => second.half_space(h.normal.into(), h.offset),
+            _ => continue,
+        };
+        told.asked += 1;
+        told.wide += usize::from(!bound.is_some_and(|b| b.width() <= WIDE * size));
+    }
+    if boxes(&scene.brep).1 {
+        told.fewer = told.asked;
+    }
+    told
 }
 
 fn highest<const D: usize, const H: usize>(curve: &Curve<D, H>) -> usize {
@@ -146,13 +181,19 @@ impl<'a> Subject<'a> {
     }
 
     /// The exact side of a point of a face; none where the second method has none.
-    fn side(&mut self, face: usize, uv: [f64; 2]) -> Option<feeler_oracle::SideTruth> {
+    fn side(&mut self, face: usize, uv: [f64; 2], effort: Effort) -> Option<SideTruth> {
         let brep = &self.scene.brep;
         let region = self
             .regions
             .get_mut(face)?
             .get_or_insert_with(|| TrimmedRegion::new(brep, face));
-        region.as_ref().ok()?.side(uv).ok()
+        let region = region.as_ref().ok()?;
+        let curves = &brep.parts().curves2;
+        if effort == Effort::Full && curves.iter().all(|c| highest(c) <= CHAINED) {
+            region.side(uv).ok()
+        } else {
+            region.side_by_halving(uv).ok()
+        }
     }
 }
 
@@ -187,7 +228,7 @@ fn one(subject: &mut Subject<'_>, query: &Query, effort: Effort) -> Found {
             }
             Ok(())
         }
-        Ask::Side(..) | Ask::Evaluate(..) | Ask::Split(..) => exact(subject, query),
+        Ask::Side(..) | Ask::Evaluate(..) | Ask::Split(..) => exact(subject, query, effort),
     }
 }
 
@@ -208,13 +249,13 @@ pub(crate) fn agree_in_space(
 }
 
 /// Against an exact truth of the second method, as the gate judges.
-fn exact(subject: &mut Subject<'_>, query: &Query) -> Found {
+fn exact(subject: &mut Subject<'_>, query: &Query, effort: Effort) -> Found {
     let body = answer(&subject.prepared, query, &mut subject.workspace);
     if matches!(body, Body::Error { .. }) {
         // Of text that asks for what is not there.
         return Ok(());
     }
-    let Some(truth) = exact_truth(subject, query) else {
+    let Some(truth) = exact_truth(subject, query, effort) else {
         return Ok(());
     };
     let asked = Asked {
@@ -281,11 +322,11 @@ fn corpus(e: &feeler_oracle::TruthEnclosure) -> TruthEnclosure {
     }
 }
 
-fn exact_truth(subject: &mut Subject<'_>, query: &Query) -> Option<Truth> {
+fn exact_truth(subject: &mut Subject<'_>, query: &Query, effort: Effort) -> Option<Truth> {
     let brep = &subject.scene.brep;
     match query.ask {
         Ask::Side(face, uv) => {
-            let found = subject.side(face, uv.coords.into())?;
+            let found = subject.side(face, uv.coords.into(), effort)?;
             Some(Truth::Side {
                 side: found.side,
                 in_gap: Some(found.in_gap),

@@ -15,9 +15,10 @@
 //! | `smoke` | a few inputs for each, the same every time |
 //!
 //! # What an answer is held against
-//! In the loop: for sides, evaluations and derivative roots the second method of the oracle, exact; for separations a one-sided refuter, exact
+//! In the loop: for sides, evaluations and derivative roots the second method of the oracle, exact (sides as the kernel decides them, only more plainly: it is quick, and
+//! no check on what the two share); for separations a one-sided refuter, exact
 //! points of the faces nearer than the claim allows, and what must hold between answers to the same question. One input in a
-//! hundred (by its hash, so that it is the same ones every time) is given to the second method whole. Inputs that a campaign kept for their coverage
+//! hundred (by its hash, so that it is the same ones every time) is given to the second method whole, sides by Sturm chains among it, which nothing else uses. Inputs that a campaign kept for their coverage
 //! `cargo xtask fuzz` gives to the oracle, as far as its minutes go.
 
 mod check;
@@ -29,7 +30,7 @@ mod surfaces;
 mod target;
 mod words;
 
-pub use check::{Effort, answer, examine};
+pub use check::{Distances, Effort, answer, examine};
 pub use scene::{Kind, LARGEST_INPUT, Scene};
 pub use smoke::{Smoke, input, smoke};
 pub use target::{Outcome, TARGETS, Target, target};

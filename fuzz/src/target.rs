@@ -1,6 +1,6 @@
 //! The targets: what bytes are put to.
 
-use crate::check::{Effort, answer, boxes, examine};
+use crate::check::{Distances, Effort, answer, distances, examine};
 use crate::scene::{Kind, Scene};
 use crate::source::Source;
 use crate::words::{mutated_brep, mutated_step};
@@ -101,11 +101,16 @@ impl Target {
         }
     }
 
-    /// Whether an input is one of those given to the second method whole, and if so whether with fewer boxes than that has by itself, as of too high
-    /// a degree: of its distances wider bounds are held against the answers.
-    pub fn is_whole(&self, bytes: &[u8]) -> Option<bool> {
-        let scene = Scene::decode(self.kind?, bytes)?;
-        (effort(bytes) == Effort::Full).then(|| boxes(&scene.brep).1)
+    /// Whether an input is one of those given to the second method whole.
+    pub fn is_whole(&self, bytes: &[u8]) -> bool {
+        let scene = self.kind.and_then(|k| Scene::decode(k, bytes));
+        effort(bytes) == Effort::Full && scene.is_some()
+    }
+
+    /// How well the second method knows the distances that an input asks for: milliseconds to a second each.
+    pub fn distances(&self, bytes: &[u8]) -> Distances {
+        let scene = self.kind.and_then(|k| Scene::decode(k, bytes));
+        scene.as_ref().map(distances).unwrap_or_default()
     }
 
     /// The same, with what was found as a value (panics are still panics).

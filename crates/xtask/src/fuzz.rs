@@ -52,9 +52,14 @@ pub(crate) struct Args {
     /// Under the address sanitizer: three times slower. It is no option of stable rustc; `RUSTC_BOOTSTRAP=1` is set for it.
     #[arg(long)]
     asan: bool,
-    /// How many minutes the oracle may spend afterwards on the inputs that were kept for their coverage.
-    #[arg(long, default_value_t = 1.0)]
-    oracle_minutes: f64,
+    /// How many minutes the oracle may spend afterwards on the inputs that were kept for their coverage, new ones first, then a sample: a quarter of
+    /// `--minutes` if not told.
+    #[arg(long)]
+    oracle_minutes: Option<f64>,
+    /// Of what earlier runs kept, keep only inputs that reach what no others do: a pass through all of them, after which that of each campaign is
+    /// shorter.
+    #[arg(long)]
+    minimise: bool,
     /// Run nothing: write the seeds into this folder, a folder for each target.
     #[arg(long, value_name = "FOLDER")]
     seeds: Option<PathBuf>,

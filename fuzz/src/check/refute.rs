@@ -497,7 +497,7 @@ pub(super) fn in_region(subject: &mut Subject<'_>, p: &Place) -> Option<[f64; 2]
     let near = near_by(p.uv).into_iter().filter(inside);
     let mut some = near.collect::<Vec<_>>().into_iter();
     some.find(|uv| {
-        let found = subject.side(p.face, *uv);
+        let found = subject.side(p.face, *uv, Effort::Loop);
         found.is_some_and(|s| s.side != Side::Outside && !s.in_gap)
     })
 }

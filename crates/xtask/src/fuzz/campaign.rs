@@ -22,6 +22,8 @@ const MOST: usize = 8;
 #[derive(Debug, Default)]
 struct Told {
     seconds: f64,
+    /// Of these, those of the first pass through what there was, in which nothing new is tried.
+    first_pass: f64,
     executions: u64,
     coverage: u64,
     corpus: u64,
@@ -67,18 +69,27 @@ fn keep(args: &Args, target: &Target, input: &Path) -> Result<bool, String> {
 
 fn summary(args: &Args, all: &[(Target, PathBuf, Told)], scenes: usize) -> Result<(), String> {
     println!(
-        "\n{:<16}{:>8}{:>12}{:>8}{:>10}{:>8}{:>10}{:>16}",
-        "target", "minutes", "executions", "a s", "coverage", "kept", "findings", "oracle"
+        "\n{:<16}{:>8}{:>12}{:>12}{:>8}{:>10}{:>8}{:>10}{:>16}",
+        "target",
+        "minutes",
+        "first pass",
+        "executions",
+        "a s",
+        "coverage",
+        "kept",
+        "findings",
+        "oracle"
     );
     let mut found = 0;
     for (target, _, t) in all {
         found += t.findings.len() + t.oracle.wrong.len();
         println!(
-            "{:<16}{:>8.1}{:>12}{:>8.0}{:>10}{:>8}{:>10}{:>16}",
+            "{:<16}{:>8.1}{:>12.1}{:>12}{:>8.0}{:>10}{:>8}{:>10}{:>16}",
             target.name,
             t.seconds / 60.0,
+            t.first_pass / 60.0,
             t.executions,
-            t.executions as f64 / t.seconds,
+            t.executions as f64 / (t.seconds - t.first_pass).max(1.0),
             t.coverage,
             t.corpus,
             t.findings.len() + t.oracle.wrong.len(),
@@ -86,18 +97,25 @@ fn summary(args: &Args, all: &[(Target, PathBuf, Told)], scenes: usize) -> Resul
         );
     }
     println!(
-        "\nkept: inputs with coverage of their own; oracle: how many of their queries have a truth, all held against it{}",
+        "\nfirst pass: minutes through what there was, not in the rate; kept: inputs with coverage of their own; oracle: how many of their queries have a truth, all held against it{}",
         match all.iter().map(|(_, _, t)| t.oracle.left).sum::<usize>() {
             0 => String::new(),
             n => format!(" ({n} inputs were left out: --oracle-minutes)"),
         }
     );
     for (target, _, t) in all {
-        let [whole, fewer] = t.oracle.whole;
+        let whole = t.oracle.whole;
         if whole > 0 {
             println!(
-                "{}: of the kept inputs {whole} were given to the second method whole, {fewer} of these with fewer boxes, as of high degree",
+                "{}: of the kept inputs {whole} were given to the second method whole",
                 target.name
+            );
+        }
+        let d = t.oracle.distances;
+        if d.asked > 0 {
+            println!(
+                "    of {} distances in them {} are bound to no less than a thousandth of the model; {} were asked for with fewer boxes, as of high degree",
+                d.asked, d.wide, d.fewer
             );
         }
     }
@@ -185,6 +203,9 @@ fn campaign(args: &Args, target: &Target, root: &Path, program: &Path) -> Result
     for folder in [&corpus, &artifacts] {
         std::fs::create_dir_all(folder).map_err(|e| format!("{}: {e}", folder.display()))?;
     }
+    if args.minimise {
+        minimise(target, program, &corpus, root)?;
+    }
     let seconds = (60.0 * args.minutes).max(1.0) as u64;
     println!("==> {}: {seconds} s from {count} seeds", target.name);
     let (begun, started) = (Instant::now(), SystemTime::now());
@@ -207,6 +228,9 @@ fn campaign(args: &Args, target: &Target, root: &Path, program: &Path) -> Result
     let output = child.stderr.take().into_iter();
     for line in output.flat_map(|e| BufReader::new(e).lines()) {
         let Ok(line) = line else { break };
+        if line.contains("starting to fuzz") {
+            told.first_pass = begun.elapsed().as_secs_f64();
+        }
         let Some(n) = after(&line, "#").filter(|_| line.starts_with('#')) else {
             continue;
         };
@@ -228,9 +252,58 @@ fn campaign(args: &Args, target: &Target, root: &Path, program: &Path) -> Result
     let _ = child.wait();
     told.seconds = begun.elapsed().as_secs_f64();
     told.findings = findings(target, program, &artifacts, started);
-    let limit = Duration::from_secs_f64(60.0 * args.oracle_minutes.max(0.0));
-    told.oracle = found::hold(target, &corpus, limit);
+    let minutes = args.oracle_minutes.unwrap_or(0.25 * args.minutes);
+    let limit = Duration::from_secs_f64(60.0 * minutes.max(0.0));
+    told.oracle = found::hold(target, &corpus, started, limit);
     Ok(told)
+}
+
+/// Keeps of a folder only what the engine needs for all that it reaches.
+fn minimise(target: &Target, program: &Path, corpus: &Path, root: &Path) -> Result<(), String> {
+    let count = |folder: &Path| std::fs::read_dir(folder).map_or(0, Iterator::count);
+    let before = count(corpus);
+    if before == 0 {
+        return Ok(());
+    }
+    let told = |path: &Path| {
+        let path = path.display().to_string();
+        move |e: std::io::Error| format!("{path}: {e}")
+    };
+    let fewer = root.join("target/fuzz/fewer").join(target.name);
+    if fewer.exists() {
+        std::fs::remove_dir_all(&fewer).map_err(told(&fewer))?;
+    }
+    std::fs::create_dir_all(&fewer).map_err(told(&fewer))?;
+    println!("==> {}: one pass through {before} kept inputs", target.name);
+    let begun = Instant::now();
+    let status = Command::new(program)
+        .arg("-merge=1")
+        .arg(format!("-max_len={LARGEST_INPUT}"))
+        .arg(format!("-timeout={TIMEOUT}"))
+        .arg(format!("-rss_limit_mb={MEMORY}"))
+        .args([&fewer, corpus])
+        .stdout(Stdio::null())
+        .stderr(Stdio::null())
+        .status()
+        .map_err(told(program))?;
+    let after = count(&fewer);
+    if !status.success() || after == 0 {
+        return Err(format!(
+            "{}: the engine cannot merge {}",
+            target.name,
+            corpus.display()
+        ));
+    }
+    // The old ones stay until the new ones are there.
+    let old = corpus.with_extension("old");
+    std::fs::rename(corpus, &old).map_err(told(&old))?;
+    std::fs::rename(&fewer, corpus).map_err(told(corpus))?;
+    std::fs::remove_dir_all(&old).map_err(told(&old))?;
+    println!(
+        "    {after} left after {:.0} s",
+        begun.elapsed().as_secs_f64()
+    );
+    Ok(())
 }
 
 /// What the engine left in a folder since a time, by what is said when it is run again: one input of each kind.

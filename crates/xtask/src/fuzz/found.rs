@@ -3,10 +3,10 @@
 use crate::truth::{oracle_of, truth_of};
 use feeler::query::Options;
 use feeler_corpus::{MODELS, Model, Verdict, judge};
-use feeler_fuzz::{Scene, Target};
+use feeler_fuzz::{Distances, Scene, Target};
 use feeler_gate::{Engine, FeelerEngine, asked, model_size};
 use std::path::{Path, PathBuf};
-use std::time::{Duration, Instant};
+use std::time::{Duration, Instant, SystemTime};
 
 /// Writes a scene into a corpus: the model, and its queries at the end of the target's file.
 pub(super) fn write(out: &Path, target: &Target, name: &str, scene: &Scene) -> Result<(), String> {
@@ -49,31 +49,68 @@ pub(super) struct Held {
     pub(super) judged: usize,
     /// Queries for which the oracle has none.
     pub(super) open: usize,
-    /// Inputs that the campaign itself gave to the second method whole, and of these those with fewer boxes, for their degree.
-    pub(super) whole: [usize; 2],
+    /// Inputs that the campaign itself gave to the second method whole.
+    pub(super) whole: usize,
+    /// Of some of these, how well it knows the distances that they ask for.
+    pub(super) distances: Distances,
     /// Inputs that there was no time for.
     pub(super) left: usize,
     /// What contradicts the oracle: the file, and why.
     pub(super) wrong: Vec<(PathBuf, String)>,
 }
 
-/// Puts inputs to the oracle, until the time is over.
-pub(super) fn hold(target: &Target, folder: &Path, limit: Duration) -> Held {
+/// Inputs whose distances are asked for again, to count wide bounds.
+const ASKED_AGAIN: usize = 16;
+
+/// The inputs of a folder, those since a time first, otherwise in an order that is another one whenever their number is: whoever has no time for all has
+/// a sample of them.
+fn in_turn(folder: &Path, since: SystemTime) -> Vec<PathBuf> {
+    let entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
+    let paths: Vec<PathBuf> = entries.map(|e| e.path()).collect();
+    let count = paths.len() as u64;
+    let mut keyed: Vec<_> = paths
+        .into_iter()
+        .map(|path| {
+            let time = path.metadata().and_then(|m| m.modified());
+            let is_old = time.is_ok_and(|t| t < since);
+            // FNV-1a.
+            let name = path.file_name().unwrap_or_default().as_encoded_bytes();
+            let count = count.to_le_bytes();
+            let key = count
+                .iter()
+                .chain(name)
+                .fold(0xcbf2_9ce4_8422_2325, |h: u64, b| {
+                    (h ^ u64::from(*b)).wrapping_mul(0x0100_0000_01b3)
+                });
+            (is_old, key, path)
+        })
+        .collect();
+    keyed.sort();
+    keyed.into_iter().map(|(_, _, path)| path).collect()
+}
+
+/// Puts inputs to the oracle, those since a time first, until `limit` is over.
+pub(super) fn hold(target: &Target, folder: &Path, since: SystemTime, limit: Duration) -> Held {
     let mut held = Held::default();
     let Some(kind) = target.kind else {
         return held;
     };
-    let begun = Instant::now();
-    let entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
-    let mut paths: Vec<PathBuf> = entries.map(|e| e.path()).collect();
-    paths.sort();
+    let paths = in_turn(folder, since);
     for path in &paths {
         let bytes = std::fs::read(path).unwrap_or_default();
-        if let Some(fewer) = target.is_whole(&bytes) {
-            held.whole[0] += 1;
-            held.whole[1] += usize::from(fewer);
+        if !target.is_whole(&bytes) {
+            continue;
+        }
+        held.whole += 1;
+        if held.whole <= ASKED_AGAIN {
+            let more = target.distances(&bytes);
+            let all = &mut held.distances;
+            all.asked += more.asked;
+            all.wide += more.wide;
+            all.fewer += more.fewer;
         }
     }
+    let begun = Instant::now();
     for path in paths {
         if begun.elapsed() > limit {
             held.left += 1;
@@ -117,4 +154,41 @@ fn one(scene: &Scene, path: &Path, held: &mut Held) -> Result<(), String> {
         }
     }
     Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::in_turn;
+    use std::time::{Duration, SystemTime};
+
+    #[test]
+    fn new_inputs_first_and_then_a_sample() {
+        let folder = std::env::temp_dir().join(format!("feeler-in-turn-{}", std::process::id()));
+        std::fs::create_dir_all(&folder).unwrap();
+        let write = |name: String, age: u64| {
+            let file = std::fs::File::create(folder.join(name)).unwrap();
+            let time = SystemTime::now() - Duration::from_secs(age);
+            file.set_modified(time).unwrap();
+        };
+        let since = SystemTime::now() - Duration::from_secs(100);
+        for i in 0..20 {
+            write(format!("old-{i:02}"), 1000);
+        }
+        write("new-0".to_owned(), 10);
+        let names = || -> Vec<String> {
+            let all = in_turn(&folder, since);
+            let name =
+                |p: &std::path::PathBuf| p.file_name().unwrap().to_string_lossy().into_owned();
+            all.iter().map(name).collect()
+        };
+        let first = names();
+        assert_eq!((first.len(), first[0].as_str()), (21, "new-0"));
+        assert!(!first[1..].is_sorted());
+        // With one more the old ones come in another order.
+        write("new-1".to_owned(), 10);
+        let second = names();
+        assert!(second[..2].iter().all(|n| n.starts_with("new")));
+        assert_ne!(first[1..], second[2..]);
+        std::fs::remove_dir_all(&folder).unwrap();
+    }
 }
