@@ -32,7 +32,8 @@ pub(super) struct ArcSpan {
 #[derive(Clone, Copy, Debug)]
 enum Direction {
     Axis(usize),
-    Free([Ball<Dd>; 2]),
+    /// And whether it is proven to be at an angle other than 0.
+    Free([Ball<Dd>; 2], bool),
 }
 
 /// Unit vector of `k` quarter turns.
@@ -61,11 +62,12 @@ impl Blur {
         Self { at, limits: None }
     }
 
-    fn on_circle(center: [f64; 2], radius: f64, direction: [Ball<Dd>; 2]) -> Self {
+    fn on_circle(center: [f64; 2], radius: f64, direction: [Ball<Dd>; 2], turned: bool) -> Self {
         let r = Ball::exact(radius);
+        let limits = center.map(|c| [Dd::difference(c, radius), Dd::sum(c, radius)]);
         Self {
             at: [0, 1].map(|i| Ball::exact(center[i]) + r * direction[i]),
-            limits: Some(center.map(|c| [Dd::difference(c, radius), Dd::sum(c, radius)])),
+            limits: turned.then_some(limits),
         }
     }
 
@@ -97,7 +99,7 @@ impl Direction {
     fn balls(&self) -> [Ball<Dd>; 2] {
         match self {
             Self::Axis(k) => axis(*k).map(Ball::exact),
-            Self::Free(d) => *d,
+            Self::Free(d, _) => *d,
         }
     }
 }
@@ -208,7 +210,9 @@ fn direction(arc: &Arc<2>, ccw: bool, at: &Param) -> Direction {
     }
     let (sin, cos) = sin_cos(a);
     let sin = if ccw { sin } else { -sin };
-    Direction::Free(match turns {
+    // (From a direction that is no axis no rational angle leads to one.)
+    let turned = turns.is_none() || a.mid.hi.abs() > 2.0 * a.rad;
+    let direction = match turns {
         Some(0) => [cos, sin],
         Some(1) => [-sin, cos],
         Some(2) => [-cos, -sin],
@@ -222,7 +226,8 @@ fn direction(arc: &Arc<2>, ccw: bool, at: &Param) -> Direction {
             let (x, y) = (x / norm, y / norm);
             [x * cos - y * sin, y * cos + x * sin]
         }
-    })
+    };
+    Direction::Free(direction, turned)
 }
 
 /// The quadrant that starts at or before a direction, counter-clockwise: on an axis (as far as can
@@ -230,7 +235,7 @@ fn direction(arc: &Arc<2>, ccw: bool, at: &Param) -> Direction {
 fn quadrant_of(d: &Direction) -> usize {
     match d {
         Direction::Axis(k) => k % 4,
-        Direction::Free([x, y]) => {
+        Direction::Free([x, y], _) => {
             let sign = |b: &Ball<Dd>| {
                 if b.lower() > 0.0 {
                     1
@@ -274,14 +279,17 @@ pub(super) fn arc_run(arc: &Arc<2>, from: &Param, to: &Param) -> Option<Run> {
     // An end on an axis belongs to the quadrant before it.
     let end_on_axis = match &ends[1] {
         Direction::Axis(_) => true,
-        Direction::Free(d) => (0..2).any(|i| d[i].lower() <= 0.0 && d[i].upper() >= 0.0),
+        Direction::Free(d, _) => (0..2).any(|i| d[i].lower() <= 0.0 && d[i].upper() >= 0.0),
     };
     if end_on_axis && passed > 0 {
         passed -= 1;
     }
     let point = |d: &Direction| match d {
         Direction::Axis(k) => extreme(center, arc.radius, *k),
-        Direction::Free(d) => Some(End::Blurred(Blur::on_circle(center, arc.radius, *d))),
+        Direction::Free(d, turned) => {
+            let end = Blur::on_circle(center, arc.radius, *d, *turned);
+            Some(End::Blurred(end))
+        }
     };
     let mut pieces = Vec::with_capacity(passed + 1);
     for n in 0..=passed {
@@ -331,7 +339,9 @@ fn compare_end(span: &ArcSpan, end: usize, coordinate: usize, q: f64) -> Option<
             // Exact: a double-double against a f64.
             e.partial_cmp(&Dd::from(q))
         }
-        Direction::Free(d) => Blur::on_circle(span.center, span.radius, *d).compare(coordinate, q),
+        Direction::Free(d, turned) => {
+            Blur::on_circle(span.center, span.radius, *d, *turned).compare(coordinate, q)
+        }
     }
 }
 
@@ -447,6 +457,30 @@ fn arc_crossing(span: &ArcSpan, q: [f64; 2], ray: usize) -> Option<Crossing> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::numeric::Interval;
+    use nalgebra::{Point2, Vector2};
+
+    /// Half of the way from -1 to 1 is 0, found with an error: there the circle's extreme is met.
+    #[test]
+    fn an_end_that_may_be_on_an_axis_may_be_at_the_extreme() {
+        let arc = Arc::new(Arc {
+            center: Point2::origin(),
+            x: Vector2::x(),
+            y: Vector2::y(),
+            z: Vector2::zeros(),
+            radius: 1.0,
+            angle: Interval::new(-1.0, 1.0).unwrap(),
+            domain: Interval::new(0.0, 2.0).unwrap(),
+        });
+        let arc = arc.unwrap();
+        for (at, less) in [(1.0, None), (1.5, Some(Ordering::Less))] {
+            let Direction::Free(d, turned) = direction(&arc, true, &Param::f64(at)) else {
+                panic!("{at} is found exactly");
+            };
+            let end = Blur::on_circle([0.0; 2], 1.0, d, turned);
+            assert_eq!(end.compare(0, 1.0), less, "{at}");
+        }
+    }
 
     /// Quarters of the circle of radius 5 about the origin, next to (3, 4) and its turns: on either ray the arc is beyond what is
     /// inside where that is up the axis, and beyond what is outside where it is down.
