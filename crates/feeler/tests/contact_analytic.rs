@@ -1,9 +1,12 @@
 //! Contact queries on surfaces with known answers.
 
+mod scenes;
+
 use feeler::brep::{Brep, BrepParts, Face};
 use feeler::numeric::{Dyadic, Interval};
 use feeler::nurbs::{
-    Arc, Curve3, Line, NurbsCurve3, NurbsSurface, Plane, PolyCurve, Revolution, Surface,
+    Arc, Curve, Curve2, Curve3, Line, NurbsCurve, NurbsCurve3, NurbsSurface, Plane, PolyCurve,
+    Revolution, Surface,
 };
 use feeler::prepare::{PreparedBrep, Shortcuts};
 use feeler::query::{
@@ -483,5 +486,58 @@ fn tops_and_poles_of_a_sphere_are_no_contacts() {
         let n = Vector3::from(n);
         let probe = Probe::HalfSpace(HalfSpace::new(n, 0.0).unwrap());
         is_alone_at(&all(&probe), -n * 2.5);
+    }
+}
+
+/// A trim that ends 2^-52 short of the border of its patch, by less than f64 tells there: what is deepest is on the trim, and neither the border,
+/// which nothing of the region is on, nor doubt whether the trim is on the patch widens the answer.
+#[test]
+fn a_trim_that_hardly_reaches_the_border() {
+    // Its top is (y1^2 - y0 y2) / (2 y1 - y0 - y2) = 10 - e / 4 + O(e^2) with y0 = 5 - e, y1 = 15 and y2 = 5.
+    let e = 2f64.powi(-50);
+    let top = Curve::Nurbs(
+        NurbsCurve::new(
+            2,
+            vec![
+                Vector3::new(-5.0, 5.0 - e, 1.0),
+                Vector3::new(0.0, 15.0, 1.0),
+                Vector3::new(5.0, 5.0, 1.0),
+            ],
+            vec![0.0, 0.0, 0.0, 1.0, 1.0, 1.0],
+        )
+        .unwrap(),
+    );
+    let back: Curve2 = Curve::Line(
+        Line::new(
+            [5.0, 5.0].into(),
+            [-5.0, 5.0 - e].into(),
+            Interval::new(0.0, 1.0).unwrap(),
+        )
+        .unwrap(),
+    );
+    let brep = scenes::loops::face_within(vec![vec![top, back]]);
+    let probe = Probe::HalfSpace(HalfSpace::new(-Vector3::y(), -10.0).unwrap());
+    for closed_forms in [true, false] {
+        let shortcuts = Shortcuts {
+            closed_forms,
+            ..Shortcuts::ALL
+        };
+        let brep = PreparedBrep::with_shortcuts(brep.clone(), shortcuts);
+        let answer = contact(
+            &brep,
+            &probe,
+            &Options::default(),
+            &mut Workspace::default(),
+        );
+        assert_eq!(answer.undecided, None, "{answer:?}");
+        let bounds = answer.separation.bounds;
+        let truth = e / 4.0;
+        // What O(e^2) leaves out of the truth, and far above what is asked of separations next to 0: some 2^-100 of the size.
+        let slack = 2f64.powi(-90);
+        assert!(
+            bounds.lo <= truth + slack && truth - slack <= bounds.hi,
+            "{bounds:?}"
+        );
+        assert!(bounds.hi - bounds.lo <= slack, "{bounds:?}");
     }
 }

@@ -310,7 +310,9 @@ impl Search<'_> {
         let piece = geometry.piece(index);
         let (point, _) = crate::prepare::curve_jet(&piece.local, Ball { mid: t, rad: 0.0 });
         let local = [point[0] / point[2], point[1] / point[2]];
-        if !local.iter().all(|x| x.lower() >= 0.0 && x.upper() <= 1.0) {
+        // (By how far it is from 1: what is below 1 by less than an ulp is bounded by 1 and more in f64.)
+        let within = |x: &Ball<Dd>| x.lower() >= 0.0 && (Ball::exact(1.0) - *x).lower() >= 0.0;
+        if !local.iter().all(within) {
             return Err(local.map(|x| x.mid));
         }
         let maps = &geometry.patches[piece.patch].maps;

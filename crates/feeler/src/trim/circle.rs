@@ -332,7 +332,12 @@ pub(super) fn arc_run(arc: &Arc<2>, from: &Param, to: &Param) -> Option<Run> {
 }
 
 /// A coordinate of an end of an arc, against a number.
-fn compare_end(span: &ArcSpan, end: usize, coordinate: usize, q: f64) -> Option<Ordering> {
+pub(super) fn compare_end(
+    span: &ArcSpan,
+    end: usize,
+    coordinate: usize,
+    q: f64,
+) -> Option<Ordering> {
     match &span.ends[end] {
         Direction::Axis(k) => {
             let e = Dd::sum(span.center[coordinate], span.radius * axis(*k)[coordinate]);

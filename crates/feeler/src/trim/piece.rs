@@ -1,7 +1,9 @@
 //! One rational Bezier piece of a loop: f64 first, double-double and integers on demand.
 
+use super::circle;
 use super::source::{Ball3, Source};
 use crate::numeric::polynomial::{Polynomial, binomials, signum};
+use crate::numeric::roots::Roots;
 use crate::numeric::{Ball, Dd, Dyadic, Real};
 use dashu_int::IBig;
 use std::cmp::Ordering;
@@ -131,6 +133,9 @@ impl<T: Real> Horner<T> {
         [sum[0] / sum[2], sum[1] / sum[2]]
     }
 }
+
+/// A piece that hardly reaches past a line, by this share of their sizes (its box is rounded outward by a few ulps), may be beside it.
+const GRAZING: f64 = 8.0 * f64::EPSILON;
 
 /// Makes up for the rounding of up to 16 operations on bounds.
 const INFLATE: f64 = 1.0 + 16.0 * f64::EPSILON;
@@ -303,6 +308,29 @@ impl Piece {
             (lo, hi) = (lo.min(l), hi.max(h));
         }
         [lo.max(self.hull[axis][0]), hi.min(self.hull[axis][1])]
+    }
+
+    /// Proven: nowhere on the piece is this coordinate equal to `q`. Exact; asked in earnest only where the coordinate's range on a
+    /// part of the piece lies on one side of `q` but for what it may be off.
+    pub(super) fn is_beside(&self, axis: usize, [lo, hi]: [f64; 2], q: f64) -> bool {
+        let slack = GRAZING * (lo.abs().max(hi.abs()) + q.abs());
+        // Negated: a box without bounds tells nothing.
+        if !(hi <= q + slack || lo >= q - slack) {
+            return false;
+        }
+        // Pieces of arcs are monotone in both coordinates, so between their ends.
+        let same = |orders: [Option<Ordering>; 2]| {
+            orders == [Some(Ordering::Less); 2] || orders == [Some(Ordering::Greater); 2]
+        };
+        match &self.source {
+            Source::Blurred(ends) => same(ends.each_ref().map(|e| e.compare(axis, q))),
+            Source::Arc(span) => same([0, 1].map(|e| circle::compare_end(span, e, axis, q))),
+            _ => self
+                .exact()
+                .and_then(|exact| exact.offset(axis, q))
+                .and_then(|g| Roots::isolate(&g))
+                .is_some_and(|roots| roots.as_slice().is_empty()),
+        }
     }
 
     /// Whether `q` is in the closed box of the two end points: exactly, or where the

@@ -413,11 +413,20 @@ impl TrimRegion {
         let mut along_border = false;
         for k in self.cells().meeting([u, v]).flatten() {
             let part = &self.parts[*k as usize];
-            if !part.misses(&self.pieces[part.piece as usize], [u, v]) {
-                if !self.is_on_border(part) {
-                    return BoxSide::Mixed;
-                }
+            let piece = &self.pieces[part.piece as usize];
+            if part.misses(piece, [u, v]) {
+                continue;
+            }
+            if self.is_on_border(part) {
                 along_border = true;
+                continue;
+            }
+            // On a parameter line (the border of a patch, to which trims come as near as they were fitted).
+            let beside = |axis: usize, range: [f64; 2]| {
+                range[0] == range[1] && piece.is_beside(axis, part.hull[axis], range[0])
+            };
+            if !(beside(0, u) || beside(1, v)) {
+                return BoxSide::Mixed;
             }
         }
         // The open box cut with the open domain is connected and no loop meets it: its parity is that of any

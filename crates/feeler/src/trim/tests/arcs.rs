@@ -3,7 +3,7 @@
 use super::shapes::*;
 use crate::numeric::Interval;
 use crate::nurbs::{Arc, Curve, Curve2};
-use crate::trim::{Side, TrimRegion};
+use crate::trim::{BoxSide, Side, TrimRegion};
 use nalgebra::Vector2;
 
 const WIDE: [f64; 4] = [-10.0, 10.0, -10.0, 10.0];
@@ -134,5 +134,30 @@ fn arcs_at_any_pace() {
             let region = check(sides, &holds, "sector");
             assert_eq!(side(&region, [3.0, up * 4.0]), Side::Outside);
         }
+    }
+}
+
+/// An arc over the top of a circle that ends 2^-54 below 1, which is no f64, and of one that ends there: whether a segment at 1 is beside it.
+#[test]
+fn segments_that_an_arc_hardly_reaches() {
+    for (radius, expected) in [
+        (0.5 - 2f64.powi(-54), BoxSide::Outside),
+        (0.5, BoxSide::Mixed),
+    ] {
+        let arc = arc_over(
+            [0.5, 0.5],
+            radius,
+            [[1.0, 0.0], [0.0, 1.0]],
+            [1.0, 2.0],
+            [1.0, 2.0],
+        );
+        let [from, to] = [1.0, 2.0].map(|t: f64| [0.5 + radius * t.cos(), 0.5 + radius * t.sin()]);
+        let cap = vec![arc.into(), line(to, from).into()];
+        let region = TrimRegion::new(&face([0.0, 1.0, 0.0, 1.0], Some(vec![cap])), 0);
+        assert_eq!(
+            region.classify_box([0.0, 1.0], [1.0, 1.0]),
+            expected,
+            "{radius}"
+        );
     }
 }
