@@ -137,27 +137,22 @@ fn arcs_at_any_pace() {
     }
 }
 
-/// An arc over the top of a circle that ends 2^-54 below 1, which is no f64, and of one that ends there: whether a segment at 1 is beside it.
+/// Arcs of a circle whose top is 2^-54 below 1, which is no f64, and of one whose top is there, cut beside their tops and whole quadrants about
+/// them: whether a segment at 1 is beside them.
 #[test]
-fn segments_that_an_arc_hardly_reaches() {
+fn a_side_that_an_arc_hardly_reaches() {
     for (radius, expected) in [
         (0.5 - 2f64.powi(-54), BoxSide::Outside),
         (0.5, BoxSide::Mixed),
     ] {
-        let arc = arc_over(
-            [0.5, 0.5],
-            radius,
-            [[1.0, 0.0], [0.0, 1.0]],
-            [1.0, 2.0],
-            [1.0, 2.0],
-        );
-        let [from, to] = [1.0, 2.0].map(|t: f64| [0.5 + radius * t.cos(), 0.5 + radius * t.sin()]);
-        let cap = vec![arc.into(), line(to, from).into()];
-        let region = TrimRegion::new(&face([0.0, 1.0, 0.0, 1.0], Some(vec![cap])), 0);
-        assert_eq!(
-            region.classify_box([0.0, 1.0], [1.0, 1.0]),
-            expected,
-            "{radius}"
-        );
+        for angle in [[1.0, 2.0], [0.0, 4.0]] {
+            let frame = [[1.0, 0.0], [0.0, 1.0]];
+            let arc = arc_over([0.5, 0.5], radius, frame, angle, angle);
+            let [from, to] = angle.map(|t: f64| [0.5 + radius * t.cos(), 0.5 + radius * t.sin()]);
+            let cap = vec![arc.into(), line(to, from).into()];
+            let region = TrimRegion::new(&face([0.0, 1.0, 0.0, 1.0], Some(vec![cap])), 0);
+            let side = region.classify_box([0.0, 1.0], [1.0, 1.0]);
+            assert_eq!(side, expected, "{radius} {angle:?}");
+        }
     }
 }

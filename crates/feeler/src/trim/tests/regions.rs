@@ -191,34 +191,17 @@ fn boxes_along_the_border_of_the_domain() {
     assert_eq!(region.classify_box([1.0, 1.4], [1.2, 1.5]), BoxSide::Mixed);
 }
 
-/// Curves that come nearer to a side of the domain than f64 tells: on that side nothing is in the region, unless they reach it.
+/// A parabola that comes nearer to a side of the domain than f64 tells: on that side nothing is in the region, unless it is reached.
 #[test]
-fn lines_that_a_curve_hardly_reaches() {
-    let sides = |r: &TrimRegion| {
-        let (all, at) = ([0.0, 1.0], |x: f64| [x, x]);
-        [
-            (at(0.0), all),
-            (at(1.0), all),
-            (all, at(0.0)),
-            (all, at(1.0)),
-        ]
-        .map(|(u, v)| r.classify_box(u, v))
-    };
-    let within = |loops| TrimRegion::new(&face([0.0, 1.0, 0.0, 1.0], Some(vec![loops])), 0);
+fn a_side_that_a_curve_hardly_reaches() {
     // 1/4 (y0 + 1/2) + 1/2 y1 is about the top of the parabola: 2^-56 below 1 at first.
     let low = 0.5 - 2f64.powi(-54);
     for (top, expected) in [(1.5, BoxSide::Outside), (1.5f64.next_up(), BoxSide::Mixed)] {
         let cap = bezier(&[[0.25, low, 1.0], [0.5, top, 1.0], [0.75, 0.5, 1.0]]);
-        let region = within(vec![cap.into(), line([0.75, 0.5], [0.25, low]).into()]);
-        assert_eq!(sides(&region)[3], expected, "{top}");
-    }
-    // 2^-54 from each side, which is no f64 next to 1, and up to each.
-    for (radius, expected) in [
-        (0.5 - 2f64.powi(-54), BoxSide::Outside),
-        (0.5, BoxSide::Mixed),
-    ] {
-        let region = within(circle([0.5, 0.5], radius));
-        assert_eq!(sides(&region), [expected; 4], "{radius}");
+        let sides = vec![cap.into(), line([0.75, 0.5], [0.25, low]).into()];
+        let region = TrimRegion::new(&face([0.0, 1.0, 0.0, 1.0], Some(vec![sides])), 0);
+        let side = region.classify_box([0.0, 1.0], [1.0, 1.0]);
+        assert_eq!(side, expected, "{top}");
     }
 }
 
