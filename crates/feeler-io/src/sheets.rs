@@ -94,10 +94,17 @@ fn of_arc(curve: &Curve2, arc: &Arc<2>, span: Interval, c: usize) -> [f64; 2] {
     ]
 }
 
-/// The largest value of `sign * x[c]` on the part of a curve that a trim uses: samples, then
-/// golden-section search around the best. Deterministic, no proof.
+/// The largest value of `sign * x[c]` on the part of a curve that a trim uses: that of an end, if the curve is straight or its control polygon
+/// goes no farther; else samples, then golden-section search around the best. Deterministic; of the search there is no proof.
 fn extreme(curve: &Curve2, span: Interval, c: usize, sign: f64) -> f64 {
     let value = |t: f64| sign * curve.point(t)[c];
+    let ends = value(span.start).max(value(span.end));
+    let mut hull = [f64::INFINITY, f64::NEG_INFINITY];
+    grow(&mut hull, curve, c);
+    let farthest = if sign > 0.0 { hull[1] } else { -hull[0] };
+    if matches!(curve, Curve2::Line(_)) || farthest <= ends {
+        return ends;
+    }
     let at = |k: u16| span.lerp(f64::from(k) / f64::from(SAMPLES));
     let (mut best, mut most) = (0, f64::NEG_INFINITY);
     for k in 0..=SAMPLES {
@@ -107,14 +114,21 @@ fn extreme(curve: &Curve2, span: Interval, c: usize, sign: f64) -> f64 {
         }
     }
     let (mut lo, mut hi) = (at(best.saturating_sub(1)), at((best + 1).min(SAMPLES)));
+    let (mut a, mut b) = (hi - GOLDEN * (hi - lo), lo + GOLDEN * (hi - lo));
+    let (mut va, mut vb) = (value(a), value(b));
     for _ in 0..STEPS {
-        let (a, b) = (hi - GOLDEN * (hi - lo), lo + GOLDEN * (hi - lo));
-        let (va, vb) = (value(a), value(b));
         most = most.max(va).max(vb);
+        // One of the two is at the ratio of what is left, too.
         if va < vb {
             lo = a;
+            (a, va) = (b, vb);
+            b = lo + GOLDEN * (hi - lo);
+            vb = value(b);
         } else {
             hi = b;
+            (b, vb) = (a, va);
+            a = hi - GOLDEN * (hi - lo);
+            va = value(a);
         }
     }
     most

@@ -334,8 +334,7 @@ impl Chart {
             Kind::Plane(a) => [a.origin.coords + a.x * uv.x + a.y * uv.y, a.x, a.y],
             Kind::Turned(a, meridian) => {
                 let (q, dq) = meridian_at(a, meridian, self.wrapped(1, uv.y));
-                let (sin, cos) = sin_cos(Ball::exact(uv.x));
-                let (sin, cos) = (sin.mid.hi, cos.mid.hi);
+                let (sin, cos) = libm::sincos(uv.x);
                 let turn = |v: &Vector3<f64>| {
                     a.x * (cos * v.x - sin * v.y) + a.y * (sin * v.x + cos * v.y) + a.z * v.z
                 };
@@ -514,8 +513,7 @@ fn meridian_at(a: &Axes, meridian: &Meridian, v: f64) -> (Vector3<f64>, Vector3<
             Vector3::new(*sin, 0.0, *cos),
         ),
         Meridian::Circle { major, minor } => {
-            let (sin, cos) = sin_cos(Ball::exact(v));
-            let (sin, cos) = (sin.mid.hi, cos.mid.hi);
+            let (sin, cos) = libm::sincos(v);
             (
                 Vector3::new(major + minor * cos, 0.0, minor * sin),
                 Vector3::new(-minor * sin, 0.0, minor * cos),

@@ -21,6 +21,8 @@ const MAX_PIECES: usize = 512;
 const STARTS: usize = 3;
 /// Steps of Newton's method towards the nearest point of an edge's curve.
 const NEWTON_STEPS: usize = 8;
+/// A step that is no longer than this part of the larger end of the parameter's range is one rounding.
+const STILL: f64 = f64::EPSILON;
 /// Positive abscissae and weights of Gauss-Legendre quadrature with 8 points on [-1, 1]: exact for
 /// polynomials up to degree 15 (Abramowitz and Stegun, table 25.4).
 const GAUSS: [(f64, f64); 4] = [
@@ -138,8 +140,8 @@ fn descend(p: Point3<f64>, curve: &Curve3, low: f64, high: f64) -> f64 {
             d[1].norm_squared()
         };
         let next = (t - slope / curvature).clamp(low, high);
-        // NaN (a stationary point of the curve) ends it too.
-        let moved = next != t && !next.is_nan();
+        // A rounding's step is nothing; NaN (a stationary point of the curve) ends it too.
+        let moved = (next - t).abs() > STILL * low.abs().max(high.abs());
         if !moved {
             break;
         }

@@ -112,32 +112,45 @@ fn taylor<T: Real>(f: Ball<Dd>, g: Ball<Dd>, half: Ball<Dd>) -> Vec<Ball<T>> {
 /// [`spans`] for the formula: no coefficient of a power of `x` is above 1.
 pub(super) fn bernstein<T: Real>(powers: &[Ball<Dd>], left_out: f64) -> Vec<Ball<T>> {
     let n = powers.len() - 1;
-    let binomial = row(n, 0);
+    // The row of `j = 0` holds the binomials, with signs.
+    let mut polar = row(n);
+    let binomial: Vec<f64> = polar.iter().map(|b| b.abs()).collect();
     (0..=n)
         .map(|j| {
-            let polar = row(n - j, j);
+            if j > 0 {
+                next_row(&mut polar);
+            }
             let mut sum = Ball::<Dd>::ZERO;
             for i in 0..=n {
-                sum = sum + powers[i] * Ball::exact(polar[i]) / Ball::exact(binomial[i].abs());
+                sum = sum + powers[i] * Ball::exact(polar[i]) / Ball::exact(binomial[i]);
             }
             Ball::from_dd(sum.mid, sum.rad + left_out)
         })
         .collect()
 }
 
-/// The coefficients of `(1 - z)^minus (1 + z)^plus`: whole numbers of at most 2^(minus + plus), exact up to a sum of 53.
-pub(super) fn row(minus: usize, plus: usize) -> Vec<f64> {
-    let mut c = vec![1.0];
-    for k in 0..minus + plus {
-        let sign = if k < minus { -1.0 } else { 1.0 };
-        let mut next = vec![0.0; c.len() + 1];
-        for (i, x) in c.iter().enumerate() {
-            next[i] += x;
-            next[i + 1] += sign * x;
+/// The coefficients of `(1 - z)^n`: whole numbers of at most 2^n, exact up to 53.
+pub(super) fn row(n: usize) -> Vec<f64> {
+    let mut c = vec![0.0; n + 1];
+    c[0] = 1.0;
+    for k in 0..n {
+        for i in (0..=k).rev() {
+            c[i + 1] -= c[i];
         }
-        c = next;
     }
     c
+}
+
+/// From the coefficients of `(1 - z)^minus (1 + z)^plus`, with `minus` above zero, to those with one factor `1 + z` for one `1 - z`. The quotient by `1 - z`
+/// has the sums of the first coefficients: those of `(1 - z)^(minus - 1) (1 + z)^plus`, whole numbers of at most
+/// 2^(minus + plus), exact as in [`row`].
+pub(super) fn next_row(c: &mut [f64]) {
+    let mut quotient = 0.0;
+    for x in c {
+        let before = quotient;
+        quotient += *x;
+        *x = quotient + before;
+    }
 }
 
 /// A vector with bounds.
@@ -255,5 +268,33 @@ pub(crate) fn arc_pieces<T: Real, const D: usize, const H: usize>(
                 angle: span.angle,
             }),
         });
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{next_row, row};
+
+    /// Against products of the factors, one by one.
+    #[test]
+    fn rows_are_products_of_their_factors() {
+        for n in 0..=53 {
+            let mut polar = row(n);
+            for plus in 0..=n {
+                if plus > 0 {
+                    next_row(&mut polar);
+                }
+                let mut product = vec![1_i64];
+                for k in 0..n {
+                    let sign = if k < plus { 1 } else { -1 };
+                    product.push(0);
+                    for i in (1..product.len()).rev() {
+                        product[i] += sign * product[i - 1];
+                    }
+                }
+                let product: Vec<f64> = product.iter().map(|c| *c as f64).collect();
+                assert_eq!(polar, product, "{n}, {plus}");
+            }
+        }
     }
 }

@@ -11,14 +11,21 @@ pub(crate) const MAX_COMPOSED_DEGREE: usize = 80;
 /// Bernstein coefficients of a polynomial.
 pub(super) type Poly<T> = Vec<Ball<T>>;
 
-/// Product of two polynomials in Bernstein form with running bounds.
-pub(super) fn multiply<T: Real>(x: &[Ball<T>], y: &[Ball<T>]) -> Poly<T> {
-    let (p, q) = (x.len() - 1, y.len() - 1);
-    let pascal = |n: usize| -> Poly<T> {
-        // Each entry is off by at most n units (bernstein::binomials).
-        binomials::<T>(n)
-            .into_iter()
-            .map(|b| Ball {
+/// Products of polynomials of two degrees in Bernstein form, with running bounds: what binomials there are is found once for all of them.
+pub(super) struct Products<T> {
+    /// `C(p, i) C(q, j)`, row by row.
+    weights: Vec<Ball<T>>,
+    /// `C(p + q, k)`.
+    whole: Vec<Ball<T>>,
+    columns: usize,
+}
+
+impl<T: Real> Products<T> {
+    /// Of polynomials of degree `p` and such of degree `q`.
+    pub(super) fn new(p: usize, q: usize) -> Self {
+        let pascal = |n: usize| {
+            // Each entry is off by at most n units (bernstein::binomials).
+            binomials::<T>(n).into_iter().map(move |b| Ball {
                 mid: b,
                 rad: if n <= EXACT_BINOMIALS {
                     0.0
@@ -26,19 +33,40 @@ pub(super) fn multiply<T: Real>(x: &[Ball<T>], y: &[Ball<T>]) -> Poly<T> {
                     n as f64 * T::UNIT * b.magnitude()
                 },
             })
-            .collect()
-    };
-    let (bp, bq, bpq) = (pascal(p), pascal(q), pascal(p + q));
-    let mut out = vec![Ball::ZERO; p + q + 1];
-    for (i, xi) in x.iter().enumerate() {
-        for (j, yj) in y.iter().enumerate() {
-            out[i + j] = out[i + j] + (bp[i] * bq[j]) * (*xi * *yj);
+        };
+        let columns: Vec<Ball<T>> = pascal(q).collect();
+        let mut weights = Vec::with_capacity((p + 1) * (q + 1));
+        for b in pascal(p) {
+            weights.extend(columns.iter().map(|c| b * *c));
+        }
+        Self {
+            weights,
+            whole: pascal(p + q).collect(),
+            columns: q + 1,
         }
     }
-    for (o, b) in out.iter_mut().zip(&bpq) {
-        *o = *o / *b;
+
+    /// One of them.
+    pub(super) fn of(&self, x: &[Ball<T>], y: &[Ball<T>]) -> Poly<T> {
+        let mut out = vec![Ball::ZERO; self.whole.len()];
+        for ((i, xi), row) in x.iter().enumerate().zip(self.weights.chunks(self.columns)) {
+            for ((o, yj), b) in out[i..].iter_mut().zip(y).zip(row) {
+                *o = *o + *b * (*xi * *yj);
+            }
+        }
+        for (o, b) in out.iter_mut().zip(&self.whole) {
+            *o = *o / *b;
+        }
+        out
     }
-    out
+
+    /// A polynomial of the first degree in one that is higher by the second: its product with 1.
+    pub(super) fn elevated(&self, x: &[Ball<T>]) -> Poly<T> {
+        if self.columns == 1 {
+            return x.to_vec();
+        }
+        self.of(x, &vec![Ball::ONE; self.columns])
+    }
 }
 
 /// Binomials C(n, k) with n up to this are below 2^53: exact even in f64.
@@ -66,10 +94,11 @@ pub(crate) fn compose<T: Real>(
     // One coordinate of one row or column, from points to the composed polynomial.
     let collapse = |mut row: Vec<Poly<T>>, low: &Poly<T>, high: &Poly<T>| -> Poly<T> {
         while row.len() > 1 {
+            let products = Products::new(low.len() - 1, row[0].len() - 1);
             row = row
                 .windows(2)
                 .map(|pair| {
-                    let (a, b) = (multiply(low, &pair[0]), multiply(high, &pair[1]));
+                    let (a, b) = (products.of(low, &pair[0]), products.of(high, &pair[1]));
                     a.iter().zip(&b).map(|(x, y)| *x + *y).collect()
                 })
                 .collect();

@@ -23,7 +23,7 @@
 //! For smooth curves and the second bound the loss falls with the cube of the parts' length. The end points of parts are
 //! values of T, so that they lose no more than T does.
 
-use super::compose::multiply;
+use super::compose::Products;
 use super::image::{Image, Stretch, exact, part};
 use crate::numeric::{Ball, Real};
 use nalgebra::Vector3;
@@ -188,7 +188,8 @@ fn bound<T: Real>(stretches: [&Stretch<T>; 2], from: [T; 2], to: [T; 2]) -> Opti
             .collect()
     };
     let (v, w) = (known(&a_points, 3), known(&b_points, 3));
-    let both = multiply(&v, &w);
+    let products = Products::new(v.len() - 1, w.len() - 1);
+    let both = products.of(&v, &w);
     let difference: [Vec<Ball<T>>; 3] = std::array::from_fn(|c| {
         let shift = Ball::difference(a.origin[c], b.origin[c]);
         let x: Vec<_> = known(&a_points, c)
@@ -196,7 +197,7 @@ fn bound<T: Real>(stretches: [&Stretch<T>; 2], from: [T; 2], to: [T; 2]) -> Opti
             .zip(&v)
             .map(|(x, v)| *x + shift * *v)
             .collect();
-        let (xw, yv) = (multiply(&x, &w), multiply(&known(&b_points, c), &v));
+        let (xw, yv) = (products.of(&x, &w), products.of(&v, &known(&b_points, c)));
         xw.iter().zip(&yv).map(|(p, q)| *p - *q).collect()
     });
     if !both.iter().all(|x| x.is_above(0.0)) {

@@ -24,8 +24,8 @@
 //! [`circle::spans`](super::circle)): `2 M <= 8 n` holds, and `4 (M^2 + M + 2) <= 16 n (n - 1)` for `n >= 3`. A polynomial that
 //! is exact, the angle being constant, leaves nothing out. Sine likewise.
 
-use super::circle::{bernstein, row};
-use super::compose::{Poly, compose, multiply};
+use super::circle::{bernstein, next_row, row};
+use super::compose::{Poly, Products, compose};
 use super::net::Net;
 use super::spline::{ArcPiece, Homogeneous};
 use crate::numeric::bernstein::Bidegree;
@@ -70,14 +70,18 @@ struct Course {
 /// Powers of `x = 2 t - 1` from Bernstein coefficients in `t`.
 fn powers<T: Real>(coefficients: impl ExactSizeIterator<Item = Ball<T>>) -> Vec<Ball<Dd>> {
     let n = coefficients.len() - 1;
-    let binomial = row(0, n);
+    let mut polar = row(n);
+    let binomial: Vec<f64> = polar.iter().map(|b| b.abs()).collect();
     let mut out = vec![Ball::<Dd>::ZERO; n + 1];
     for (j, b) in coefficients.enumerate() {
         let b = b.to_dd();
         // b_j C(n, j) ((1 - x) / 2)^(n-j) ((1 + x) / 2)^j; the powers of two are exact.
         let b = b * Ball::exact(binomial[j] * power_of_two(-(n as i32)));
-        for (o, r) in out.iter_mut().zip(row(n - j, j)) {
-            *o = *o + b * Ball::exact(r);
+        if j > 0 {
+            next_row(&mut polar);
+        }
+        for (o, r) in out.iter_mut().zip(&polar) {
+            *o = *o + b * Ball::exact(*r);
         }
     }
     out
@@ -231,14 +235,6 @@ fn times<T: Real>(a: &Poly<T>, b: Ball<T>) -> Poly<T> {
     a.iter().map(|x| *x * b).collect()
 }
 
-/// The same polynomial in a degree that is higher by `by`.
-fn elevated<T: Real>(a: &Poly<T>, by: usize) -> Poly<T> {
-    if by == 0 {
-        return a.clone();
-    }
-    multiply(a, &vec![Ball::ONE; by + 1])
-}
-
 impl<T: Real> Turned<T> {
     /// Whether [`compose`](Self::compose) in an arithmetic of this unit leaves out no more than it may; a part of the curve may
     /// do where the whole does not.
@@ -281,7 +277,8 @@ impl<T: Real> Turned<T> {
         let along = usize::from(self.transposed);
         let [cos, sin] = cos_and_sin(&self.angle, curve, along)?;
         let [x, y, z, w] = self.profile(curve, 1 - along)?;
-        let n = cos.len() - 1;
+        // Of the profile's coordinates with cosine and sine.
+        let products = Products::new(w.len() - 1, cos.len() - 1);
         // `O + along + cos a r + sin a (axis x r)`, each times the weight.
         let q: Vec<Poly<T>> = [x, y, z]
             .iter()
@@ -299,13 +296,18 @@ impl<T: Real> Turned<T> {
             let across = difference(&q[c], &up);
             let turned = difference(&times(&q[k], axis[j]), &times(&q[j], axis[k]));
             let base = Ball::difference(self.origin[c], zero[c]);
-            let fixed = elevated(&sum(&times(&w, base), &up), n);
+            let fixed = products.elevated(&sum(&times(&w, base), &up));
             sum(
                 &fixed,
-                &sum(&multiply(&cos, &across), &multiply(&sin, &turned)),
+                &sum(&products.of(&across, &cos), &products.of(&turned, &sin)),
             )
         };
-        let all = [coordinate(0), coordinate(1), coordinate(2), elevated(&w, n)];
+        let all = [
+            coordinate(0),
+            coordinate(1),
+            coordinate(2),
+            products.elevated(&w),
+        ];
         Some(
             (0..all[0].len())
                 .map(|i| std::array::from_fn(|c| all[c][i]))
