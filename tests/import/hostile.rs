@@ -306,14 +306,14 @@ fn messages_name_the_place_and_the_remedy() {
             at + 8
         )
     );
-    // Oblique on a spline surface: a curve of degree 3.
+    // Oblique on a surface of revolution: no curve that there is.
     let on_surface = f::file(4, |w| {
         w.record("", f::CURVE_ON_SURFACE, |w| {
             w.object(f::LINE, |w| {
-                f::line(w, [0.0, 2.0, 0.0], [1.0, 3.0, 0.0], [0.0, 1.0], 2)
+                f::line(w, [0.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0], 2)
             });
             w.i32s(&[0]);
-            w.object(f::NURBS_SURFACE, f::nurbs_surface);
+            w.object(f::REV, |w| f::revolution(w, 0x20, 0));
         });
     });
     let at = class_data(&on_surface);

@@ -112,22 +112,91 @@ fn images_are_where_the_surface_has_the_curve() {
         (line([0.125, 3.5], [0.875, 3.5]), f::NURBS_SURFACE, spline),
         (line([1.0, 5.0], [0.0, 5.0]), f::NURBS_SURFACE, spline),
     ] {
-        let ObjectKind::Curve(image) = on(&curve, id, write) else {
-            panic!("no curve: {curve:?}");
-        };
-        let surface = surface(id, write);
-        assert_eq!(image.domain(), curve.domain());
-        for k in 0..=32 {
-            let t = curve.domain().lerp(f64::from(k) / 32.0);
-            let uv = curve.point(t);
-            let off = (image.point(t) - surface.point(uv.x, uv.y)).amax();
-            // Some tens of roundings of coordinates up to 12.
-            assert!(
-                off <= 64.0 * f64::EPSILON * 12.0,
-                "{off:e} at {t}: {curve:?}"
-            );
+        is_image(&curve, id, write);
+    }
+}
+
+fn is_image(curve: &Curve2, id: &str, write: Write<'_>) {
+    let ObjectKind::Curve(image) = on(curve, id, write) else {
+        panic!("no curve: {curve:?}");
+    };
+    let surface = surface(id, write);
+    assert_eq!(image.domain(), curve.domain());
+    for k in 0..=96 {
+        let t = curve.domain().lerp(f64::from(k) / 96.0);
+        let uv = curve.point(t);
+        let off = (image.point(t) - surface.point(uv.x, uv.y)).amax();
+        // Some tens of roundings of coordinates up to 16.
+        assert!(
+            off <= 64.0 * f64::EPSILON * 16.0,
+            "{off:e} at {t}: {curve:?}"
+        );
+    }
+}
+
+/// Lines along u and v, either way, all of a surface's domain or a part of it.
+#[test]
+fn lines_of_revolutions_and_sums_are_circles_and_curves_of_theirs() {
+    let turned: Write<'_> = &|w| f::revolution(w, 0x20, 0);
+    let transposed: Write<'_> = &|w| f::revolution(w, 0x20, 1);
+    for (id, write) in [(f::REV, turned), (f::REV, transposed), (f::SUM, &f::sum)] {
+        let [u, v] = surface(id, write).domain();
+        for (a, b) in [
+            ([0.0, 0.375], [1.0, 0.375]),
+            ([0.875, 0.0], [0.25, 0.0]),
+            ([0.75, 0.125], [0.75, 0.625]),
+            ([1.0, 1.0], [1.0, 0.0]),
+        ] {
+            let at = |s: [f64; 2]| [u.lerp(s[0]), v.lerp(s[1])];
+            is_image(&line(at(a), at(b)), id, write);
         }
     }
+}
+
+/// Over knots of u and v, at one of them, through a place where both are, with either slope; polygons whose sides are of either kind.
+#[test]
+fn lines_across_a_spline_surface_are_diagonals_of_its_rectangles() {
+    let spline: Write<'_> = &f::nurbs_surface;
+    for (a, b) in [
+        ([0.0, 2.0], [1.0, 5.0]),
+        ([0.125, 4.75], [0.8125, 2.25]),
+        ([0.5, 2.5], [0.75, 3.0]),
+        ([0.9, 2.1], [0.1, 2.9]),
+        ([0.25, 2.5], [0.75, 3.5]),
+        ([0.3, 2.7], [0.7000000000000001, 3.3]),
+    ] {
+        is_image(&line(a, b), f::NURBS_SURFACE, spline);
+    }
+    let points = [[0.0, 2.0], [0.0, 4.0], [0.7, 4.5], [0.9, 2.2]].map(Point2::from);
+    let polyline = Polyline::new(points.to_vec(), vec![-1.0, 0.0, 2.0, 2.5]).expect("a polyline");
+    is_image(&Curve::Polyline(polyline), f::NURBS_SURFACE, spline);
+}
+
+/// What many lines across a large net would take is not there: it is refused, at once.
+#[test]
+fn very_many_lines_across_a_net_are_refused() {
+    const SIDE: usize = 24;
+    const LINES: usize = 2000;
+    let net: Write<'_> = &|w| {
+        w.u8(0x10);
+        w.i32s(&[3, 0, 2, 2, SIDE as i32, SIDE as i32, 0, 0]);
+        w.f64s(&[0.0; 6]);
+        let knots: Vec<f64> = (0..SIDE).map(|k| k as f64).collect();
+        w.f64_array(&knots);
+        w.f64_array(&knots);
+        w.i32s(&[(SIDE * SIDE) as i32]);
+        for i in 0..SIDE * SIDE {
+            w.f64s(&[(i / SIDE) as f64, (i % SIDE) as f64, 0.0]);
+        }
+    };
+    let far = SIDE as f64 - 1.0;
+    is_image(&line([0.0, 0.25], [far, far]), f::NURBS_SURFACE, net);
+    let points =
+        (0..=LINES).map(|k| Point2::new(k as f64 % 2.0 * far, k as f64 / LINES as f64 * far));
+    let params = (0..=LINES).map(|k| k as f64).collect();
+    let polyline = Polyline::new(points.collect(), params).expect("a polyline");
+    let refused = on(&Curve::Polyline(polyline), f::NURBS_SURFACE, net);
+    assert!(matches!(refused, ObjectKind::Refused { .. }));
 }
 
 #[test]
@@ -137,8 +206,10 @@ fn what_has_no_form_is_refused_by_name() {
     let revolution: Write<'_> = &|w| f::revolution(w, 0x20, 0);
     for (curve, id, write) in [
         (arc(), f::PLANE, stretched),
-        (line([0.0, 2.0], [1.0, 3.0]), f::NURBS_SURFACE, spline),
-        (line([0.0, 0.0], [1.0, 0.0]), f::REV, revolution),
+        (arc(), f::NURBS_SURFACE, spline),
+        // Out of the domain, where points count as the nearest inside.
+        (line([0.0, 2.0], [1.5, 3.0]), f::NURBS_SURFACE, spline),
+        (line([0.0, 0.0], [1.0, 1.0]), f::REV, revolution),
     ] {
         let ObjectKind::Refused { class, reason } = on(&curve, id, write) else {
             panic!("not refused: {curve:?}");

@@ -187,21 +187,8 @@ impl Affine {
     /// # Cost
     /// O(size).
     pub fn apply(&self, brep: &Brep) -> Result<Moved, MapError> {
-        let determinant = self.matrix.determinant();
-        if !(determinant.is_finite() && determinant != 0.0) {
-            return Err(MapError::Singular { determinant });
-        }
-        let (scale, off) = self.scale();
-        let mut map = Mapper {
-            map: self,
-            scale,
-            mirrors: determinant < 0.0,
-            keeps_circles: (off <= SIMILAR).then_some(()),
-            off,
-            exact: self.keeps_digits() && self.factors == 1,
-            largest: 0.0,
-            natives: false,
-        };
+        let mut map = self.mapper()?;
+        let (scale, off) = (map.scale, map.off);
         let mut parts = brep.parts().clone();
         for surface in &mut parts.surfaces {
             *surface = map.surface(surface)?;
@@ -234,6 +221,29 @@ impl Affine {
         Ok(Moved {
             brep: Brep::new(parts)?,
             off: bound,
+        })
+    }
+
+    /// A curve under this map, up to the same roundings.
+    pub(crate) fn curve(&self, curve: &Curve3) -> Result<Curve3, MapError> {
+        self.mapper()?.curve(curve, true)
+    }
+
+    fn mapper(&self) -> Result<Mapper<'_>, MapError> {
+        let determinant = self.matrix.determinant();
+        if !(determinant.is_finite() && determinant != 0.0) {
+            return Err(MapError::Singular { determinant });
+        }
+        let (scale, off) = self.scale();
+        Ok(Mapper {
+            map: self,
+            scale,
+            mirrors: determinant < 0.0,
+            keeps_circles: (off <= SIMILAR).then_some(()),
+            off,
+            exact: self.keeps_digits() && self.factors == 1,
+            largest: 0.0,
+            natives: false,
         })
     }
 }

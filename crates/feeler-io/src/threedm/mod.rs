@@ -5,6 +5,7 @@
 //! | `archive` | chunks, checksums, plain values |
 //! | `class` | class ids, and the wrapper around the data of an object |
 //! | `curves`, `surfaces` | one class each |
+//! | `on_surface`, `parameter_lines` | `ON_CurveOnSurface`, as curves in space |
 //! | `brep`, `brep2` | `ON_Brep` 3.x, 2.x |
 //! | `rebuild` | the topology that BREPs before 3.x do not store |
 //! | `version1` | files of version 1: another container, other geometry |
@@ -25,6 +26,7 @@ mod curves;
 mod document;
 mod extrusion;
 mod on_surface;
+mod parameter_lines;
 mod rebuild;
 mod surfaces;
 mod version1;

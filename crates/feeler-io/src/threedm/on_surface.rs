@@ -3,17 +3,19 @@
 //! Stored are a curve in uv, perhaps a curve in space beside it, which is some approximation and not used, and the surface. The image is a
 //! curve of a kind that there is, with the same parameter, of
 //! - lines, polygons and splines on a plane, and arcs on one whose parameters are lengths along axes that are square and of length 1;
-//! - lines along u or v on a NURBS surface: a row of control points once the surface is cut there.
+//! - lines and polygons on a NURBS surface, and along u and v on surfaces of revolution and sums ([`parameter_lines`](super::parameter_lines)).
 //!
 //! Up to rounding it is the very image. Of all others there is none here.
 
 use super::archive::Chunk;
 use super::class::Class;
 use super::curves::{curve, unusable};
+use super::parameter_lines::{self, Room, joined};
 use super::surfaces::surface;
 use crate::error::ReadError;
+use feeler::numeric::Interval;
 use feeler::nurbs::{
-    Arc, Curve, Curve2, Curve3, Line, NurbsCurve, NurbsSurface, Plane, PolyCurve, Polyline, Surface,
+    Arc, Curve, Curve2, Curve3, Line, NurbsCurve, Plane, PolyCurve, Polyline, Surface,
 };
 use nalgebra::{Point2, Point3, Vector2, Vector3, Vector4};
 
@@ -22,15 +24,15 @@ const ROUNDED: f64 = 8.0 * f64::EPSILON;
 
 /// The image of the curve whose data is at hand; one without a form here is refused by its class.
 pub(super) fn read(mut data: Chunk<'_>, role: &'static str) -> Result<Curve3, ReadError> {
+    let mut room = Room::new(data.left());
     let in_uv: Curve2 = curve(&mut data, "a curve in uv")?;
     if data.i32("whether there is a curve in space")? != 0 {
         let _approximation: Curve3 = curve(&mut data, "a curve in space")?;
     }
     let surface = surface(&mut data)?;
-    let image = match (&surface, &in_uv) {
-        (Surface::Plane(plane), _) => on_plane(&in_uv, plane),
-        (Surface::Nurbs(surface), Curve::Line(line)) => along(line, surface),
-        _ => None,
+    let image = match &surface {
+        Surface::Plane(plane) => on_plane(&in_uv, plane),
+        _ => straight(&in_uv, &surface, &mut room),
     };
     let image = image.ok_or_else(|| unusable(Class::CurveOnSurface, &data, role))?;
     data.finish()?;
@@ -121,59 +123,23 @@ fn on_plane(in_uv: &Curve2, plane: &Plane) -> Option<Curve3> {
     }
 }
 
-/// The image of a line along u or along v.
-fn along(line: &Line<2>, surface: &NurbsSurface) -> Option<Curve3> {
-    let runs = usize::from(line.from.x == line.to.x);
-    let (fixed, rests) = (line.from[1 - runs], 1 - runs);
-    let [from, to] = [line.from[runs], line.to[runs]];
-    if line.to[rests] != fixed || from == to {
-        return None;
-    }
-    let domain = surface.domain()[rests];
-    // The side of the part that the line is.
-    let (cut, is_first) = if fixed < domain.end {
-        ([fixed, domain.end], true)
-    } else {
-        ([domain.start, fixed], false)
-    };
-    let mut rectangle = [[from.min(to), from.max(to)]; 2];
-    rectangle[rests] = cut;
-    let part = surface.restricted(rectangle[0], rectangle[1]).ok()?;
-    let [count_u, count_v] = part.counts();
-    let net = part.control_net();
-    let mut points: Vec<Vector4<f64>> = match (runs, is_first) {
-        (0, true) => net.iter().step_by(count_v).copied().collect(),
-        (0, false) => { net.iter().skip(count_v.checked_sub(1)?) }
-            .step_by(count_v)
-            .copied()
-            .collect(),
-        (_, true) => net.iter().take(count_v).copied().collect(),
-        (_, false) => { net.iter() }
-            .skip(count_u.checked_sub(1)? * count_v)
-            .copied()
-            .collect(),
-    };
-    let knots = if runs == 0 {
-        part.knots_u()
-    } else {
-        part.knots_v()
-    };
-    let own = line.domain;
-    let at = |k: &f64| {
-        if *k == from {
-            own.start
-        } else if *k == to {
-            own.end
-        } else {
-            own.start + (k - from) / (to - from) * own.length()
+/// The image of a line, or of lines in a row. Recursion ends as above.
+fn straight(in_uv: &Curve2, surface: &Surface, room: &mut Room) -> Option<Curve3> {
+    match in_uv {
+        Curve::Line(line) => parameter_lines::image(line, surface, room),
+        Curve::Polyline(p) => {
+            let pieces = p.points().windows(2).zip(p.params().windows(2));
+            let pieces = pieces.map(|(p, t)| {
+                let line = Line::new(p[0], p[1], Interval::new(t[0], t[1])?).ok()?;
+                Some((t[0], t[1], parameter_lines::image(&line, surface, room)?))
+            });
+            joined(pieces.collect::<Option<_>>()?)
         }
-    };
-    let degree = knots.degree();
-    let mut knots: Vec<f64> = knots.knots().iter().map(at).collect();
-    if from > to {
-        points.reverse();
-        knots.reverse();
+        Curve::Poly(p) => {
+            let pieces = p.segments().iter().zip(p.params().windows(2));
+            let pieces = pieces.map(|(s, t)| Some((t[0], t[1], straight(s, surface, room)?)));
+            joined(pieces.collect::<Option<_>>()?)
+        }
+        Curve::Arc(_) | Curve::Nurbs(_) => None,
     }
-    let curve = NurbsCurve::new(degree, points, knots);
-    curve.ok().map(Curve::Nurbs)
 }
