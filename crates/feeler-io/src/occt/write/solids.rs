@@ -298,4 +298,46 @@ mod tests {
             assert!(lumps.iter().all(|l| l.len() == 2 && !l[0].1 && l[1].1));
         }
     }
+
+    /// A hole right through a plate, as shells of their own whose ends are in one plane each: which of the two a line meets first is only a matter of
+    /// the faces' numbers, here those of a plate within its hole, at both ends.
+    #[test]
+    fn lines_through_shells_that_touch_tell_nothing() {
+        const LOW: [usize; 4] = [2, 0, 4, 6];
+        const HIGH: [usize; 4] = [1, 3, 7, 5];
+        const SIDES: [[usize; 4]; 4] = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [3, 2, 6, 7]];
+        for thickness in [0.5, 1.0, 2.0, 4.0, 6.0] {
+            let mut b = BrepBuilder::new();
+            let [hole, plate] = [1.0, 0.0].map(|from| {
+                let low = [0.0, from, from];
+                let high = [thickness, 10.0 - from, 10.0 - from];
+                let corner =
+                    |i: usize| [0, 1, 2].map(|c| if i >> c & 1 == 1 { high[c] } else { low[c] });
+                let corners: Vec<usize> = (0..8).map(|i| b.vertex(corner(i))).collect();
+                corners
+            });
+            let mut groups = Vec::new();
+            let mut face = |b: &mut BrepBuilder, group: usize, corners: [usize; 4]| {
+                let of = if group == 0 { &hole } else { &plate };
+                b.planar_face(&corners.map(|i| of[i])).expect("a rectangle");
+                groups.push(group);
+            };
+            for (group, corners) in [(0, LOW), (1, LOW), (1, HIGH), (0, HIGH)] {
+                face(&mut b, group, corners);
+            }
+            for group in [0, 1] {
+                for corners in SIDES {
+                    face(&mut b, group, corners);
+                }
+            }
+            let brep = b.build().expect("two boxes");
+            if let Some((lumps, _)) = lumps(&brep, &groups) {
+                let shells: Vec<Vec<usize>> = { lumps.iter() }
+                    .map(|l| l.iter().map(|(s, _)| *s).collect())
+                    .collect();
+                // The plate, and the hole in it.
+                assert_eq!(shells, [[1, 0]], "{thickness}");
+            }
+        }
+    }
 }
