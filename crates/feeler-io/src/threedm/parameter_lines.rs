@@ -15,8 +15,9 @@ use feeler::nurbs::{
 };
 use nalgebra::{Matrix3, Point2, Vector3, Vector4};
 
-/// Control points of surfaces that may be gone through for one curve: a second's work.
-const MOST_STEPS: usize = 1 << 24;
+/// Control points of surfaces that may be gone through for one curve, for each byte of what says it: a file of a megabyte takes seconds at most, and a
+/// line across a net of 200 x 200 has room.
+const STEPS_A_BYTE: usize = 32;
 
 /// What the lines of one curve may take together: a file that lists few numbers may ask for very many.
 pub(super) struct Room {
@@ -28,7 +29,7 @@ impl Room {
     /// For a curve that a file says in so many bytes: control points of the image take up to some times as many.
     pub(super) fn new(bytes: usize) -> Self {
         Self {
-            steps: MOST_STEPS,
+            steps: bytes.saturating_mul(STEPS_A_BYTE),
             points: bytes / 4,
         }
     }
