@@ -20,6 +20,7 @@ from collections import Counter
 from pathlib import Path
 
 SMALL = 50_000
+# Of the processor, so that other work beside counts little; of the clock eight times as many.
 SECONDS = 10
 # A process that wants more than this is told that there is no more.
 MEMORY = 4 << 30
@@ -100,11 +101,16 @@ def step(path):
 def limited():
     resource.setrlimit(resource.RLIMIT_AS, (MEMORY, MEMORY))
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
+    resource.setrlimit(resource.RLIMIT_CPU, (SECONDS, SECONDS + 1))
+
+
+def killed(by):
+    return "hang" if by == signal.SIGXCPU else f"crash ({signal.Signals(by).name})"
 
 
 def outcome(pid):
     start = time.monotonic()
-    while time.monotonic() - start < SECONDS:
+    while time.monotonic() - start < 8 * SECONDS:
         done, status = os.waitpid(pid, os.WNOHANG)
         if done:
             return os.waitstatus_to_exitcode(status)
@@ -132,7 +138,7 @@ def forked(read, path):
     if code is None:
         return "hang"
     if code < 0:
-        return f"crash ({signal.Signals(-code).name})"
+        return killed(-code)
     return ["loaded", "refused", "refused", "no memory"][code] if code < 4 else f"exit {code}"
 
 
@@ -144,13 +150,13 @@ def alone(ending, path):
 def started(command, names, out=subprocess.DEVNULL):
     process = subprocess.Popen(command, stdout=out, stderr=subprocess.DEVNULL, preexec_fn=limited)
     try:
-        code = process.wait(SECONDS)
+        code = process.wait(8 * SECONDS)
     except subprocess.TimeoutExpired:
         process.kill()
         process.wait()
         return "hang"
     if code < 0:
-        return f"crash ({signal.Signals(-code).name})"
+        return killed(-code)
     return names.get(code, f"exit {code}")
 
 
