@@ -464,6 +464,9 @@ impl Part {
         if (0..2).any(|i| b[i][1] < h[i][0] || b[i][0] > h[i][1]) {
             return true;
         }
+        if (0..2).any(|i| self.ends_beside(i, &b)) {
+            return true;
+        }
         // A part that rises (falls) in both lies between two corners of its box. It misses the query box iff
         // both remaining corners of the common box are strictly on one side of it.
         let down = match (self.trends[0], self.trends[1]) {
@@ -483,6 +486,22 @@ impl Part {
         // The right corner is left of the part: so is the whole box. The left corner is right of it: likewise.
         self.beyond(piece, corners[0]) == Some(true)
             || self.beyond(piece, corners[1]) == Some(false)
+    }
+
+    /// Proven: the box begins where the part ends along an axis, and does not hold that end. (A coordinate that only rises is as large as at
+    /// the part's end nowhere else.)
+    fn ends_beside(&self, i: usize, b: &[[f64; 2]; 2]) -> bool {
+        let [least, most] = match self.trends[i] {
+            Trend::Up => [0, 1],
+            Trend::Down => [1, 0],
+            Trend::Flat | Trend::Mixed => return false,
+        }
+        .map(|e: usize| &self.ends[e]);
+        let elsewhere = |end: &[[f64; 2]; 2]| {
+            let j = 1 - i;
+            end[j][1] < b[j][0] || end[j][0] > b[j][1]
+        };
+        (b[i][0] >= most[i][1] && elsewhere(most)) || (b[i][1] <= least[i][0] && elsewhere(least))
     }
 
     /// Whether a monotone part, at height `q[1]`, is strictly at `u > q[0]` (`Some(false)`: strictly

@@ -191,6 +191,35 @@ fn boxes_along_the_border_of_the_domain() {
     assert_eq!(region.classify_box([1.0, 1.4], [1.2, 1.5]), BoxSide::Mixed);
 }
 
+/// Boxes that begin on the side of the domain that one corner of a loop is on: beside it, however little, they are outside; with it they are
+/// neither.
+#[test]
+fn boxes_beside_a_corner_on_a_line() {
+    let corners = [[0.0, 0.0], [4.0, 0.0], [2.0, 4.0]];
+    let turn = |k: usize, [u, v]: [f64; 2]| match k {
+        0 => [u, v],
+        1 => [v, u],
+        2 => [u, 4.0 - v],
+        _ => [4.0 - v, u],
+    };
+    let hair = 2.0 * f64::EPSILON;
+    for k in 0..4 {
+        let triangle = polygon(&corners.map(|p| turn(k, p)));
+        let region = TrimRegion::new(&face([0.0, 4.0, 0.0, 4.0], Some(vec![triangle])), 0);
+        let of = |u: [f64; 2], v: [f64; 2]| {
+            let (a, b) = (turn(k, [u[0], v[0]]), turn(k, [u[1], v[1]]));
+            let range = |i: usize| [a[i].min(b[i]), a[i].max(b[i])];
+            region.classify_box(range(0), range(1))
+        };
+        for v in [[4.0, 4.0], [4.0, 5.0]] {
+            assert_eq!(of([2.0 + hair, 3.0], v), BoxSide::Outside, "{k} {v:?}");
+            assert_eq!(of([1.0, 2.0 - hair], v), BoxSide::Outside, "{k} {v:?}");
+            assert_eq!(of([2.0 - hair, 2.0 + hair], v), BoxSide::Mixed, "{k} {v:?}");
+            assert_eq!(of([2.0, 3.0], v), BoxSide::Mixed, "{k} {v:?}");
+        }
+    }
+}
+
 /// A parabola that comes nearer to a side of the domain than f64 tells: on that side nothing is in the region, unless it is reached.
 #[test]
 fn a_side_that_a_curve_hardly_reaches() {
