@@ -1,6 +1,6 @@
 //! Isolation of the roots of integer polynomials in [0, 1], exactly.
 
-use super::polynomial::{Parameter, Polynomial};
+use super::polynomial::{Parameter, Polynomial, signum};
 
 /// One real root in [0, 1], by an isolating interval: the only root in `[lo, hi]`, and
 /// itself `lo` where `lo == hi`; otherwise strictly between them.
@@ -94,6 +94,13 @@ impl Roots {
             root.hi = mid;
         }
     }
+}
+
+/// Proven: `f` has no root in [0, 1]. False also where roots that are next to each other, or all but met, would have to be told apart at length.
+pub(crate) fn none(f: &Polynomial) -> bool {
+    let c = f.coefficients();
+    let ends = [c.first(), c.last()].map(|c| c.map_or(0, signum));
+    ends[0] * ends[1] > 0 && bisect(f, Some(FIRST_DEPTH)).is_some_and(|roots| roots.is_empty())
 }
 
 /// Isolates the roots in (0, 1) of `f`, which has none at 0 or 1. `None` where an interval

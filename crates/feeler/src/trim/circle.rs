@@ -110,6 +110,18 @@ impl ArcSpan {
         self.ends.reverse();
     }
 
+    /// Whether all of the circle is below a coordinate (`Less`) or above it, exactly.
+    pub(super) fn beyond(&self, coordinate: usize, q: f64) -> Option<Ordering> {
+        let (c, q) = (self.center[coordinate], Dd::from(q));
+        if q > Dd::sum(c, self.radius) {
+            Some(Ordering::Less)
+        } else if q < Dd::difference(c, self.radius) {
+            Some(Ordering::Greater)
+        } else {
+            None
+        }
+    }
+
     /// How u and v run. At a free end whose direction is within its enclosure of an axis the arc may
     /// in truth start just before that axis; the part that runs the other way lies in the enclosure of the
     /// end, where nothing is decided.
@@ -331,13 +343,9 @@ pub(super) fn arc_run(arc: &Arc<2>, from: &Param, to: &Param) -> Option<Run> {
     Some(run)
 }
 
-/// A coordinate of an end of an arc, against a number.
-pub(super) fn compare_end(
-    span: &ArcSpan,
-    end: usize,
-    coordinate: usize,
-    q: f64,
-) -> Option<Ordering> {
+/// A coordinate of an end of an arc, against a number; `None` also where the arc may run on past it: a free end that is on an axis as far as
+/// can be told may be just before it, and the circle's extreme on the arc.
+fn compare_end(span: &ArcSpan, end: usize, coordinate: usize, q: f64) -> Option<Ordering> {
     match &span.ends[end] {
         Direction::Axis(k) => {
             let e = Dd::sum(span.center[coordinate], span.radius * axis(*k)[coordinate]);
@@ -345,7 +353,10 @@ pub(super) fn compare_end(
             e.partial_cmp(&Dd::from(q))
         }
         Direction::Free(d, turned) => {
-            Blur::on_circle(span.center, span.radius, *d, *turned).compare(coordinate, q)
+            let clear = d.iter().all(|x| x.lower() > 0.0 || x.upper() < 0.0);
+            Blur::on_circle(span.center, span.radius, *d, *turned && clear)
+                .compare(coordinate, q)
+                .or_else(|| span.beyond(coordinate, q))
         }
     }
 }

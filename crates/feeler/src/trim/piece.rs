@@ -1,9 +1,8 @@
 //! One rational Bezier piece of a loop: f64 first, double-double and integers on demand.
 
-use super::circle;
 use super::source::{Ball3, Source};
 use crate::numeric::polynomial::{Polynomial, binomials, signum};
-use crate::numeric::roots::Roots;
+use crate::numeric::roots;
 use crate::numeric::{Ball, Dd, Dyadic, Real};
 use dashu_int::IBig;
 use std::cmp::Ordering;
@@ -311,25 +310,23 @@ impl Piece {
     }
 
     /// Proven: nowhere on the piece is this coordinate equal to `q`. Exact; asked in earnest only where the coordinate's range on a
-    /// part of the piece lies on one side of `q` but for what it may be off.
+    /// part of the piece, `[lo, hi]`, lies on one side of `q` but for what it may be off.
     pub(super) fn is_beside(&self, axis: usize, [lo, hi]: [f64; 2], q: f64) -> bool {
         let slack = GRAZING * (lo.abs().max(hi.abs()) + q.abs());
-        // Negated: a box without bounds tells nothing.
-        if !(hi <= q + slack || lo >= q - slack) {
+        if slack == f64::INFINITY || (hi > q + slack && lo < q - slack) {
             return false;
         }
-        // Pieces of arcs are monotone in both coordinates, so between their ends.
-        let same = |orders: [Option<Ordering>; 2]| {
-            orders == [Some(Ordering::Less); 2] || orders == [Some(Ordering::Greater); 2]
-        };
         match &self.source {
-            Source::Blurred(ends) => same(ends.each_ref().map(|e| e.compare(axis, q))),
-            Source::Arc(span) => same([0, 1].map(|e| circle::compare_end(span, e, axis, q))),
+            Source::Blurred(ends) => {
+                let orders = ends.each_ref().map(|e| e.compare(axis, q));
+                orders == [Some(Ordering::Less); 2] || orders == [Some(Ordering::Greater); 2]
+            }
+            // (Not by its ends: where they may be on an axis an arc may run past them.)
+            Source::Arc(span) => span.beyond(axis, q).is_some(),
             _ => self
                 .exact()
                 .and_then(|exact| exact.offset(axis, q))
-                .and_then(|g| Roots::isolate(&g))
-                .is_some_and(|roots| roots.as_slice().is_empty()),
+                .is_some_and(|g| roots::none(&g)),
         }
     }
 

@@ -411,7 +411,13 @@ impl TrimRegion {
             return shape::box_side(r, &self.domain, [u, v]);
         }
         let mut along_border = false;
+        // A part that several cells list, one after the other: what is dear to tell of it is told once.
+        let mut last = None;
         for k in self.cells().meeting([u, v]).flatten() {
+            if last == Some(*k) {
+                continue;
+            }
+            last = Some(*k);
             let part = &self.parts[*k as usize];
             let piece = &self.pieces[part.piece as usize];
             if part.misses(piece, [u, v]) {

@@ -156,3 +156,33 @@ fn a_side_that_an_arc_hardly_reaches() {
         }
     }
 }
+
+/// Arcs that start within what can be told of an axis, and in truth before it: the circle's extreme is on them, whatever their ends are.
+#[test]
+fn an_extreme_next_to_an_arcs_end() {
+    let frame = [[1.0, 0.0], [0.0, 1.0]];
+    let center = [0.5, 0.5];
+    // 1e-310 below 0; and 2.4e-32 below a quarter turn, where no f64 is.
+    let right = arc_over(center, 0.5, frame, [-1e-310, 1.0], [-1e-310, 1.0]);
+    let whole = 7_811_196_678_737_964.0;
+    let top = Use {
+        curve: arc_over(center, 0.5, frame, [0.0, 2.0], [0.0, whole]),
+        span: Some([6_134_899_525_417_045.0, whole]),
+        reversed: false,
+    };
+    let below = 1f64.next_down();
+    let on = |a: f64| [0.5 + 0.5 * a.cos(), 0.5 + 0.5 * a.sin()];
+    for (arc, to, from, extreme) in [
+        (right.into(), on(1.0), [below, 0.5], [1.0, 0.5]),
+        (top, on(2.0), [0.5, below], [0.5, 1.0]),
+    ] {
+        let cap = vec![arc, line(to, from).into()];
+        let region = TrimRegion::new(&face([0.0, 1.0, 0.0, 1.0], Some(vec![cap])), 0);
+        let side = region.side(extreme.into()).side;
+        assert_ne!(side, Some(Side::Outside), "{extreme:?}");
+        assert_ne!(side, Some(Side::Inside), "{extreme:?}");
+        let all = extreme.map(|x| if x == 1.0 { [1.0, 1.0] } else { [0.0, 1.0] });
+        let box_side = region.classify_box(all[0], all[1]);
+        assert_eq!(box_side, BoxSide::Mixed, "{extreme:?}");
+    }
+}
