@@ -481,17 +481,21 @@ impl Part {
             _ => return false,
         };
         // Rising: the corners are (u_hi, v_lo), right of the part, and (u_lo, v_hi), left of it.
+        let clear = |heights: [f64; 2]| {
+            let v_of = |right: bool| heights[usize::from(right == down)];
+            let corners = [[b[0][1], v_of(true)], [b[0][0], v_of(false)]];
+            // The right corner is left of the part: so is the whole box. The left corner is right of it: likewise.
+            self.beyond(piece, corners[0]) == Some(true)
+                || self.beyond(piece, corners[1]) == Some(false)
+        };
         // A corner at or past an end of the part is moved a little way into its heights. That only makes the
         // box larger, so a proof for the larger box holds.
         let [lo, hi] = [0, 1].map(|e| self.ends[e][1]);
         let (bottom, top) = if lo[0] <= hi[0] { (lo, hi) } else { (hi, lo) };
         let inset = END_INSET * (top[0] - bottom[1]);
         let heights = [b[1][0].min(top[0] - inset), b[1][1].max(bottom[1] + inset)];
-        let v_of = |right: bool| heights[usize::from(right == down)];
-        let corners = [[b[0][1], v_of(true)], [b[0][0], v_of(false)]];
-        // The right corner is left of the part: so is the whole box. The left corner is right of it: likewise.
-        self.beyond(piece, corners[0]) == Some(true)
-            || self.beyond(piece, corners[1]) == Some(false)
+        // Where a part that is not flat comes to its end (a corner), the box's own heights tell more.
+        clear(heights) || heights != b[1] && clear(b[1])
     }
 
     /// Proven: the box begins where the part ends along an axis, and does not hold that end. (A coordinate that only rises is as large as at

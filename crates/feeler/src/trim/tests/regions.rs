@@ -191,8 +191,8 @@ fn boxes_along_the_border_of_the_domain() {
     assert_eq!(region.classify_box([1.0, 1.4], [1.2, 1.5]), BoxSide::Mixed);
 }
 
-/// Boxes that begin on the side of the domain that one corner of a loop is on: beside it, however little, they are outside; with it they are
-/// neither.
+/// Boxes next to the corner of a loop that is on a side of the domain: beside it, however little, they are outside, within it inside; with it
+/// they are neither.
 #[test]
 fn boxes_beside_a_corner_on_a_line() {
     let corners = [[0.0, 0.0], [4.0, 0.0], [2.0, 4.0]];
@@ -217,6 +217,13 @@ fn boxes_beside_a_corner_on_a_line() {
             assert_eq!(of([2.0 - hair, 2.0 + hair], v), BoxSide::Mixed, "{k} {v:?}");
             assert_eq!(of([2.0, 3.0], v), BoxSide::Mixed, "{k} {v:?}");
         }
+        // The sides are 5e-12 from the corner in u at the lower height.
+        let v = [4.0 - 1e-11, 4.0];
+        assert_eq!(of([2.0 - 2e-10, 2.0 - 1e-11], v), BoxSide::Outside, "{k}");
+        assert_eq!(of([2.0 + 1e-11, 2.0 + 2e-10], v), BoxSide::Outside, "{k}");
+        assert_eq!(of([2.0 - 2e-10, 2.0 - 4e-12], v), BoxSide::Mixed, "{k}");
+        let within = of([2.0 - 4e-12, 2.0 + 4e-12], [4.0 - 2e-11, 4.0 - 1e-11]);
+        assert_eq!(within, BoxSide::Inside, "{k}");
     }
 }
 
