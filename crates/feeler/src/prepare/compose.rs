@@ -48,6 +48,8 @@ impl<T: Real> Products<T> {
 
     /// One of them.
     pub(super) fn of(&self, x: &[Ball<T>], y: &[Ball<T>]) -> Poly<T> {
+        debug_assert_eq!(x.len() * self.columns, self.weights.len(), "its degree");
+        debug_assert_eq!(y.len(), self.columns, "its degree");
         let mut out = vec![Ball::ZERO; self.whole.len()];
         for ((i, xi), row) in x.iter().enumerate().zip(self.weights.chunks(self.columns)) {
             for ((o, yj), b) in out[i..].iter_mut().zip(y).zip(row) {

@@ -110,16 +110,25 @@ impl ArcSpan {
         self.ends.reverse();
     }
 
-    /// Whether all of the circle is below a coordinate (`Less`) or above it, exactly.
-    pub(super) fn beyond(&self, coordinate: usize, q: f64) -> Option<Ordering> {
+    /// Whether all of the circle is at or below a coordinate (`Less`) or at or above it, exactly.
+    fn about(&self, coordinate: usize, q: f64) -> Option<Ordering> {
         let (c, q) = (self.center[coordinate], Dd::from(q));
-        if q > Dd::sum(c, self.radius) {
+        if q >= Dd::sum(c, self.radius) {
             Some(Ordering::Less)
-        } else if q < Dd::difference(c, self.radius) {
+        } else if q <= Dd::difference(c, self.radius) {
             Some(Ordering::Greater)
         } else {
             None
         }
+    }
+
+    /// Proven: nowhere on the arc is this coordinate equal to `q`.
+    pub(super) fn is_beside(&self, coordinate: usize, q: f64) -> bool {
+        // (Arcs are monotone but for what is past an end that may be on an axis: there the ends tell nothing.)
+        let ends = [0, 1].map(|e| compare_end(self, e, coordinate, q));
+        let same = ends == [Some(Ordering::Less); 2] || ends == [Some(Ordering::Greater); 2];
+        let (c, at) = (self.center[coordinate], Dd::from(q));
+        same || at > Dd::sum(c, self.radius) || at < Dd::difference(c, self.radius)
     }
 
     /// How u and v run. At a free end whose direction is within its enclosure of an axis the arc may
@@ -354,9 +363,7 @@ fn compare_end(span: &ArcSpan, end: usize, coordinate: usize, q: f64) -> Option<
         }
         Direction::Free(d, turned) => {
             let clear = d.iter().all(|x| x.lower() > 0.0 || x.upper() < 0.0);
-            Blur::on_circle(span.center, span.radius, *d, *turned && clear)
-                .compare(coordinate, q)
-                .or_else(|| span.beyond(coordinate, q))
+            Blur::on_circle(span.center, span.radius, *d, *turned && clear).compare(coordinate, q)
         }
     }
 }
@@ -424,7 +431,14 @@ fn blurred_crossing(ends: &[Blur; 2], q: [f64; 2], ray: usize) -> Crossing {
 /// The circle decides: a point of the arc at height `q_h` is `center ± sqrt(..)`, the sign by quadrant.
 fn arc_crossing(span: &ArcSpan, q: [f64; 2], ray: usize) -> Option<Crossing> {
     let h = 1 - ray;
-    let ends = [0, 1].map(|e| [0, 1].map(|i| compare_end(span, e, i, q[i])));
+    // Elsewhere than at an extreme of the circle no point of the arc matters that is on a line that touches the circle there.
+    let about = [0, 1].map(|i| span.about(i, q[i]));
+    let at_extreme = (0..2).any(|i| about[i].is_some() && q[1 - i] == span.center[1 - i]);
+    let compare = |e: usize, i: usize| match compare_end(span, e, i, q[i]) {
+        None if !at_extreme => about[i],
+        order => order,
+    };
+    let ends = [0, 1].map(|e| [0, 1].map(|i| compare(e, i)));
     for e in ends {
         if e == [Some(Ordering::Equal); 2] {
             return Some(Crossing::On);

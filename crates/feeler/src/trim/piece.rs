@@ -321,8 +321,7 @@ impl Piece {
                 let orders = ends.each_ref().map(|e| e.compare(axis, q));
                 orders == [Some(Ordering::Less); 2] || orders == [Some(Ordering::Greater); 2]
             }
-            // (Not by its ends: where they may be on an axis an arc may run past them.)
-            Source::Arc(span) => span.beyond(axis, q).is_some(),
+            Source::Arc(span) => span.is_beside(axis, q),
             _ => self
                 .exact()
                 .and_then(|exact| exact.offset(axis, q))

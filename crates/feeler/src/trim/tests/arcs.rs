@@ -177,12 +177,18 @@ fn an_extreme_next_to_an_arcs_end() {
         (top, on(2.0), [0.5, below], [0.5, 1.0]),
     ] {
         let cap = vec![arc, line(to, from).into()];
-        let region = TrimRegion::new(&face([0.0, 1.0, 0.0, 1.0], Some(vec![cap])), 0);
+        let region = TrimRegion::new(&face([0.0, 1.5, 0.0, 1.5], Some(vec![cap])), 0);
         let side = region.side(extreme.into()).side;
         assert_ne!(side, Some(Side::Outside), "{extreme:?}");
         assert_ne!(side, Some(Side::Inside), "{extreme:?}");
-        let all = extreme.map(|x| if x == 1.0 { [1.0, 1.0] } else { [0.0, 1.0] });
+        let all = extreme.map(|x| if x == 1.0 { [x, x] } else { [0.0, 1.5] });
         let box_side = region.classify_box(all[0], all[1]);
         assert_eq!(box_side, BoxSide::Mixed, "{extreme:?}");
+        // Elsewhere on the line that touches the circle there.
+        for off in [-0.04, 0.04] {
+            let q = extreme.map(|x| if x == 1.0 { x } else { x + off });
+            let side = region.side(q.into()).side;
+            assert_eq!(side, Some(Side::Outside), "{q:?}");
+        }
     }
 }
