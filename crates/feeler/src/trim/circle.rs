@@ -52,7 +52,7 @@ fn axis(k: usize) -> [f64; 2] {
 pub(super) struct Blur {
     /// The coordinates, if no exact ones.
     pub(super) at: [Ball<Dd>; 2],
-    /// Exact strict bounds of each coordinate; `None` for an exact point (in `at`).
+    /// Exact strict bounds of each coordinate; `None` for an exact point (in `at`), and for one that is not known to be off all axes.
     limits: Option<[[Dd; 2]; 2]>,
 }
 
