@@ -436,3 +436,36 @@ fn diagonal(surface: &NurbsSurface, a: Point2<f64>, b: Point2<f64>) -> Option<Ve
     }
     Some(points)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A square of bilinear patches, and a line across all of them: its image costs the whole net for each rectangle that it passes.
+    #[test]
+    fn lines_take_what_their_bytes_allow() {
+        const PATCHES: usize = 30;
+        let side = PATCHES + 1;
+        let mut knots: Vec<f64> = (0..side).map(|i| i as f64).collect();
+        knots.insert(0, 0.0);
+        knots.push(PATCHES as f64);
+        let net = (0..side * side)
+            .map(|i| Vector4::new((i / side) as f64, (i % side) as f64, 0.0, 1.0))
+            .collect();
+        let sheet = NurbsSurface::new([1, 1], [side, side], net, [knots.clone(), knots]);
+        let surface = Surface::Nurbs(sheet.unwrap());
+        let end = PATCHES as f64;
+        let domain = Interval::new(0.0, 1.0).unwrap();
+        let line = Line::new([0.0, 0.5].into(), [end, end - 0.5].into(), domain).unwrap();
+        // It crosses a line of u between any two lines of v but at the middle, where it meets both at once.
+        let rectangles = 2 * PATCHES - 2;
+        let enough = (rectangles * side * side).div_ceil(STEPS_A_BYTE);
+        let image = |bytes: usize| image(&line, &surface, &mut Room::new(bytes));
+        assert_eq!(count(&image(enough).unwrap()), 2 * rectangles + 1);
+        assert!(image(enough - 1).is_none());
+        // And one line after the other takes from what is left.
+        let mut room = Room::new(2 * enough);
+        let taken = (0..5).filter(|_| super::image(&line, &surface, &mut room).is_some());
+        assert_eq!(taken.count(), 2);
+    }
+}
