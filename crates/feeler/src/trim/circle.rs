@@ -124,7 +124,9 @@ impl ArcSpan {
 
     /// Proven: nowhere on the arc is this coordinate equal to `q`.
     pub(super) fn is_beside(&self, coordinate: usize, q: f64) -> bool {
-        // (Arcs are monotone but for what is past an end that may be on an axis: there the ends tell nothing.)
+        // Arcs are monotone but for what is past an end that may be on an axis. With `s` the sine to that axis and `rho` what the angle may be off,
+        // the circle's extreme is r s^2 / 2 farther at most, and s <= 2 (rho + 2^-98): less than r (rho + 2^-117), which the end's enclosure holds
+        // to either side (`sin_cos`) as rho is far below 1/2. So what is not in that enclosure is not on the arc past the end, either.
         let ends = [0, 1].map(|e| compare_end(self, e, coordinate, q));
         let same = ends == [Some(Ordering::Less); 2] || ends == [Some(Ordering::Greater); 2];
         let (c, at) = (self.center[coordinate], Dd::from(q));

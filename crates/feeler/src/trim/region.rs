@@ -436,7 +436,7 @@ impl TrimRegion {
             }
         }
         // The open box cut with the open domain is connected and no loop meets it: its parity is that of any
-        // point of it.
+        // point of it. (Likewise a box that is a segment: no loop meets it, but for what runs along the border.)
         let middle = |a: [f64; 2], d: Interval| {
             let (lo, hi) = (a[0].max(d.start), a[1].min(d.end));
             (0.5 * lo + 0.5 * hi).clamp(lo, hi)
