@@ -30,7 +30,7 @@
 
 use crate::ball::{ball_at, dressed};
 use crate::pair::{Ask, Memory, PairContact, from_vector, to_point, to_vector};
-use crate::pose::{Order, Placed, Placement, up};
+use crate::pose::{Order, Placed, Placement, length, rotate_back, up};
 use crate::shape::BrepShape;
 use feeler::query::{
     Accuracy, ArrivalAnswer, Contacts, Options, Separation, StraightWay, Undecided, Way, Workspace,
@@ -50,6 +50,9 @@ const NODES: usize = 1_000_000;
 const NODES_PAST: usize = 50_000;
 /// How exactly the way of such a ball is known, in sizes.
 const THERE_PAST: f64 = 1.0 / (1u64 << 20) as f64;
+/// Or in what the centre may be off, of a way that is only as good as straight: past what only just counts two places that far apart are come to 2 sqrt(1 / [`ALLOWANCE`]) of that
+/// apart (see the kernel's module `past`).
+const OFF_PAST: f64 = 32.0;
 /// How much deeper than at the start such a ball may come without a hit, in radii of the ball grown by the distance sought: in one cast, so that what comes of many hangs on what the engine makes
 /// of their contacts.
 const ALLOWANCE: f64 = 1.0 / 128.0;
@@ -117,9 +120,13 @@ fn advance(
     if !(start <= end) {
         return None;
     }
+    let shape = &sharp(shape, radius, sought);
     let touched = match sought.stop_at_penetration {
         true => None,
-        false => touched(shape, way, radius, sought),
+        false => {
+            let velocity = line.map_or_else(|| way.velocity(start), |line| line.velocity);
+            touched(shape, placed(way, start), velocity, radius, sought)
+        }
     };
     let there = THERE * shape.brep().size();
     if let Some(Touched { separation, left }) = touched {
@@ -172,6 +179,18 @@ fn advance(
     })
 }
 
+/// The shape with contacts as exact as a cast needs them, whatever its own are to be: its start to a part of what is overlooked.
+fn sharp(shape: &BrepShape, radius: f64, sought: &Sought) -> BrepShape {
+    let there = THERE * shape.brep().size();
+    let start = match sought.allowance(radius) {
+        0.0 => there,
+        // Half, for the rest of the start's bounds is what its place is off.
+        allowance => 0.5 * LITTLE * allowance,
+    };
+    let accuracy = shape.accuracy().min(there).min(start);
+    shape.clone().with_accuracy(accuracy)
+}
+
 /// When the ball comes to a separation, known to within a length, and whether that is settled; what is not is counted.
 fn arrive(
     shape: &BrepShape,
@@ -217,14 +236,20 @@ struct Touched {
     left: bool,
 }
 
-fn touched(shape: &BrepShape, way: &dyn Way, radius: f64, sought: &Sought) -> Option<Touched> {
+fn touched(
+    shape: &BrepShape,
+    center: Placed,
+    velocity: Vector3<f64>,
+    radius: f64,
+    sought: &Sought,
+) -> Option<Touched> {
     let [start, end] = sought.span;
-    let contact = contact_at(shape, placed(way, start), radius, &mut Memory::default())?;
+    let contact = contact_at(shape, center, radius, &mut Memory::default())?;
     // A ball that hovers at a gap less than what is overlooked would come nearer to what it goes along by tiny steps.
     let allowance = sought.allowance(radius);
-    let velocity = from_vector(&way.velocity(start));
+    let velocity = from_vector(&velocity);
     let closing = -contact.normal.dot(velocity);
-    let along = closing <= ALONG * velocity.length();
+    let along = closing <= ALONG * length(velocity);
     let separation = contact.separation;
     (separation.value <= sought.distance + allowance).then_some(Touched {
         separation,
@@ -275,8 +300,9 @@ struct Past {
 /// What of the BREP is in the way of a ball that leaves it, or goes along it.
 fn past(shape: &BrepShape, way: &StraightWay, radius: f64, sought: &Sought) -> Past {
     let brep = shape.brep();
+    let there = (THERE_PAST * brep.size()).max(OFF_PAST * way.center_bound);
     let options = Options {
-        accuracy: Accuracy::Length(THERE_PAST * brep.size()),
+        accuracy: Accuracy::Length(there),
         prediction: sought.distance,
         contacts: Contacts::Deepest,
         node_budget: NODES_PAST,
@@ -372,12 +398,18 @@ pub(crate) fn straight(
     Some(hit(&met, placement.order, radius, other))
 }
 
-/// No less than the length of a vector but for roundings: scaled first, so that squares of small ones survive.
-fn length(v: Vector) -> f64 {
-    match v.x.abs().max(v.y.abs()).max(v.z.abs()) {
+/// No less than the length of a vector but for roundings, which below normal numbers are more than a part of it.
+fn most(v: Vector) -> f64 {
+    match length(v) {
         0.0 => 0.0,
-        scale => scale * (v / scale).length() + f64::MIN_POSITIVE,
+        length => length + f64::MIN_POSITIVE,
     }
+}
+
+/// The velocity of a body's point that is somewhere at a time.
+fn velocity_at(body: &NonlinearRigidMotion, time: f64, point: Vector) -> Vector {
+    let center = body.start * body.local_center + body.linvel * time;
+    body.linvel + body.angvel.cross(point - center)
 }
 
 /// Both bodies move and turn.
@@ -399,10 +431,10 @@ struct Turning<'a> {
 /// the start's quaternion, which is not quite of unit length, is off by some 8u more, thrice for the three poses that are multiplied. What is
 /// turned and added on the way is no longer than the centre's place, twice, and the way.
 fn rounding(motion: &NonlinearRigidMotion, time: f64) -> [f64; 2] {
-    let turned = motion.angvel.length() * time.abs();
+    let turned = length(motion.angvel) * time.abs();
     let angle = U * (4.0 * turned + 2.0 * (SINE + 4.0) + 24.0);
-    let center = motion.start.translation.length() + motion.local_center.length();
-    let sizes = 2.0 * center + motion.linvel.length() * time.abs();
+    let center = length(motion.start.translation) + length(motion.local_center);
+    let sizes = 2.0 * center + length(motion.linvel) * time.abs();
     [up((angle + 48.0 * U) * sizes), up(angle)]
 }
 
@@ -411,7 +443,7 @@ impl Turning<'_> {
         let at = self.ball.position_at_time(time).translation;
         let placed = crate::pose::into(&self.brep.position_at_time(time), at);
         let ([ball, _], [brep, angle]) = (rounding(self.ball, time), rounding(self.brep, time));
-        let bound = up(placed.bound + ball + brep + angle * placed.point.length());
+        let bound = up(placed.bound + ball + brep + angle * length(placed.point));
         Placed { bound, ..placed }
     }
 
@@ -420,7 +452,7 @@ impl Turning<'_> {
         let velocity = self.ball.linvel - self.brep.linvel;
         let turned = Pose::from_parts(Vector::ZERO, self.brep.start.rotation);
         let seen = crate::pose::into(&turned, velocity);
-        let bound = up(seen.bound + f64::EPSILON * length(velocity));
+        let bound = up(seen.bound + f64::EPSILON * most(velocity));
         (to_vector(seen.point), bound)
     }
 
@@ -453,19 +485,19 @@ impl Way for Turning<'_> {
 
     /// While the ball comes nearer by w, it moves by at most w against the BREP's centre, from which it is then at most
     /// D + w away: in the BREP's frame it is no faster than V + spin (D + w).
-    fn least_time(&self, time: f64, length: f64) -> f64 {
+    fn least_time(&self, time: f64, way: f64) -> f64 {
         /// A quotient rounded down.
         const DOWN: f64 = 1.0 - 8.0 * f64::EPSILON;
-        if !(length > 0.0) {
+        if !(way > 0.0) {
             return 0.0;
         }
         let center = self.placed(time);
-        let from = (center.point - self.brep.local_center).length() + center.bound;
-        match up(self.speed + up(self.spin) * (from + length)) {
+        let from = length(center.point - self.brep.local_center) + center.bound;
+        match up(self.speed + up(self.spin) * (from + way)) {
             0.0 => f64::INFINITY,
             // Beyond all numbers: nothing is known.
             speed if speed.is_nan() || speed == f64::INFINITY => 0.0,
-            speed => (length / speed * DOWN).min(f64::MAX),
+            speed => (way / speed * DOWN).min(f64::MAX),
         }
     }
 
@@ -473,9 +505,10 @@ impl Way for Turning<'_> {
         if let Some((velocity, _)) = self.steady() {
             return velocity;
         }
-        let later = (time.abs() + 1.0) * f64::EPSILON.sqrt();
-        let way = self.placed(time + later).point - self.placed(time).point;
-        to_vector(way / later)
+        let at = self.ball.position_at_time(time).translation;
+        let [ball, brep] = [self.ball, self.brep].map(|body| velocity_at(body, time, at));
+        let turned = self.brep.position_at_time(time).rotation;
+        to_vector(rotate_back(&turned, ball - brep).point)
     }
 
     fn steady(&self) -> Option<(Vector3<f64>, f64)> {
@@ -493,7 +526,7 @@ pub(crate) fn turning(
     stop_at_penetration: bool,
 ) -> Option<ShapeCastHit> {
     // The ball's centre, the origin of its frame, goes round the ball's centre of mass.
-    let [spin, arm] = [ball.angvel, ball.local_center].map(length);
+    let [spin, arm] = [ball.angvel, ball.local_center].map(most);
     let round = match spin > 0.0 && arm > 0.0 {
         true => spin * arm + f64::MIN_POSITIVE,
         false => 0.0,
@@ -501,8 +534,8 @@ pub(crate) fn turning(
     let way = Turning {
         brep,
         ball,
-        speed: up(length(ball.linvel - brep.linvel) + round),
-        spin: length(brep.angvel),
+        speed: up(most(ball.linvel - brep.linvel) + round),
+        spin: most(brep.angvel),
         round,
     };
     let sought = Sought {

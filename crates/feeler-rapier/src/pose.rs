@@ -54,7 +54,21 @@ impl Placed {
 
     fn plus(self, by: Vector) -> Self {
         let point = self.point + by;
-        Self::within(point, up(self.bound + U * point.length() + TINY))
+        Self::within(point, up(self.bound + U * length(point) + TINY))
+    }
+}
+
+/// The length of a vector, also where squares of its coordinates are below all numbers; rounded.
+pub(crate) fn length(v: Vector) -> f64 {
+    /// Squares of what is above it are normal numbers.
+    const SMALL: f64 = 1e-150;
+    let direct = v.length();
+    if !(direct < SMALL) {
+        return direct;
+    }
+    match v.abs().max_element() {
+        0.0 => 0.0,
+        scale => scale * (v / scale).length(),
     }
 }
 
@@ -70,7 +84,7 @@ pub fn rotate(q: &Rotation, x: Vector) -> Placed {
     let a = v.cross(x);
     let sum = a * w + v.cross(a);
     let point = x + sum * (2.0 / square);
-    let bound = up(ROTATION * x.length() + TINY);
+    let bound = up(ROTATION * length(x) + TINY);
     let known = square.is_finite() && square >= LEAST;
     Placed::within(point, if known { bound } else { f64::INFINITY })
 }
@@ -93,7 +107,7 @@ pub fn into(pose: &Pose, x: Vector) -> Placed {
     let off = x - pose.translation;
     let turned = rotate_back(&pose.rotation, off);
     // The difference is rounded once, and a rotation keeps lengths.
-    Placed::within(turned.point, up(turned.bound + U * off.length() + TINY))
+    Placed::within(turned.point, up(turned.bound + U * length(off) + TINY))
 }
 
 /// Which of the two shapes of a pair is the BREP.

@@ -10,6 +10,7 @@ mod experiments;
 mod files;
 mod in_rapier;
 mod leaving;
+mod nearly;
 mod pairs;
 mod scenes;
 mod shape;

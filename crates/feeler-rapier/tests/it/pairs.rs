@@ -10,7 +10,7 @@ use parry3d_f64::query::{
     ClosestPoints, DefaultQueryDispatcher, NonlinearRigidMotion, QueryDispatcher, ShapeCastStatus,
 };
 use parry3d_f64::shape::{
-    Ball, Capsule, Compound, HalfSpace, Segment, Shape, SharedShape, TriMesh,
+    Ball, Capsule, Compound, Cuboid, HalfSpace, Segment, Shape, SharedShape, TriMesh,
 };
 use std::sync::{Arc, Mutex};
 
@@ -213,15 +213,25 @@ fn exactly(q: &Rotation, x: Vector) -> [RBig; 3] {
 fn the_bound_of_a_pose_holds_and_is_near() {
     let mut random = Random(6);
     let mut worst: f64 = 0.0;
-    for _ in 0..2000 {
+    for k in 0..2000 {
         // Not normalised on purpose.
         let [x, y, z, w] = [0; 4].map(|_| random.between(-1.0, 1.0));
         let q = Rotation::from_xyzw(x, y, z, w);
         let pose = Pose::from_parts(random.vector(10.0), q);
-        let p = random.vector(3.0);
-        let placed = pose::out_of(&pose, p);
+        // Lengths whose squares are below all numbers, too: what they are rounded by is as small, but counts where they are multiplied by long times.
+        let tiny = if k % 4 == 0 { 1e-170 } else { 1.0 };
+        let p = random.vector(3.0) * tiny;
         let turned = exactly(&q, p);
         let r = |x: f64| RBig::try_from(x).unwrap();
+        let alone = pose::rotate(&q, p);
+        let at = alone.point.to_array();
+        let off: [RBig; 3] = [0, 1, 2].map(|c| &turned[c] - r(at[c]));
+        let square = off.iter().fold(RBig::ZERO, |s, o| s + o * o);
+        assert!(square <= r(alone.bound) * r(alone.bound), "{tiny}");
+        if tiny < 1.0 {
+            continue;
+        }
+        let placed = pose::out_of(&pose, p);
         let t = pose.translation.to_array();
         let there = placed.point.to_array();
         let off: [RBig; 3] = [0, 1, 2].map(|c| &turned[c] + r(t[c]) - r(there[c]));
@@ -287,15 +297,32 @@ fn unsupported_pairs_are_said_once_and_counted() {
     let compound = Compound::new(parts);
     assert!(chain.contact(&pose, &compound, &ball, 1.0).is_ok());
     assert!(d.contact(&pose, &compound, &mesh, 1.0).is_err());
+    // Nothing but balls is cast.
+    let cuboid = Cuboid::new(Vector::splat(0.5));
+    let still = NonlinearRigidMotion::identity();
+    let options = ShapeCastOptions::default();
+    for other in [&cuboid as &dyn Shape, &compound] {
+        let cast = d.cast_shapes(&pose, Vector::X, &brep, other, options);
+        assert!(!matches!(cast, Ok(Some(_))), "{cast:?}");
+        let cast = d.cast_shapes_nonlinear(&still, other, &still, &brep, 0.0, 1.0, true);
+        assert!(!matches!(cast, Ok(Some(_))), "{cast:?}");
+    }
     let counts: Vec<_> = d
         .unsupported()
         .into_iter()
         .map(|u| (u.query, u.other, u.count))
         .collect();
-    let expected = [("contact", "TriMesh", 7), ("distance", "BREP", 1)];
+    let expected = [
+        ("contact", "TriMesh", 7),
+        ("distance", "BREP", 1),
+        ("nonlinear shape cast", "BREP", 1),
+        ("nonlinear shape cast", "Cuboid", 1),
+        ("shape cast", "BREP", 1),
+        ("shape cast", "Cuboid", 1),
+    ];
     let expected = expected.map(|(q, o, n)| (q, o.to_owned(), n));
     assert_eq!(counts, expected);
-    assert_eq!(said.lock().unwrap().len(), 2, "{said:?}");
+    assert_eq!(said.lock().unwrap().len(), expected.len(), "{said:?}");
 }
 
 fn cast(

@@ -57,14 +57,21 @@ pub struct StraightWay {
     pub velocity_bound: f64,
 }
 
+/// The length of a vector, scaled first, so that squares of small ones survive; rounded.
+fn length(v: &Vector3<f64>) -> f64 {
+    match v.amax() {
+        0.0 => 0.0,
+        scale => scale * (v / scale).norm(),
+    }
+}
+
 impl StraightWay {
     /// A bound of the speed.
     fn speed(&self) -> f64 {
-        // Scaled first, so that squares of small ones survive.
-        let speed = match self.velocity.amax() {
+        let speed = match length(&self.velocity) {
             0.0 => 0.0,
             // Below normal numbers products lose digits: what is added is more than that.
-            scale => scale * (self.velocity / scale).norm() * UP + f64::MIN_POSITIVE,
+            speed => speed * UP + f64::MIN_POSITIVE,
         };
         match self.velocity_bound {
             0.0 => speed,
@@ -289,7 +296,7 @@ impl<'a> Advance<'a> {
         let (mut time, mut value, mut closing) = (from, here.value, here.closing);
         let mut width = here.bounds.width();
         for _ in 0..NEWTON {
-            let speed = self.way.velocity(time).norm();
+            let speed = length(&self.way.velocity(time));
             if !(closing > 0.0 && speed > 0.0) || self.left() == 0 {
                 return None;
             }

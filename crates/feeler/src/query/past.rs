@@ -34,14 +34,20 @@
 //! side of the faces, so that distances tell the separation (where r + s - a is no less than half of a crack's width wherever the way leads through one). (Where the centre may be in material at the start nothing is said: see below.) After
 //! all faces are behind the centre none comes near again: the way need not be looked at farther.
 //!
-//! Roundings: the line's frame, its length and centres are off by no more than `guard`, which is taken off each distance.
+//! All of this is asked of a *nominal* way: from the rounded centre at the start, with the rounded velocity. The true centre is within a length `place` of the nominal one at all times:
+//! the two are apart at the ends of the span by no more than that, and by what is between where the way is straight; a way that bends within a bound of its centre has that bound. So it is
+//! within r + s of a point no sooner than the nominal one is within r + s + `place`, and has been once that was within r + s - `place`: `lo` and `hi` are apart by what the ball needs
+//! to come nearer by 2 `place`, past a point that only just counts some 2 sqrt((r + s) / a) `place` long. And it is nearer than r + s - a to no point with b >= r + s - a + `place`.
+//! (What is behind the start is left: it may come nearer than it was there by 2 `place` at the most, for which, and for roundings, an eighth of a is put by.)
+//!
+//! Roundings: the line's frame, its length and centres are off by no more than `rounding`, which is taken off each distance.
 //!
 //! # Cost
 //! Boxes of a face along the way are cut to some sqrt(a (r + s)) where the ball goes along it. Where a face is met within its region the bounds converge
 //! with the square of the boxes' size, at trims that cross the patches with the size itself.
 
 use super::Workspace;
-use super::advance::{UP, Way};
+use super::advance::{DOWN, UP, Way};
 use super::answer::{
     Accuracy, ContactAnswer, Contacts, Options, Probe, Separation, Sphere, Undecided,
 };
@@ -126,7 +132,11 @@ struct Line {
     /// r + s, from above.
     reach: f64,
     allowance: f64,
-    guard: f64,
+    /// How far the true centre may be from the nominal one.
+    place: f64,
+    /// What is rounded along the nominal way.
+    rounding: f64,
+    velocity: Vector3<f64>,
     speed: f64,
     /// How exactly the way is asked for.
     exactly: f64,
@@ -199,9 +209,12 @@ impl Line {
         let (end, end_off) = way.center(until);
         let sizes = [start, end].map(|p| p.coords.abs().sum());
         let sizes = sizes[0] + sizes[1] + far + reach.abs();
-        let guard = ROUNDING * sizes + UP * (off + end_off);
+        let rounding = ROUNDING * sizes;
+        let nominal = start + velocity * (until - from);
+        // All of these are compared below: what is no number leaves nothing known.
+        let place = UP * off.max((end - nominal).norm() + end_off);
         let allowance = allowance.min(0.5 * reach);
-        if !(guard <= MOST_ROUNDING * allowance) {
+        if !(rounding + 2.0 * place <= MOST_ROUNDING * allowance) {
             return Err(Undecided::Precision);
         }
         let least = along.iamin();
@@ -213,11 +226,28 @@ impl Line {
             until,
             reach,
             allowance,
-            guard,
+            place,
+            rounding,
+            velocity,
             speed,
             exactly,
             wide: found.undecided,
         }))
+    }
+
+    /// The nominal centre at a time.
+    fn at(&self, time: f64) -> Point3<f64> {
+        self.start + self.velocity * (time - self.from)
+    }
+
+    /// No sooner than this after a time has the nominal centre gone so far.
+    fn gone(&self, time: f64, length: f64) -> f64 {
+        if !(length > 0.0) {
+            return time;
+        }
+        let fastest = self.speed * (1.0 + ROUNDING);
+        let takes = (length / fastest * DOWN).min(f64::MAX);
+        (time + takes).next_down().max(time)
     }
 
     /// A net as it is seen along the way: its places across it, from the way.
@@ -324,21 +354,12 @@ impl Search<'_> {
         }
     }
 
-    /// No sooner than this has the ball gone so far.
-    fn gone(&self, time: f64, length: f64) -> f64 {
-        match length > 0.0 {
-            true => (time + self.way.least_time(time, length))
-                .next_down()
-                .max(time),
-            false => time,
-        }
-    }
-
     fn run(&mut self, radius: f64, options: &Options, workspace: &mut Workspace) -> ArrivalAnswer {
         let from = self.line.from;
         for face in 0..self.brep.brep().faces().len() {
             let apart = self.brep.face_box(face).map_or(0.0, |b| self.to_box(b));
-            let free = self.gone(from, apart - self.line.reach - self.line.guard);
+            let line = &self.line;
+            let free = line.gone(from, apart - line.reach - line.place - line.rounding);
             self.push(free, Part::Face(face));
         }
         let mut nodes = workspace.work.nodes;
@@ -426,27 +447,28 @@ impl Search<'_> {
                 BoxSide::Mixed => {}
             }
         }
-        let (reach, guard) = (self.line.reach, self.line.guard);
-        let beside = root(piece.beside.lo) - guard;
-        let behind = piece.behind.lo.floor_f64() - guard;
-        if beside >= reach - self.line.allowance || behind >= 0.0 {
+        let (line, rounding) = (&self.line, self.line.rounding);
+        let beside = root(piece.beside.lo) - rounding;
+        let behind = piece.behind.lo.floor_f64() - rounding;
+        if beside - line.place >= line.reach - line.allowance || behind >= 0.0 {
             return true;
         }
         let beside = beside.max(0.0);
+        // Of the nominal way.
+        let reach = (line.reach + line.place + rounding) * UP;
         // From above: the root of a difference that is rounded up.
-        let before = ((reach + guard) * (reach + guard) * UP - beside * beside).max(0.0);
-        let ahead = piece.ahead.lo.floor_f64() - before.sqrt() * UP - guard;
-        let mut later = free.max(self.gone(self.line.from, ahead));
-        let (center, off) = self.way.center(later);
-        let distance = Quotient::squared_distance(&center, net, &piece.products);
-        let distance = root(Node::over(distance, u, v, true).lo) - off - guard;
-        // With the distance d, what is ahead is reached after sqrt(d^2 - b^2) - sqrt(R^2 - b^2), which grows with b.
+        let before = (reach * reach * UP - beside * beside).max(0.0);
+        let ahead = piece.ahead.lo.floor_f64() - before.sqrt() * UP - rounding;
+        let mut later = free.max(line.gone(line.from, ahead));
+        let distance = Quotient::squared_distance(&line.at(later), net, &piece.products);
+        let distance = root(Node::over(distance, u, v, true).lo) - rounding;
+        // With the distance d, what is ahead is reached after sqrt(d^2 - b^2) - sqrt(R^2 - b^2), which grows with b; b is below R, or the box was put aside.
         if distance > reach {
             let leg = |hypotenuse: f64| ((hypotenuse - beside) * (hypotenuse + beside)).sqrt();
             let gap = (distance - reach) * (distance + reach) / (leg(distance) + leg(reach));
-            later = self.gone(later, gap * (1.0 - ROUNDING));
+            later = line.gone(later, gap * (1.0 - ROUNDING));
         }
-        if later >= self.hi || later > self.line.until {
+        if later >= self.hi || later > line.until {
             return true;
         }
         self.try_points(&piece);
@@ -511,8 +533,9 @@ impl Search<'_> {
         let ahead = off.dot(&line.frame[2]);
         let beside = (off - line.frame[2] * ahead).norm();
         // A little nearer than need be: it is to be proven.
-        let reach = line.reach - 2.0 * line.guard;
-        if !(ahead > 0.0 && beside < line.reach - 0.5 * line.allowance - line.guard) {
+        let reach = line.reach - line.place - 2.0 * line.rounding;
+        let counts = line.reach - 0.5 * line.allowance - line.place - line.rounding;
+        if !(ahead > 0.0 && beside < counts) {
             return;
         }
         let gone = (ahead - (reach * reach - beside * beside).max(0.0).sqrt()).max(0.0);
@@ -528,10 +551,9 @@ impl Search<'_> {
         }
         let fine = &self.brep.double_double(face).patches[patch];
         let local = [0, 1].map(|k| fine.maps[k].to_local(Ball::<Dd>::exact(uv[k])));
-        let (center, off) = self.way.center(time);
-        let squared = Objective::SquaredDistance(center).value(&fine.net, local);
-        let distance = upper_end(squared).ceil_f64().max(0.0).sqrt().next_up() + off * UP;
-        if distance <= line.reach {
+        let squared = Objective::SquaredDistance(line.at(time)).value(&fine.net, local);
+        let distance = upper_end(squared).ceil_f64().max(0.0).sqrt().next_up();
+        if distance + line.rounding + line.place * UP <= line.reach {
             self.hi = time;
             self.foot = Some(Foot {
                 face,
