@@ -3,13 +3,14 @@
 #[path = "scenes/mod.rs"]
 mod scenes;
 
-use feeler::brep::Brep;
+use feeler::brep::{Brep, BrepBuilder};
+use feeler::nurbs::{NurbsSurface, Surface};
 use feeler::prepare::PreparedBrep;
 use feeler::query::{
     Accuracy, ArrivalAnswer, Contacts, Feature, Options, Probe, Sphere, StraightWay, Undecided,
     Way, Workspace, arrival_along, arrival_past, contact,
 };
-use nalgebra::{Point3, Vector3};
+use nalgebra::{Point3, Vector3, Vector4};
 use scenes::{bicubic, blocks, native_sphere, nurbs_cylinder, nurbs_sphere, trimmed_bicubic};
 
 const FOREVER: f64 = f64::INFINITY;
@@ -347,7 +348,83 @@ fn at_a_tiny_speed() {
             "{b:?}"
         );
         assert!(b.width() * speed <= 1e-4, "{b:?}");
+        // Aslant onto the plate, from 1 above it, where steps of what is free alone never end.
+        let go = way([-1.0, 0.0, 1.5], [speed, 0.0, -0.5 * speed]);
+        let (options, mut workspace) = (Options::default(), Workspace::default());
+        let span = [0.0, FOREVER];
+        let answer = arrival_along(&brep, 0.5, &go, span, &options, &mut workspace);
+        assert_eq!(answer.undecided, None, "{speed}");
+        let b = answer.time.expect("the plate").bounds;
+        assert!(
+            b.lo * speed <= 2.0 && 2.0 - 1e-12 <= b.hi * speed,
+            "{speed} {b:?}"
+        );
     }
+}
+
+/// A bicubic over the unit square, below z = 0.3, whose weights differ by up to 1e24, at random; and a plate at z = 2.
+fn ill_weighted(random: &mut scenes::Random) -> PreparedBrep {
+    let mut net = Vec::new();
+    for i in 0..16 {
+        let w = 10f64.powf(random.between(-12.0, 12.0));
+        let [x, y] = [i / 4, i % 4].map(|k| f64::from(k) / 3.0);
+        let z = random.between(-0.3, 0.3);
+        net.push(Vector4::new(x * w, y * w, z * w, w));
+    }
+    let knots = [[0.0; 4], [1.0; 4]].concat();
+    let surface = NurbsSurface::new([3; 2], [4; 2], net, [knots.clone(), knots]).unwrap();
+    let mut b = BrepBuilder::new();
+    b.whole_surface(Surface::Nurbs(surface));
+    let plate = [[-2.0, -2.0], [3.0, -2.0], [3.0, 3.0], [-2.0, 3.0]];
+    let plate = plate.map(|[x, y]| b.vertex([x, y, 2.0]));
+    b.planar_face(&plate).unwrap();
+    PreparedBrep::new(b.build().unwrap())
+}
+
+/// Where nobody knows the start as exactly as was asked, it is not known how deep the ball may come into what it arrives at, however well the way to that is known.
+#[test]
+fn a_start_that_is_known_less_exactly_than_asked() {
+    let mut random = scenes::Random::new(77);
+    let (radius, mut workspace) = (0.1, Workspace::default());
+    let options = Options {
+        accuracy: Accuracy::Length(1e-6),
+        node_budget: 10_000,
+        ..Options::default()
+    };
+    let mut arrived = 0;
+    for _ in 0..8 {
+        let brep = ill_weighted(&mut random);
+        for _ in 0..20 {
+            let [x, y] = [0; 2].map(|_| random.between(0.0, 1.0));
+            let from = Point3::new(x, y, random.between(0.3, 0.4));
+            let probe = Probe::Sphere(Sphere::new(from, radius).unwrap());
+            let start = contact(&brep, &probe, &options, &mut workspace);
+            if start.undecided != Some(Undecided::Precision) {
+                continue;
+            }
+            let (go, span) = (way(from.into(), [0.0, 0.0, 1.0]), [0.0, 9.0]);
+            // In touch it is known to be; as near as it was at the start, at the most.
+            let most = start.separation.bounds.hi;
+            let why = Some(Undecided::Precision);
+            for (prediction, sought, why) in [(0.0, 0.0, None), (FOREVER, most, why)] {
+                if start.separation.bounds.lo <= 0.0 {
+                    continue;
+                }
+                let options = Options {
+                    prediction,
+                    ..options
+                };
+                let answer = arrival_past(&brep, radius, &go, span, 1e-3, &options, &mut workspace);
+                assert_eq!(answer.undecided, why);
+                let b = answer.time.expect("the plate").bounds;
+                let time = 1.9 - from.z - sought;
+                assert!(b.lo <= time + 1e-12 && time <= b.hi + 1e-12, "{b:?} {time}");
+                assert!(b.width() <= 1e-6, "{b:?}");
+                arrived += 1;
+            }
+        }
+    }
+    assert!(arrived > 0);
 }
 
 /// The start is known no better than it must be: in a socket that the ball all but fills, the last digits of its depth would take most of the nodes.

@@ -85,7 +85,10 @@ fn a_step_that_only_just_counts() {
             let expected = (4.0 - reach - from) / 2.0;
             let t = hit.time_of_impact;
             // At this angle what the centre is off moves the time by some 8 times as much.
-            assert!(t <= expected + 12.0 * bend / 2.0 + 1e-12, "{part} {bend} {t}");
+            assert!(
+                t <= expected + 12.0 * bend / 2.0 + 1e-12,
+                "{part} {bend} {t}"
+            );
             let early = there + (32.0 + 12.0) * bend;
             assert!(t >= expected - early / 2.0, "{part} {bend} {t} {expected}");
         }
@@ -106,7 +109,9 @@ fn from_a_later_time() {
     };
     let wall = (4.0 - radius + 1.0) / 2.0;
     for from in [-1.0, 0.0, 0.375, 2.0] {
-        let t = cast(&brep, &moves, radius, [from, 9.0]).unwrap().time_of_impact;
+        let t = cast(&brep, &moves, radius, [from, 9.0])
+            .unwrap()
+            .time_of_impact;
         assert!(t <= wall && t >= wall - early, "{from} {t} {wall}");
         assert!(cast(&brep, &moves, radius, [from, wall - 0.01]).is_none());
     }
@@ -117,9 +122,13 @@ fn from_a_later_time() {
         ..NonlinearRigidMotion::identity()
     };
     let deeper = radius * ALLOWANCE;
-    let t = cast(&brep, &falls, radius, [1.0, 2.0]).unwrap().time_of_impact;
+    let t = cast(&brep, &falls, radius, [1.0, 2.0])
+        .unwrap()
+        .time_of_impact;
     assert!(t <= 1.0 + deeper && t >= 1.0 + 0.95 * deeper, "{t}");
-    let t = cast(&brep, &falls, radius, [0.5, 2.0]).unwrap().time_of_impact;
+    let t = cast(&brep, &falls, radius, [0.5, 2.0])
+        .unwrap()
+        .time_of_impact;
     assert!(t <= 1.0 && t >= 1.0 - 1e-8, "{t}");
     // Swung down about a centre of mass at the ball's height, 0.75 beside it, while that rises at 1.5: z = r + 1/4 + 1.5 t - 0.75 sin(4 t), which is r at some time.
     let swings = NonlinearRigidMotion {
@@ -145,7 +154,9 @@ fn from_a_later_time() {
     let touches = falls_to(0.0);
     for from in [touches, falls_to(-1e-4)] {
         let start = height(from).min(0.0);
-        let t = cast(&brep, &swings, radius, [from, 0.3]).unwrap().time_of_impact;
+        let t = cast(&brep, &swings, radius, [from, 0.3])
+            .unwrap()
+            .time_of_impact;
         let [soonest, latest] = [61.0 / 64.0, 1.0].map(|part| falls_to(start - part * deeper));
         assert!(t >= soonest && t <= latest + 1e-9, "{from} {t}");
     }
@@ -205,7 +216,9 @@ fn coarse_shapes() {
         let from = bounds.center() + random.vector(0.5) * size + Vector::Z * (2.0 * size.length());
         let pose = Pose::from_translation(from);
         let options = ShapeCastOptions::default();
-        let met = d.cast_shapes(&pose, -Vector::Z, &fine, &ball, options).unwrap();
+        let met = d
+            .cast_shapes(&pose, -Vector::Z, &fine, &ball, options)
+            .unwrap();
         let Some(met) = met else { continue };
         let start = from - Vector::Z * met.time_of_impact - met.normal1 * (1e-3 * radius);
         let moves = NonlinearRigidMotion {

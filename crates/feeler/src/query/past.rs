@@ -140,7 +140,7 @@ struct Line {
     speed: f64,
     /// How exactly the way is asked for.
     exactly: f64,
-    /// Why the start is known less exactly than it was asked for: all that is proven to be free is so, but what is come to may be farther off than the
+    /// Why the start is known less exactly than it was asked for, where it is what is sought: all that is proven to be free is so, but what is come to may be farther off than the
     /// ball's true place at the start had it.
     wide: Option<Undecided>,
 }
@@ -231,7 +231,9 @@ impl Line {
             velocity,
             speed,
             exactly,
-            wide: found.undecided,
+            wide: found
+                .undecided
+                .filter(|_| bounds.lo - off < options.prediction),
         }))
     }
 
