@@ -14,7 +14,7 @@
 //! overlap is no reason to stop, a hit is elsewhere or later. Before the time that is given, and for the whole
 //! time where there is no hit, **the ball is proven to be nowhere deeper than it was at the start by more than the allowance**. (What is said for
 //! overlaps holds for the distance sought, too.)
-//! - A ball that goes straight and leaves what it touches, or rolls or slides along it: [`arrival_past`], to 2^-20 of the size. What it leaves is no hit, the
+//! - A ball that goes straight and leaves what it touches, or rolls or slides along it: [`arrival_past`], to 2^-20 of the size, or to 32 times what its centre may be off, where that is more (see on ways that bend). What it leaves is no hit, the
 //!   rest of the BREP is, from where it is as deep there as it was anywhere at the start.
 //! - One that goes into its deepest contact by more than the allowance in the time asked about, at an angle of more than [`ALONG`]: along a line
 //!   ([`straight`]) it hits at the start, as Parry says. As bodies move ([`turning`]), which is what an engine asks that passes over hits at the start, it
@@ -25,6 +25,8 @@
 //! - The same where the way bends: a BREP that turns, a ball that goes round a centre of mass elsewhere. (One whose centre is within a 64th of the allowance
 //!   of that, twice over, goes straight up to as much: where an engine places a ball in its body roundings leave such centres.) Such a cast takes a query each 128th of the radius while the ball goes along
 //!   what it touches, and some 4,000 of them at the most: after some 32 radii it is told where it has come to, as out of iterations, and counted as undecided.
+//!
+//! The start is asked as exactly as all of this takes, however coarse the shape's own accuracy is.
 //!
 //! Nothing is known, and counted as undecided, where the centre may be in material, and where the grown ball is no larger than what is overlooked.
 

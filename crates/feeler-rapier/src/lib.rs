@@ -37,6 +37,7 @@
 //! | BREP, cuboid, triangle, convex polyhedron, cylinder, cone, also with round borders | certified; tight where a plane parts the two, else about as wide as the shape (and told as undecided) | **approximate**: corners and points of round rims, the deepest point found, points of the BREP's edges |
 //! | BREP, ray or point | certified by the kernel | - |
 //! | ball that moves | no contact before the time that is given (certified; where bodies turn, as far as the system's sine and cosine are right to 4 units of the last place) | at that time |
+//! | any other shape that moves (shape casts, CCD) | **unsupported**, said and counted as below: Rapier does not stop it, and what is fast goes through thin parts | |
 //! | compound with a BREP, or a compound and a BREP | as of each pair of parts; what composing their poses rounds is in no bound | of each pair of parts, which the manifolds name |
 //! | any other (meshes, height fields, voxels, two BREPs) | **unsupported**: [`BrepDispatcher`] says so, once for each kind of pair, and counts | |
 //!
@@ -58,7 +59,7 @@
 //!   Nothing is scaled: a part in mm wants a gravity of 9810 mm/s^2, and has masses in units of density times mm^3.
 //! - `contact_softness`, `static_contact_softness`: a resting ball sinks in by about g / (2 pi f)^2 whatever the shape says. At Rapier's 60 Hz
 //!   that is 0.07 mm under a gravity in mm; 1000 Hz give 0.25 um.
-//! - CCD works, as far as the table says, also of a ball that leaves a contact, rolls along one, or is driven into it, and where a BREP turns or a ball goes
+//! - CCD works for balls alone (of a compound, for those among its parts), as far as the table says, also of a ball that leaves a contact, rolls along one, or is driven into it, and where a BREP turns or a ball goes
 //!   round a centre of mass elsewhere: in one cast, of the motion that it is asked about, it may come deeper than it was by a 128th of its radius before it is stopped, no more.
 //!   (Rapier casts bodies that move by themselves, against others where they stand at the end of the step: a turntable that is driven is not cast against what lies on it; and it
 //!   places a body that was stopped between its poses, not on the way round its centre of mass.) (A hit at the very start

@@ -167,6 +167,36 @@ fn fast_balls_do_not_tunnel_with_ccd() {
     );
 }
 
+/// Nothing but balls is cast: that Rapier does not stop a fast box is said.
+#[test]
+fn that_other_fast_shapes_are_not_stopped_is_said() {
+    let mut w = world(0.0, 1.0);
+    let d = BrepDispatcher::with_report(|_| ());
+    w.narrow_phase
+        .set_query_dispatcher(d.clone().chain(DefaultQueryDispatcher));
+    fixed(&mut w, &shape(block([-5.0, -5.0, -0.01], [5.0, 5.0, 0.0])));
+    for collider in [
+        ColliderBuilder::cuboid(0.1, 0.1, 0.1),
+        ColliderBuilder::capsule_z(0.1, 0.1),
+    ] {
+        let body = RigidBodyBuilder::dynamic()
+            .translation(Vector::new(0.0, 0.0, 2.0))
+            .linvel(Vector::new(1.0, 0.0, -300.0))
+            .ccd_enabled(true);
+        let b = w.insert_body(body);
+        w.insert_collider(collider, Some(b));
+        w.step();
+        w.remove_body(b);
+    }
+    let said: Vec<_> = d
+        .unsupported()
+        .into_iter()
+        .map(|u| (u.query, u.other))
+        .collect();
+    let expected = ["Capsule", "Cuboid"].map(|s| ("nonlinear shape cast", s.to_owned()));
+    assert_eq!(said, expected);
+}
+
 #[test]
 fn two_runs_have_the_same_bits() {
     let run = || {
