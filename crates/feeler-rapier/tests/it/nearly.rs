@@ -129,7 +129,7 @@ fn from_a_later_time() {
     let t = cast(&brep, &falls, radius, [0.5, 2.0])
         .unwrap()
         .time_of_impact;
-    assert!(t <= 1.0 && t >= 1.0 - 1e-8, "{t}");
+    assert!((1.0 - 1e-8..=1.0).contains(&t), "{t}");
     // Swung down about a centre of mass at the ball's height, 0.75 beside it, while that rises at 1.5: z = r + 1/4 + 1.5 t - 0.75 sin(4 t), which is r at some time.
     let swings = NonlinearRigidMotion {
         start: Pose::translation(-1.0, 0.0, radius + 0.25),
