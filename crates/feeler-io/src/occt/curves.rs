@@ -194,11 +194,18 @@ impl<const D: usize, const H: usize> Form<D, H> {
                 ),
             });
         };
-        if matches!(self, Self::Circle(..) | Self::Ellipse(..))
-            && (span.length() - TAU).abs() <= ROUNDING * TAU
-        {
-            // Ranges are written with 15 digits: one turn is one turn.
-            span.end = span.start + TAU;
+        if matches!(self, Self::Circle(..) | Self::Ellipse(..)) {
+            if (span.length() - TAU).abs() <= ROUNDING * TAU {
+                // Ranges are written with 15 digits: one turn is one turn.
+                span.end = span.start + TAU;
+            } else if span.length() > MOST_TURNS * TAU {
+                return Err(TextProblem::Shape {
+                    what: format!(
+                        "a circle or an ellipse is used over [{:?}, {:?}], many turns",
+                        range[0], range[1]
+                    ),
+                });
+            }
         }
         let curve = match self {
             Self::Line { from, direction } => {
@@ -333,6 +340,9 @@ pub(crate) fn clamped(mut span: Interval, domain: Interval) -> Interval {
     span
 }
 
+/// Turns of a circle that an edge may make: OCCT itself knows no more than one, and what a query takes grows with them.
+const MOST_TURNS: f64 = 2.0;
+
 /// How many numbers may still be made: a file that uses the same spline over and over must not
 /// take memory out of all proportion.
 pub(crate) struct Budget {
@@ -382,4 +392,33 @@ pub(crate) fn moved(curve: Curve<3, 4>, motion: &Motion) -> Result<Curve<3, 4>, 
         // Never made here.
         other @ (Curve::Polyline(_) | Curve::Poly(_)) => other,
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nalgebra::{Point2, Vector2};
+
+    /// A damaged file asked for 83 million turns, with which a query takes seconds.
+    #[test]
+    fn circles_are_used_for_few_turns() {
+        let frame = || Frame {
+            center: Point2::origin(),
+            x: Vector2::x(),
+            y: Vector2::y(),
+            z: Vector2::zeros(),
+        };
+        let circle: Form<2, 3> = Form::Circle(frame(), 2.5);
+        let ellipse: Form<2, 3> = Form::Ellipse(frame(), [2.5, 1.0]);
+        for curve in [circle, ellipse] {
+            let mut numbers = Budget::new(10_000);
+            for range in [[0.0, TAU], [-4.0, 8.0]] {
+                assert!(curve.part(range, &mut numbers).is_ok());
+            }
+            for range in [[0.0, 16.0], [0.0, 522_133_279.0]] {
+                let refused = curve.part(range, &mut numbers).unwrap_err().to_string();
+                assert!(refused.contains("turns"), "{refused}");
+            }
+        }
+    }
 }
