@@ -37,7 +37,6 @@ mod document;
 mod error;
 mod file;
 mod occt;
-mod poles;
 mod rescale;
 mod sheets;
 mod step;

@@ -3,7 +3,7 @@
 #[path = "scenes/mod.rs"]
 mod scenes;
 
-use feeler::prepare::PreparedBrep;
+use feeler::prepare::{PreparedBrep, Shortcuts};
 use feeler::query::{
     Accuracy, Contact, Contacts, HalfSpace, Options, Probe, Sphere, Witness, Workspace, contact,
     contact_from,
@@ -94,13 +94,19 @@ fn what_is_left_out_is_no_nearer() {
 #[test]
 fn noise_is_not_left_out() {
     let mut random = Random::new(47);
-    let brep = PreparedBrep::new(nurbs_sphere());
-    for length in [1e-16, 1e-13, 1e-10, 1e-7] {
-        let mut witness = Witness::default();
-        for _ in 0..20 {
-            let at = Point3::from(random.direction() * length);
-            let probe = Probe::Sphere(Sphere::new(at, 2.0).unwrap());
-            must_agree(&brep, &probe, &mut witness);
+    let searched = Shortcuts {
+        recognition: false,
+        ..Shortcuts::default()
+    };
+    for shortcuts in [Shortcuts::default(), searched] {
+        let brep = PreparedBrep::with_shortcuts(nurbs_sphere(), shortcuts);
+        for length in [1e-16, 1e-13, 1e-10, 1e-7] {
+            let mut witness = Witness::default();
+            for _ in 0..20 {
+                let at = Point3::from(random.direction() * length);
+                let probe = Probe::Sphere(Sphere::new(at, 2.0).unwrap());
+                must_agree(&brep, &probe, &mut witness);
+            }
         }
     }
 }

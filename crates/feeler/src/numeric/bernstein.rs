@@ -156,6 +156,18 @@ pub fn split_error<T: Real>(degree: Bidegree, along_u: bool, largest: f64, tiny:
     count * (T::UNIT * largest * (1.0 + 64.0 * f64::EPSILON) + tiny)
 }
 
+/// The coefficients on one border: at the low or the high end of u (or v).
+pub(crate) fn border<T: Copy>(c: &[T], degree: Bidegree, along_u: bool, high: bool) -> Vec<T> {
+    let width = degree.v + 1;
+    if along_u {
+        let i = if high { degree.u } else { 0 };
+        c[i * width..(i + 1) * width].to_vec()
+    } else {
+        let j = if high { degree.v } else { 0 };
+        c.iter().skip(j).step_by(width).copied().collect()
+    }
+}
+
 /// Leaves the part of a polynomial over a range `[a, b]` of `[0, 1]`, along u or along v (de Casteljau's algorithm at `b`, then at `a / b`: The NURBS
 /// Book, 5.3 for the whole net). See [`part_error`] for what it is off.
 pub fn keep_part<T: Real>(c: &mut [T], degree: Bidegree, along_u: bool, range: [f64; 2]) {

@@ -1,8 +1,9 @@
 //! Homogeneous nets and the products that a distance needs of them.
 
 use super::Homogeneous;
+use super::quotient::MOST_OFF;
 use crate::numeric::bernstein::{
-    Bidegree, greater, product, product_units, split_error, split_off,
+    Bidegree, border, greater, lesser, product, product_units, split_error, split_off,
 };
 use crate::numeric::{Ball, Real, TINY};
 
@@ -107,13 +108,60 @@ impl<T: Real> Products<T> {
                 if !(range[0] <= target[0] && target[0] < target[1] && target[1] <= range[1]) {
                     return None;
                 }
-                let [x, y, z] = &mut out.b;
-                for part in [&mut out.a, x, y, z, &mut out.c] {
-                    part.halve(self.degree, along_u, high);
-                }
+                out.halve(along_u, high);
             }
         }
         Some(out)
+    }
+
+    /// Cut to the lower or the upper half along u (or v).
+    pub(crate) fn halve(&mut self, along_u: bool, high: bool) {
+        let [x, y, z] = &mut self.b;
+        for part in [&mut self.a, x, y, z, &mut self.c] {
+            part.halve(self.degree, along_u, high);
+        }
+    }
+
+    /// A box in space that holds what they are of; `None` where a weight may not be positive.
+    ///
+    /// The point is `origin + b / c`, thus a convex combination of the quotients of the coefficients. The computed `b` is off by
+    /// `error` parts of the true `c`, and the computed `c` by its own.
+    pub(crate) fn hull(&self, origin: &[f64; 3]) -> Option<[[f64; 2]; 3]> {
+        let mut out = [[f64::INFINITY, f64::NEG_INFINITY]; 3];
+        for (k, own) in out.iter_mut().enumerate() {
+            let b = &self.b[k];
+            for (x, c) in b.values.iter().zip(&self.c.values) {
+                let at = x.approximate() / c.approximate();
+                *own = [lesser(own[0], at), greater(own[1], at)];
+            }
+            let size = b.largest + b.error;
+            let off = b.error + size * (2.0 * self.c.error + 16.0 * f64::EPSILON) + TINY;
+            // What the origin adds is a rounding of the sum.
+            const UP: f64 = 1.0 + 16.0 * f64::EPSILON;
+            let off = (off + 4.0 * f64::EPSILON * (origin[k].abs() + size)) * UP;
+            *own = [origin[k] + own[0] - off, origin[k] + own[1] + off];
+        }
+        let bounded = out.iter().flatten().all(|x| x.is_finite());
+        (bounded && self.c.error <= MOST_OFF).then_some(out)
+    }
+
+    /// Those on one border: at the low or the high end of u (or v).
+    pub(crate) fn border(&self, along_u: bool, high: bool) -> Self {
+        let Bidegree { u, v } = self.degree;
+        let take = |part: &Coefficients<T>| Coefficients {
+            values: border(&part.values, self.degree, along_u, high),
+            ..*part
+        };
+        Self {
+            degree: if along_u {
+                Bidegree { u: 0, v }
+            } else {
+                Bidegree { u, v: 0 }
+            },
+            a: take(&self.a),
+            b: self.b.each_ref().map(take),
+            c: take(&self.c),
+        }
     }
 }
 

@@ -31,7 +31,7 @@ impl<T: Real> Quotient<T> {
 }
 
 /// `C` known worse than this is not known at all.
-const MOST_OFF: f64 = 1.0 / (1u64 << 10) as f64;
+pub(super) const MOST_OFF: f64 = 1.0 / (1u64 << 10) as f64;
 
 impl Quotient<Dd> {
     /// Bounds on `f` by the convex hull of its coefficients' quotients; `None` where a denominator may not be positive.

@@ -45,7 +45,7 @@ pub fn contact(
 /// What the queries of one probe that moves past one BREP learn from each other: where the last foot was, and which parts of
 /// the BREP a ball can come to touch before it has moved on by so much. The caller keeps one for each pair; a new one (`default`) knows nothing.
 ///
-/// It holds some kilobytes for each of at most 16 boxes of patches.
+/// It holds some kilobytes for each of at most 64 boxes of patches (a dozen, as a rule).
 #[derive(Clone, Debug, Default)]
 pub struct Witness {
     /// Of which BREP, where one has answered.

@@ -21,20 +21,39 @@
 //! A query about `c` first goes down from the last foot, which gives an upper bound `d`. If `beyond - |c - q| > d` the front serves: only
 //! parts nearer than `d` are looked at, by all the means of a search, and what is proven is as narrow as ever. Else the search
 //! is that of a new query, and gives a new front.
+//!
+//! # What a front learns
+//! A part keeps a centre of its own, the last about which its bound grew: any centre will do, since each part is bounded by itself. A box
+//! is put aside for good where it does not meet the region, and is replaced by its halves where nothing settles it whole: both leave `x*` in
+//! a part of the list. (Boundary pieces alone stand for points on trims; a box of a patch for those within the region.) A piece that may leave its
+//! patch (to f64, one along the patch's border may) is left as it is.
+//!
+//! What settled a box about one centre often does so about the next: that `f` falls along u or v everywhere on it, or that `G` is strictly
+//! convex. Both rest on differences of coefficients, which change little with the centre (module `steady`), so no coefficient is looked at
+//! again. What follows from them is what the search makes of it (cases *monotone* and *no critical point in the region* of the
+//! module `search`): the border of the patch that the box touches is searched, or the leaf is proven at the new foot.
 
-use super::node::Node;
+use super::leaf::Cell;
+use super::node::{Node, whole};
 use super::objective::Objective;
-use super::search::{Kind, Search, Source, Task};
+use super::search::{Kind, NOISE_FACTOR, Search, Source, Task, split_along_u};
+use super::shape::Shape;
+use super::steady::Steady;
 use crate::numeric::Dd;
 use crate::prepare::{Products, Quotient};
+use crate::trim::BoxSide;
 use nalgebra::Point3;
 use std::collections::BinaryHeap;
 
 /// How many parts are kept: more bear longer ways and cost more to keep.
 const MOST: usize = 16;
+/// How many they may become.
+const MOST_PARTS: usize = 64;
+/// Boxes are not cut below this width in local parameters.
+const NARROW: f64 = 1.0 / (1u64 << 20) as f64;
 /// How many parts a search writes down before it puts those aside that a front would not keep.
 pub(super) const MOST_LEFT: usize = 1024;
-/// Boxes with more coefficients than this (degree 7 by 7) are cut from their patch again at each query.
+/// Boxes with more coefficients than this (degree 7 by 7) are cut from their patch again at each query, and nothing is learnt of them.
 const MOST_KEPT: usize = 225;
 /// A bound that is off by a few roundings.
 const UP: f64 = 1.0 + 32.0 * f64::EPSILON;
@@ -60,11 +79,38 @@ pub(super) struct Left {
 
 #[derive(Clone, Debug)]
 struct Kept {
-    /// No point of it is nearer to the front's centre.
+    /// No point of it is nearer than `away` to this: the front's centre, or one that it was looked at from since.
+    center: Point3<f64>,
     away: f64,
     part: Part,
     /// The products of a box, cut to it when it is first needed.
-    products: Option<Products<f64>>,
+    products: Option<Box<Products<f64>>>,
+    /// A box in space that holds the part, likewise.
+    hull: Option<[[f64; 2]; 3]>,
+    /// What settles it, if that is known.
+    settling: Option<Box<Settling>>,
+    /// Whether what was found to settle it did not: it is not looked for again.
+    barren: bool,
+}
+
+/// Why a box holds no minimum but one that is known or searched for elsewhere, while the ball is nearby.
+#[derive(Clone, Debug)]
+struct Settling {
+    steady: Steady,
+    why: Why,
+}
+
+#[derive(Clone, Debug)]
+enum Why {
+    /// `f` has one sign of its derivative along u or v; with the products of the border of the patch towards which it falls, where the box
+    /// touches it.
+    Falls {
+        along: usize,
+        sign: i8,
+        border: Option<Products<f64>>,
+    },
+    /// `G` is strictly convex; and where `f` was least.
+    Convex(Option<[f64; 2]>),
 }
 
 /// See the [module](self).
@@ -74,6 +120,44 @@ pub(super) struct Front {
     center: Option<Point3<f64>>,
     parts: Vec<Kept>,
     beyond: f64,
+}
+
+impl Kept {
+    /// No squared distance of it from a centre is less than this.
+    ///
+    /// For a point `x` of the hull, `|x - c|^2 = |x - q|^2 - 2 d.(x - q) + |d|^2` with `d = c - q`: about a centre that has moved the
+    /// bound moves as the distance of what is nearby does; of a large hull the triangle inequality says more.
+    fn least(&self, c: &Point3<f64>) -> f64 {
+        let away = (self.away - moved(c, &self.center)).next_down().max(0.0);
+        let least = (away * away).next_down().max(0.0);
+        let Some(hull) = &self.hull else {
+            return least;
+        };
+        let square = (self.away * self.away).next_down();
+        let (mut sum, mut size) = (square, square);
+        for (k, own) in hull.iter().enumerate() {
+            let q = self.center[k];
+            let d = c[k] - q;
+            let x = if d > 0.0 { own[1] } else { own[0] };
+            let term = d * (d - 2.0 * (x - q));
+            sum += term;
+            size += term.abs() + d * d;
+        }
+        let own = sum - 32.0 * f64::EPSILON * size - TINY;
+        if own > least { own } else { least }
+    }
+
+    /// Takes over a bound of the squared distance about `q`, where `least` is what is known.
+    fn learn(&mut self, q: &Point3<f64>, least: f64, bound: Dd) {
+        if bound.hi > least {
+            (self.center, self.away) = (*q, distance(bound));
+        }
+    }
+}
+
+/// How far two points are from each other at most.
+fn moved(a: &Point3<f64>, b: &Point3<f64>) -> f64 {
+    (a - b).norm() * UP + TINY
 }
 
 impl Front {
@@ -93,9 +177,13 @@ impl Front {
         self.beyond = beyond;
         self.parts.clear();
         self.parts.extend(near.iter().map(|l| Kept {
+            center,
             away: distance(l.lo),
             part: l.part,
             products: None,
+            hull: None,
+            settling: None,
+            barren: false,
         }));
     }
 }
@@ -114,6 +202,41 @@ fn distance(squared: Dd) -> f64 {
     squared.hi.next_down().max(0.0).sqrt().next_down().max(0.0)
 }
 
+/// What a look at a part came to.
+enum Insight {
+    /// It does not meet the region.
+    Outside,
+    /// Something settles it now.
+    Settles,
+    /// Its halves are to be looked at.
+    Halves([Kept; 2]),
+    /// All is done.
+    Done,
+}
+
+/// What settles a node, if its derivatives do.
+fn why(node: &Node<f64>, shape: &Shape, products: &Products<f64>) -> Option<Why> {
+    let touches = |k: usize| {
+        let range = if k == 0 { node.u } else { node.v };
+        match shape.monotone[k] {
+            1 => range[0] == 0.0,
+            _ => range[1] == 1.0,
+        }
+    };
+    let falls = |k: &usize| shape.monotone[*k] != 0;
+    let along = (0..2).find(|k| falls(k) && !touches(*k));
+    let Some(along) = along.or((0..2).find(falls)) else {
+        return (shape.convexity > 0.0).then_some(Why::Convex(None));
+    };
+    let sign = shape.monotone[along];
+    let border = touches(along).then(|| products.border(along == 0, sign < 0));
+    Some(Why::Falls {
+        along,
+        sign,
+        border,
+    })
+}
+
 impl Search<'_> {
     /// Puts those parts of a front in line that may hold the nearest point; false where the front does not serve.
     pub(super) fn push_front(
@@ -124,62 +247,251 @@ impl Search<'_> {
         let (Objective::SquaredDistance(q), Some(center)) = (*self.objective, front.center) else {
             return false;
         };
-        let moved = (q - center).norm() * UP + TINY;
         let reach = self.out.hi.ceil_f64().max(0.0).sqrt().next_up();
         // Negated: what is not a number serves nothing.
-        if !((front.beyond - moved).next_down() > reach) {
+        if !((front.beyond - moved(&q, &center)).next_down() > reach) {
             return false;
         }
-        for kept in &mut front.parts {
-            let away = (kept.away - moved).next_down();
-            if away > reach {
-                continue;
-            }
-            let lo = Dd::from((away.max(0.0) * away.max(0.0)).next_down().max(0.0));
-            let (source, node, inside) = match kept.part {
-                Part::Face(face) => {
-                    self.push(heap, lo, true, Kind::Face(face));
-                    continue;
+        let (mut next, mut fresh) = (0, false);
+        while next < front.parts.len() {
+            let room = front.parts.len() < MOST_PARTS && self.out.nodes < self.goal.budget;
+            let kept = &mut front.parts[next];
+            let insight = self.look_at(heap, &q, kept, (room, fresh));
+            fresh = matches!(insight, Insight::Settles);
+            match insight {
+                Insight::Settles => {}
+                Insight::Done => next += 1,
+                Insight::Outside => {
+                    front.parts.swap_remove(next);
                 }
-                Part::Root(source) => (source, self.root::<f64>(source), false),
-                Part::Box(source, u, v, inside) => {
-                    let node = self.kept_box(&q, source, [u, v], &mut kept.products);
-                    (source, node, inside)
+                Insight::Halves([low, high]) => {
+                    *kept = low;
+                    front.parts.push(high);
                 }
-            };
-            let Some(mut node) = node else {
-                self.push(heap, lo, true, Kind::Root(source));
-                continue;
-            };
-            if lo > node.lo {
-                node.lo = lo;
             }
-            self.enqueue(heap, source, inside, node, true);
         }
         true
     }
 
-    /// The node of a box.
+    /// Settles a part, or puts it in line.
+    fn look_at(
+        &mut self,
+        heap: &mut BinaryHeap<Task<f64>>,
+        q: &Point3<f64>,
+        kept: &mut Kept,
+        (room, fresh): (bool, bool),
+    ) -> Insight {
+        let least = kept.least(q);
+        let lo = Dd::from(least);
+        if self.hopeless(lo) {
+            return Insight::Done;
+        }
+        if lo >= self.enough() {
+            self.out.left_open = true;
+            self.lower(lo);
+            return Insight::Done;
+        }
+        self.out.nodes += 1;
+        let (source, [u, v], inside) = match kept.part {
+            Part::Face(face) => {
+                self.push(heap, lo, true, Kind::Face(face));
+                return Insight::Done;
+            }
+            Part::Root(source) => {
+                let degree = self.basis::<f64>(source).map(|b| b.1.degree);
+                (source, degree.map_or([[0.0; 2]; 2], whole), false)
+            }
+            Part::Box(source, u, v, inside) => (source, [u, v], inside),
+        };
+        if let Some(settling) = &mut kept.settling {
+            let at = (source, inside, [u, v], lo);
+            if let Some(bound) = self.settle_kept(heap, q, at, settling) {
+                kept.learn(q, least, bound);
+                return Insight::Done;
+            }
+            kept.settling = None;
+            kept.barren = fresh;
+        }
+        let Some(mut node) = self.kept_box(q, source, [u, v], kept) else {
+            self.push(heap, lo, true, Kind::Root(source));
+            return Insight::Done;
+        };
+        kept.learn(q, least, node.lo);
+        if lo > node.lo {
+            node.lo = lo;
+        }
+        if self.hopeless(node.lo) {
+            return Insight::Done;
+        }
+        let insight = if node.lo >= self.enough() {
+            Insight::Done
+        } else {
+            self.look_into(q, source, &node, kept, room)
+        };
+        if let Insight::Done = insight {
+            self.enqueue(heap, source, inside, node, true);
+        }
+        insight
+    }
+
+    /// The node of a part.
     fn kept_box(
         &self,
         q: &Point3<f64>,
         source: Source,
         [u, v]: [[f64; 2]; 2],
-        kept: &mut Option<Products<f64>>,
+        kept: &mut Kept,
     ) -> Option<Node<f64>> {
-        let (net, whole) = self.basis::<f64>(source)?;
-        let cut = |own: &mut Option<Products<f64>>| -> Option<Node<f64>> {
-            let products = match own {
+        let (net, all) = self.basis::<f64>(source)?;
+        let cut;
+        let products = if [u, v] == whole(all.degree) {
+            all
+        } else if all.degree.count() > MOST_KEPT {
+            cut = all.restricted(u, v)?;
+            &cut
+        } else {
+            match &mut kept.products {
                 Some(products) => products,
-                None => own.insert(whole.restricted(u, v)?),
-            };
-            let f = Quotient::squared_distance(q, net, products);
-            Some(Node::over(f, u, v, true))
+                own => own.insert(Box::new(all.restricted(u, v)?)),
+            }
         };
-        if whole.degree.count() > MOST_KEPT {
-            return cut(&mut None);
+        kept.hull = kept.hull.or_else(|| products.hull(&net.origin));
+        let f = Quotient::squared_distance(q, net, products);
+        Some(Node::over(f, u, v, true))
+    }
+
+    /// What can be learnt of a part that may hold the nearest point, for the queries to come and for this one.
+    fn look_into(
+        &self,
+        q: &Point3<f64>,
+        source: Source,
+        node: &Node<f64>,
+        kept: &mut Kept,
+        room: bool,
+    ) -> Insight {
+        let shortcuts = self.brep.shortcuts();
+        let wanted = shortcuts.monotone_borders && shortcuts.convex_leaves;
+        let basis = self.basis::<f64>(source);
+        let Some((net, all)) = basis.filter(|b| wanted && b.1.degree.count() <= MOST_KEPT) else {
+            return Insight::Done;
+        };
+        match source {
+            Source::Piece { face, index } => {
+                if !self.brep.double(face).piece(index).stays(node.u) {
+                    return Insight::Done;
+                }
+            }
+            Source::Patch { face, index } => {
+                let known = matches!(kept.part, Part::Box(_, _, _, true));
+                if !known {
+                    match self.classify(face, index, node.u, node.v) {
+                        BoxSide::Outside => return Insight::Outside,
+                        BoxSide::Inside => {
+                            kept.part = Part::Box(source, node.u, node.v, true);
+                        }
+                        BoxSide::Mixed => {}
+                    }
+                }
+            }
         }
-        cut(kept)
+        let products = kept.products.as_deref().unwrap_or(all);
+        let tau = self.out.hi.hi;
+        let bends = node.bends(tau);
+        let shape = bends.told();
+        if !kept.barren
+            && let Some(why) = why(node, &shape, products)
+        {
+            let steady = Steady::new(node, (net, products), q, (tau, bends));
+            kept.settling = Some(Box::new(Settling { steady, why }));
+            return Insight::Settles;
+        }
+        let wide = (node.u[1] - node.u[0]).max(node.v[1] - node.v[0]);
+        let noise = shape.g_largest <= NOISE_FACTOR * shape.g_error;
+        if !room || noise || wide <= NARROW {
+            return Insight::Done;
+        }
+        let along_u = split_along_u(node, &shape);
+        let inside = matches!(kept.part, Part::Box(_, _, _, true));
+        let halves = [false, true].map(|high| {
+            let half = |r: [f64; 2]| {
+                let middle = 0.5 * (r[0] + r[1]);
+                if high { [middle, r[1]] } else { [r[0], middle] }
+            };
+            let (u, v) = if along_u {
+                (half(node.u), node.v)
+            } else {
+                (node.u, half(node.v))
+            };
+            let mut own = Box::new(products.clone());
+            own.halve(along_u, high);
+            Kept {
+                center: kept.center,
+                away: kept.away,
+                part: Part::Box(source, u, v, inside),
+                products: Some(own),
+                hull: None,
+                settling: None,
+                barren: false,
+            }
+        });
+        Insight::Halves(halves)
+    }
+
+    /// Does with a box what `visit` would, if what settled it about another centre does so about this one; a bound of `f` on it.
+    fn settle_kept(
+        &mut self,
+        heap: &mut BinaryHeap<Task<f64>>,
+        q: &Point3<f64>,
+        (source, inside, [u, v], lo): (Source, bool, [[f64; 2]; 2], Dd),
+        settling: &mut Settling,
+    ) -> Option<Dd> {
+        let tau = self.out.hi.hi;
+        let shape = settling.steady.shape(q, tau);
+        match &mut settling.why {
+            Why::Falls {
+                along,
+                sign,
+                border,
+            } => {
+                if shape.monotone[*along] != *sign {
+                    return None;
+                }
+                let Some(products) = border else {
+                    return Some(lo);
+                };
+                let (net, _) = self.basis::<f64>(source)?;
+                let f = Quotient::squared_distance(q, net, products);
+                let end = |r: [f64; 2]| [r[usize::from(*sign < 0)]; 2];
+                let (u, v) = if *along == 0 {
+                    (end(u), v)
+                } else {
+                    (u, end(v))
+                };
+                let mut node = Node::over(f, u, v, true);
+                if lo > node.lo {
+                    node.lo = lo;
+                }
+                self.enqueue(heap, source, inside, node, true);
+                Some(lo)
+            }
+            Why::Convex(near) => {
+                if !(shape.convexity > 0.0) {
+                    return None;
+                }
+                let cell = Cell::<f64> {
+                    u,
+                    v,
+                    lo,
+                    degree: settling.steady.degree(),
+                    constant: settling.steady.is_polynomial(),
+                    node: None,
+                    near: *near,
+                };
+                let leaf = self.leaf(heap, source, inside, &cell, (&shape, Dd::from(tau)))?;
+                *near = Some(leaf.p.map(|x| x.hi));
+                Some(leaf.lo)
+            }
+        }
     }
 
     /// Makes a front of what a search put aside; where its budget was spent, then or later, `minimize` forgets it again.

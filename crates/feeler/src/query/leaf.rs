@@ -1,9 +1,11 @@
 //! Nodes on which `G = N - tau C` is strictly convex: the last digits.
 
-use super::node::{Node, Shape};
+use super::node::Node;
 use super::objective::Sample;
 use super::search::{Arithmetic, QUARTER, Search, Settled, Source, Spread};
+use super::shape::Shape;
 use super::upper::upper_end;
+use crate::numeric::bernstein::Bidegree;
 use crate::numeric::{Ball, Dd, Real, Td};
 use crate::prepare::closed::Extent;
 use crate::prepare::{jet, restrict};
@@ -54,27 +56,63 @@ const LOST: f64 = 1.0 / 32.0;
 /// How often the ball of critical points is shrunk.
 const SHRINK_STEPS: usize = 24;
 
+/// A box, and what of a node on it counts here.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Cell<'a, T> {
+    pub(super) u: [f64; 2],
+    pub(super) v: [f64; 2],
+    /// Proven: `f >= lo` on the box.
+    pub(super) lo: Dd,
+    pub(super) degree: Bidegree,
+    /// Whether `C` is 1, exactly.
+    pub(super) constant: bool,
+    /// The node, unless what is known of its shape comes from one about another centre.
+    pub(super) node: Option<&'a Node<T>>,
+    /// Where the least value was about another centre.
+    pub(super) near: Option<[f64; 2]>,
+}
+
+impl<T> Cell<'_, T> {
+    /// Whether it touches a border of its patch.
+    fn touches_border(&self) -> bool {
+        let touches = |degree: usize, r: [f64; 2]| degree > 0 && (r[0] == 0.0 || r[1] == 1.0);
+        touches(self.degree.u, self.u) || touches(self.degree.v, self.v)
+    }
+}
+
+impl<'a, T> From<&'a Node<T>> for Cell<'a, T> {
+    fn from(node: &'a Node<T>) -> Self {
+        Self {
+            u: node.u,
+            v: node.v,
+            lo: node.lo,
+            degree: node.f.degree,
+            constant: node.f.c.is_empty(),
+            node: Some(node),
+            near: None,
+        }
+    }
+}
+
 impl Search<'_> {
-    /// Tries to settle a node by convexity. True if the node needs no more work.
+    /// Tries to settle a box by convexity: what is proven of it if it needs no more work.
     pub(super) fn leaf<T: Real + Arithmetic>(
         &mut self,
         heap: &mut BinaryHeap<super::search::Task<T>>,
         source: Source,
         inside: bool,
-        node: &Node<T>,
+        cell: &Cell<T>,
         shape: (&Shape, Dd),
-    ) -> bool {
-        let Some(leaf) = self.certify(source, node, shape) else {
-            return false;
-        };
+    ) -> Option<Leaf> {
+        let leaf = self.certify(source, cell, shape)?;
         if self.hopeless(leaf.lo) {
-            return true;
+            return Some(leaf);
         }
-        let narrowest = (node.u[1] - node.u[0]).max(node.v[1] - node.v[0]);
+        let narrowest = (cell.u[1] - cell.u[0]).max(cell.v[1] - cell.v[0]);
         if !self.serves(&leaf) && narrowest > SMALL_BALL {
             // Convex, but only just: halves have better bounds.
             self.try_point(source, leaf.p, false);
-            return false;
+            return None;
         }
         let mut minimum_inside = true;
         if let Source::Patch { face, index } = source
@@ -91,39 +129,43 @@ impl Search<'_> {
                     (leaf.p[k].hi + r).min(range[1]),
                 ]
             };
-            let side = self.classify(face, index, around(0, node.u), around(1, node.v));
+            let side = self.classify(face, index, around(0, cell.u), around(1, cell.v));
             if leaf.empty || side == BoxSide::Outside {
-                self.push_borders(heap, source, inside, node);
-                return true;
+                match cell.node {
+                    Some(node) => self.push_borders(heap, source, inside, node),
+                    None if cell.touches_border() => return None,
+                    None => {}
+                }
+                return Some(leaf);
             }
             minimum_inside = side == BoxSide::Inside;
             if !minimum_inside && leaf.rho > SMALL_BALL {
                 // The ball is no answer yet: halves have smaller ones.
                 self.try_point(source, leaf.p, false);
-                return false;
+                return None;
             }
         }
         if let Source::Piece { face, index } = source {
-            let rho = leaf.rho * (node.u[1] - node.u[0]) * UP + f64::EPSILON * f64::EPSILON;
+            let rho = leaf.rho * (cell.u[1] - cell.u[0]) * UP + f64::EPSILON * f64::EPSILON;
             let around = [
-                (leaf.p[0] - Dd::from(rho)).hi.max(node.u[0]),
-                (leaf.p[0] + Dd::from(rho)).hi.min(node.u[1]),
+                (leaf.p[0] - Dd::from(rho)).hi.max(cell.u[0]),
+                (leaf.p[0] + Dd::from(rho)).hi.min(cell.u[1]),
             ];
             if self.piece_is_off_patch(face, index, around) {
                 // Not on the surface (past its border): only where the curve comes back matters.
-                return self.piece_is_off_patch(face, index, node.u);
+                return self.piece_is_off_patch(face, index, cell.u).then_some(leaf);
             }
             if leaf.rho > SMALL_BALL && self.piece_leaves_patch(face, index, [0.0, 1.0]) {
                 self.try_point(source, leaf.p, false);
-                return false;
+                return None;
             }
         }
         self.keep_leaf(source, leaf.p, leaf.value, minimum_inside);
         if self.hopeless(leaf.lo) {
-            return true;
+            return Some(leaf);
         }
         self.lower(leaf.lo);
-        let size = self.speed(source, node);
+        let size = self.speed(source, cell);
         self.out.settled.push(Settled {
             source: Some(source),
             lo: leaf.lo,
@@ -136,7 +178,7 @@ impl Search<'_> {
             local_minimum: !leaf.empty,
             flat: false,
         });
-        true
+        Some(leaf)
     }
 
     /// Whether a leaf's bounds are near enough to each other, or its lower bound to what is known.
@@ -227,7 +269,7 @@ impl Search<'_> {
     }
 
     /// How fast the surface moves over the node, in units of length per unit of node coordinates.
-    fn speed<T: Real>(&self, source: Source, node: &Node<T>) -> f64 {
+    fn speed<T: Real>(&self, source: Source, cell: &Cell<T>) -> f64 {
         let (Source::Patch { face, .. } | Source::Piece { face, .. }) = source;
         let geometry = self.brep.double(face);
         let speeds = match source {
@@ -235,7 +277,7 @@ impl Search<'_> {
             Source::Piece { index, .. } => geometry.piece_speeds(index),
         };
         let [along_u, along_v] = speeds;
-        (along_u * (node.u[1] - node.u[0]) + along_v * (node.v[1] - node.v[0])) * UP
+        (along_u * (cell.u[1] - cell.u[0]) + along_v * (cell.v[1] - cell.v[0])) * UP
     }
 
     /// Bounds on a node that is convex for `G = N - tau C`, by what is known about its shape with some tau. As cheaply as
@@ -243,25 +285,38 @@ impl Search<'_> {
     fn certify<T: Real>(
         &self,
         source: Source,
-        node: &Node<T>,
+        cell: &Cell<T>,
         shape: (&Shape, Dd),
     ) -> Option<Leaf> {
         let coarse = self.net(source)?;
-        let ranges = [node.u, node.v];
-        let start = self.descend(source, self.start(source, ranges), ranges);
+        let ranges = [cell.u, cell.v];
+        let mut start = self.start(source, ranges);
+        // What is far still needs no way down; where a warm start has come down there is none left.
+        let best = self.is_best(source, start);
+        if let Some(near) = cell.near.filter(|_| !best && jet::fits(coarse.degree)) {
+            let sample = self.objective.rough_sample(coarse, near);
+            let leaf = self.prove(cell, shape, near.map(Dd::from), &sample)?;
+            if self.hopeless(leaf.lo) {
+                return Some(leaf);
+            }
+            start = near;
+        }
+        if !(best && cell.node.is_none()) {
+            start = self.descend(source, start, ranges);
+        }
         let mut p = start.map(Dd::from);
         if T::UNIT >= f64::UNIT && jet::fits(coarse.degree) {
             // At the best point so far, f64 is not worth trying for the last digits.
             if !(self.goal.width.is_full() && self.is_best(source, start)) {
                 let sample = self.objective.rough_sample(coarse, start);
-                let leaf = self.prove(node, shape, p, &sample)?;
+                let leaf = self.prove(cell, shape, p, &sample)?;
                 if self.hopeless(leaf.lo) || self.serves(&leaf) {
                     return Some(leaf);
                 }
             }
             let net = self.net_dd(source)?;
             if let Some(sample) = self.objective.fine_sample(coarse, net, start) {
-                let leaf = self.prove(node, shape, p, &sample)?;
+                let leaf = self.prove(cell, shape, p, &sample)?;
                 if self.hopeless(leaf.lo) || self.serves(&leaf) {
                     return Some(leaf);
                 }
@@ -277,10 +332,9 @@ impl Search<'_> {
                 g.hi
             });
             // Where f64 sees only noise, the node's own coefficients know the Hessian better.
-            let h = if T::UNIT < f64::UNIT {
-                node.mean_hessian(T::from_dd(s.value().mid).0)
-            } else {
-                self.objective.guide(coarse, p[0].hi, p[1].hi).curvature
+            let h = match cell.node {
+                Some(node) if T::UNIT < f64::UNIT => node.mean_hessian(T::from_dd(s.value().mid).0),
+                _ => self.objective.guide(coarse, p[0].hi, p[1].hi).curvature,
             };
             let blocked: [bool; 2] = std::array::from_fn(|k| {
                 widths[k] == 0.0
@@ -302,14 +356,14 @@ impl Search<'_> {
             }
         }
         let s = self.objective.sample(net, ball(p[0]), ball(p[1]));
-        let leaf = self.prove(node, shape, p, &s)?;
+        let leaf = self.prove(cell, shape, p, &s)?;
         if !(self.hopeless(leaf.lo) || self.serves(&leaf))
             && self.is_lost(leaf.value)
             && let Some(net) = self.net_in::<Td>(source)
         {
             let [u, v] = p.map(|x| Ball::from_dd(x, 0.0));
             let s = self.objective.sample(net, u, v);
-            return self.prove(node, shape, p, &s);
+            return self.prove(cell, shape, p, &s);
         }
         Some(leaf)
     }
@@ -326,12 +380,12 @@ impl Search<'_> {
     /// What convexity proves at a point of a node.
     fn prove<T: Real>(
         &self,
-        node: &Node<T>,
+        cell: &Cell<T>,
         (shape, shape_tau): (&Shape, Dd),
         p: [Dd; 2],
         s: &Sample,
     ) -> Option<Leaf> {
-        let ranges = [node.u, node.v];
+        let ranges = [cell.u, cell.v];
         let widths = ranges.map(|r| r[1] - r[0]);
         let value = s.value();
         let tau = value.mid;
@@ -342,13 +396,13 @@ impl Search<'_> {
         let mut tau_error = (tau - shape_tau).magnitude() * UP;
         let mut own = *shape;
         let fine = T::UNIT < f64::UNIT;
-        if fine || !(convexity(&own, node, tau_error) > 0.5 * own.convexity) {
+        if fine || !(convexity(&own, cell, tau_error) > 0.5 * own.convexity) {
             let (node_tau, error) = T::from_dd(tau);
-            own = node.shape(node_tau);
+            own = cell.node?.shape(node_tau);
             tau_error = error;
         }
         let shape = &own;
-        let lambda = convexity(shape, node, tau_error);
+        let lambda = convexity(shape, cell, tau_error);
         if !(lambda > 0.0 && shape.c_range[0] > 0.0) {
             return None;
         }
@@ -381,7 +435,7 @@ impl Search<'_> {
         // G(p) is zero up to rounding: taken as a loss.
         let lo = tau - Dd::from(drop / shape.c_range[0] * UP);
         let lo = Dd::new(lo.hi, lo.lo) - Dd::from(8.0 * Dd::UNIT * tau.magnitude());
-        let curvature = shape.curvature * UP + tau_curvature(shape, node, tau_error);
+        let curvature = shape.curvature * UP + tau_curvature(shape, cell, tau_error);
         let all_high = all_high.sqrt() * UP;
         let growth = |rho: f64| {
             (g0.magnitude() + all_high * rho + 0.5 * curvature * rho * rho) / shape.c_range[0] * UP
@@ -405,7 +459,7 @@ impl Search<'_> {
         };
         Some(Leaf {
             p,
-            lo: if node.lo > best { node.lo } else { best },
+            lo: if cell.lo > best { cell.lo } else { best },
             rho,
             empty,
             value,
@@ -424,16 +478,16 @@ impl Search<'_> {
 
 /// The change of the Hessian of `G` when tau changes by `tau_error`: second differences of `C` are at
 /// most four coefficients, times `degree^2`, in each of the four entries.
-fn tau_curvature<T: Real>(shape: &Shape, node: &Node<T>, tau_error: f64) -> f64 {
-    if node.f.c.is_empty() {
+fn tau_curvature<T: Real>(shape: &Shape, cell: &Cell<T>, tau_error: f64) -> f64 {
+    if cell.constant {
         return 0.0;
     }
-    let d = (node.f.degree.u + node.f.degree.v) as f64;
+    let d = (cell.degree.u + cell.degree.v) as f64;
     4.0 * tau_error * shape.c_range[1] * d * d * UP
 }
 
-fn convexity<T: Real>(shape: &Shape, node: &Node<T>, tau_error: f64) -> f64 {
-    shape.convexity - tau_curvature(shape, node, tau_error)
+fn convexity<T: Real>(shape: &Shape, cell: &Cell<T>, tau_error: f64) -> f64 {
+    shape.convexity - tau_curvature(shape, cell, tau_error)
 }
 
 fn ball(x: Dd) -> Ball<Dd> {

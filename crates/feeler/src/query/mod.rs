@@ -24,6 +24,8 @@ mod refine;
 mod round;
 mod rows;
 mod search;
+mod shape;
+mod steady;
 mod upper;
 mod zeros;
 

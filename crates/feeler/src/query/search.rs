@@ -46,8 +46,10 @@
 //! counts as in the region) and on borders of patches.
 
 use super::front::{Front, Left, MOST_LEFT, Part, nearest};
-use super::node::{Node, Shape};
+use super::leaf::Cell;
+use super::node::Node;
 use super::objective::Objective;
+use super::shape::Shape;
 use crate::numeric::{Ball, Dd, Real, Td};
 use crate::prepare::closed::{Extent, Target, V3};
 use crate::prepare::{FaceGeometry, Net, PreparedBrep, Products};
@@ -807,12 +809,13 @@ impl Search<'_> {
         if crosses {
             let middle = [node.u, node.v].map(|r| Dd::from(0.5 * (r[0] + r[1])));
             self.try_point(source, middle, false);
-        } else if shape.convexity > 0.0
-            && shortcuts.convex_leaves
-            && self.leaf(heap, source, inside, &node, (&shape, tau.to_dd().0))
-        {
-            self.leave(node.lo, covered, part);
-            return;
+        } else if shape.convexity > 0.0 && shortcuts.convex_leaves {
+            let cell = Cell::from(&node);
+            let told = (&shape, tau.to_dd().0);
+            if let Some(leaf) = self.leaf(heap, source, inside, &cell, told) {
+                self.leave(leaf.lo, covered, part);
+                return;
+            }
         }
         // Where all of G is rounding noise, halves would be no better.
         let wide = (node.u[1] - node.u[0]).max(node.v[1] - node.v[0]);
@@ -942,9 +945,9 @@ impl Search<'_> {
 }
 
 /// A node is left to the next arithmetic when all of `G` is below this many error bounds.
-const NOISE_FACTOR: f64 = 8.0;
+pub(super) const NOISE_FACTOR: f64 = 8.0;
 /// Where the second difference is largest; the wider side where they are alike.
-fn split_along_u<T>(node: &Node<T>, shape: &Shape) -> bool {
+pub(super) fn split_along_u<T>(node: &Node<T>, shape: &Shape) -> bool {
     let d = node.f.degree;
     let (du, dv) = (node.u[1] - node.u[0], node.v[1] - node.v[0]);
     if d.v == 0 || dv <= LEAST_WIDTH {

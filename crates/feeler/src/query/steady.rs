@@ -1,0 +1,251 @@
+//! What is proven of a box about one centre, kept for centres nearby.
+//!
+//! # What is proven
+//! With `S = X / w` on a box, `G = N - tau C` for a centre `q` has `N = |X - q w|^2` and `C = w^2`. For another centre `c = q + d`
+//! and another `tau'`, with `b' = X w - q w^2`,
+//! ```text
+//! G' = G - 2 d.b' + (|d|^2 - (tau' - tau)) C,
+//! ```
+//! for `|X - c w|^2 = |X - q w|^2 - 2 d.(X - q w) w + |d|^2 w^2`. All of these are polynomials of the same degrees, so differences of the
+//! coefficients of `G'` are those of `G` up to the same combination of differences of the coefficients of `b'` and `C`: of these the largest
+//! are kept (a [`Sway`]). What [`Bends`] say of the box about `q` is widened by that, and the widened ranges hold the true
+//! coefficients about `c`: what they tell ([`Bends::told`]) is proven of `c`, in time that hangs on no degree.
+
+use super::node::Node;
+use super::shape::{Bends, Shape};
+use crate::numeric::bernstein::{Bidegree, largest};
+use crate::numeric::{Ball, Real, TINY};
+use crate::prepare::{Net, Products};
+use nalgebra::Point3;
+
+/// A bound that is off by a few roundings.
+const UP: f64 = 1.0 + 64.0 * f64::EPSILON;
+
+/// Bounds on the coefficients of a polynomial and on their differences, in the order of [`Bends`].
+#[derive(Clone, Copy, Debug, Default)]
+struct Sway {
+    largest: f64,
+    slopes: [f64; 2],
+    seconds: [f64; 3],
+}
+
+/// See the [module](self).
+#[derive(Clone, Debug)]
+pub(super) struct Steady {
+    center: Point3<f64>,
+    tau: f64,
+    bends: Bends,
+    /// Of the coordinates of `b'`.
+    arms: [Sway; 3],
+    /// Of `C`.
+    base: Sway,
+}
+
+impl Sway {
+    /// Of coefficients that are off by `error` each.
+    fn of(values: &[f64], degree: Bidegree, error: f64) -> Self {
+        let top = largest(values);
+        let most = |(low, high): (f64, f64), count: f64| {
+            // The errors of the coefficients, and the roundings of differences of differences.
+            let size = low.abs().max(high.abs());
+            (size + count * error + 8.0 * f64::UNIT * top) * UP
+        };
+        let slope = |along_u: bool| {
+            let degree_along = if along_u { degree.u } else { degree.v };
+            if degree_along == 0 {
+                return 0.0;
+            }
+            most(Node::<f64>::differences(values, degree, along_u), 2.0)
+        };
+        let second = |du, dv| most(Node::<f64>::second_differences(values, degree, du, dv), 4.0);
+        Self {
+            largest: (top + error) * UP,
+            slopes: [slope(true), slope(false)],
+            seconds: [second(2, 0), second(0, 2), second(1, 1)],
+        }
+    }
+}
+
+/// A range, wider by so much at both ends.
+fn outward([low, high]: [f64; 2], e: f64) -> [f64; 2] {
+    [(low - e).next_down(), (high + e).next_up()]
+}
+
+impl Steady {
+    /// Of a node with its net and products, and what its derivatives are bounded by with some tau.
+    pub(super) fn new(
+        node: &Node<f64>,
+        (net, products): (&Net<f64>, &Products<f64>),
+        center: &Point3<f64>,
+        (tau, bends): (f64, Bends),
+    ) -> Self {
+        let degree = products.degree;
+        let most = bends.c_range[1];
+        let arms = std::array::from_fn(|k| {
+            let q = Ball::<f64>::difference(center[k], net.origin[k]);
+            let (b, c) = (&products.b[k], &products.c);
+            let values: Vec<f64> = b
+                .values
+                .iter()
+                .zip(&c.values)
+                .map(|(b, c)| b - q.mid * c)
+                .collect();
+            let size = b.largest + q.magnitude() * c.largest;
+            let error = b.error
+                + q.magnitude() * c.error
+                + q.rad * c.largest
+                + 4.0 * (f64::UNIT * size + c.tiny);
+            Sway::of(&values, degree, error * most * UP)
+        });
+        let base = if bends.constant {
+            Sway {
+                largest: 1.0,
+                ..Sway::default()
+            }
+        } else {
+            Sway::of(&node.f.c, degree, node.f.c_error * most * UP)
+        };
+        Self {
+            center: *center,
+            tau,
+            bends,
+            arms,
+            base,
+        }
+    }
+
+    pub(super) fn degree(&self) -> Bidegree {
+        self.bends.degree
+    }
+
+    /// Whether `C` is 1, exactly.
+    pub(super) fn is_polynomial(&self) -> bool {
+        self.bends.constant
+    }
+
+    /// What is proven about another centre and another tau.
+    pub(super) fn shape(&self, center: &Point3<f64>, tau: f64) -> Shape {
+        self.bends(center, tau).told()
+    }
+
+    /// (What `G` is computed with an error of is not: nobody asks that of what is kept.)
+    fn bends(&self, center: &Point3<f64>, tau: f64) -> Bends {
+        let d: [f64; 3] = std::array::from_fn(|k| (center[k] - self.center[k]).abs());
+        let square = d[0] * d[0] + d[1] * d[1] + d[2] * d[2];
+        let fall = tau - self.tau;
+        let lift = (square - fall).abs() + 8.0 * f64::EPSILON * (square + fall.abs()) + TINY;
+        // Each by how much a difference, or a coefficient, may be another than about the first centre.
+        let off = |of: &dyn Fn(&Sway) -> f64| {
+            let arms =
+                d[0] * of(&self.arms[0]) + d[1] * of(&self.arms[1]) + d[2] * of(&self.arms[2]);
+            (2.0 * arms + lift * of(&self.base) + TINY) * UP
+        };
+        let mut bends = self.bends;
+        for k in 0..2 {
+            let e = off(&|s| s.slopes[k]);
+            bends.slopes[k] = outward(bends.slopes[k], e);
+        }
+        for m in 0..3 {
+            let e = off(&|s| s.seconds[m]);
+            bends.seconds[m] = outward(bends.seconds[m], e);
+        }
+        bends.g_largest = (bends.g_largest + off(&|s| s.largest)) * UP;
+        bends
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::numeric::Dd;
+    use crate::prepare::Quotient;
+    use proptest::prelude::*;
+
+    const DEGREE: Bidegree = Bidegree { u: 2, v: 1 };
+
+    fn net<T: Real>(points: &[[f64; 4]]) -> Net<T> {
+        let points = points.iter().map(|p| p.map(Ball::exact)).collect();
+        Net::new(DEGREE, points, [0.5, -0.25, 1.0])
+    }
+
+    fn node<T: Real>(net: &Net<T>, products: &Products<T>, q: &Point3<f64>) -> Node<T> {
+        let f = Quotient::squared_distance(q, net, products);
+        Node::over(f, [0.0, 0.5], [0.5, 1.0], true)
+    }
+
+    fn cut<T: Real>(net: &Net<T>) -> Products<T> {
+        let products = net.products();
+        products.restricted([0.0, 0.5], [0.5, 1.0]).expect("a half")
+    }
+
+    /// The differences in double-double of `G` about `c` that the ranges must hold; their own errors are far below the rounding that the
+    /// ranges allow for.
+    fn check(points: &[[f64; 4]], [q, c]: [[f64; 3]; 2], [tau, other]: [f64; 2]) {
+        let (q, c) = (Point3::from(q), Point3::from(c));
+        let rough = net::<f64>(points);
+        let products = cut(&rough);
+        let about_q = node(&rough, &products, &q);
+        let first = (tau, about_q.bends(tau));
+        let steady = Steady::new(&about_q, (&rough, &products), &q, first);
+        let bends = steady.bends(&c, other);
+        let fine = net::<Dd>(points);
+        let about_c = node(&fine, &cut(&fine), &c);
+        let g: Vec<Dd> = (0..about_c.f.n.len())
+            .map(|i| {
+                let c = about_c.f.c.get(i).copied().unwrap_or(Dd::ONE);
+                about_c.f.n[i] - Dd::from(other) * c
+            })
+            .collect();
+        let holds = |range: [f64; 2], x: Dd| Dd::from(range[0]) <= x && x <= Dd::from(range[1]);
+        let (rows, width) = (2 * DEGREE.u + 1, 2 * DEGREE.v + 1);
+        let at = |i: usize, j: usize| g[i * width + j];
+        for i in 0..rows {
+            for j in 0..width {
+                assert!(at(i, j).magnitude() <= bends.g_largest);
+                if i + 1 < rows {
+                    assert!(holds(bends.slopes[0], at(i + 1, j) - at(i, j)));
+                }
+                if j + 1 < width {
+                    assert!(holds(bends.slopes[1], at(i, j + 1) - at(i, j)));
+                }
+                if i + 2 < rows {
+                    let second = (at(i + 2, j) - at(i + 1, j)) - (at(i + 1, j) - at(i, j));
+                    assert!(holds(bends.seconds[0], second));
+                }
+                if j + 2 < width {
+                    let second = (at(i, j + 2) - at(i, j + 1)) - (at(i, j + 1) - at(i, j));
+                    assert!(holds(bends.seconds[1], second));
+                }
+                if i + 1 < rows && j + 1 < width {
+                    let mixed = (at(i + 1, j + 1) - at(i, j + 1)) - (at(i + 1, j) - at(i, j));
+                    assert!(holds(bends.seconds[2], mixed));
+                }
+            }
+        }
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig { cases: 512, failure_persistence: None, ..ProptestConfig::default() })]
+
+        #[test]
+        fn what_is_kept_holds_about_other_centres(
+            points in prop::collection::vec(([-4.0..4.0f64, -4.0..4.0f64, -4.0..4.0f64], -3i32..=3), 6),
+            polynomial in any::<bool>(),
+            q in [-4.0..4.0f64, -4.0..4.0f64, -4.0..4.0f64],
+            way in [-1.0..1.0f64, -1.0..1.0f64, -1.0..1.0f64],
+            step in 0..40i32,
+            tau in [-4.0..16.0f64, -4.0..16.0f64],
+        ) {
+            let points: Vec<[f64; 4]> = points
+                .iter()
+                .map(|(p, e)| {
+                    let w = if polynomial { 1.0 } else { 2f64.powi(*e) };
+                    [p[0] * w, p[1] * w, p[2] * w, w]
+                })
+                .collect();
+            let c = std::array::from_fn(|k| q[k] + way[k] * 0.5f64.powi(step));
+            check(&points, [q, c], tau);
+            check(&points, [q, c], [tau[0]; 2]);
+        }
+    }
+}
