@@ -9,7 +9,10 @@ use feeler::query::{
     contact_from,
 };
 use nalgebra::{Point2, Point3, Vector3};
-use scenes::{Random, bicubic, cube, native_sphere, nurbs_sphere, trimmed_bicubic, wavy_prism};
+use scenes::{
+    Random, as_nurbs, bicubic, cube, native_sphere, nurbs_sphere, octant, sphere, trimmed_bicubic,
+    wavy_prism,
+};
 
 fn options() -> Options {
     Options {
@@ -98,14 +101,46 @@ fn noise_is_not_left_out() {
         recognition: false,
         ..Shortcuts::default()
     };
-    for shortcuts in [Shortcuts::default(), searched] {
-        let brep = PreparedBrep::with_shortcuts(nurbs_sphere(), shortcuts);
+    for (surface, shortcuts) in [
+        (sphere(), Shortcuts::default()),
+        (sphere(), searched),
+        (octant(), searched),
+    ] {
+        let brep = PreparedBrep::with_shortcuts(as_nurbs(&surface), shortcuts);
         for length in [1e-16, 1e-13, 1e-10, 1e-7] {
             let mut witness = Witness::default();
             for _ in 0..20 {
                 let at = Point3::from(random.direction() * length);
                 let probe = Probe::Sphere(Sphere::new(at, 2.0).unwrap());
                 must_agree(&brep, &probe, &mut witness);
+            }
+        }
+    }
+}
+
+/// What is left out because the answer is narrow enough without it still counts in its lower end.
+#[test]
+fn coarse_answers_hold_the_truth() {
+    let mut random = Random::new(59);
+    let mut workspace = Workspace::default();
+    for brep in [bicubic(), trimmed_bicubic(), wavy_prism(8)] {
+        let brep = PreparedBrep::new(brep);
+        let size = brep.size();
+        for share in [1e-1, 1e-2, 1e-3] {
+            let coarse = Options {
+                accuracy: Accuracy::Length(share * size),
+                ..options()
+            };
+            let mut witness = Witness::default();
+            let mut at = Point3::new(0.4, 0.5, 0.2);
+            for _ in 0..100 {
+                let probe = Probe::Sphere(Sphere::new(at, 0.01 * size).unwrap());
+                let truth = contact(&brep, &probe, &options(), &mut workspace);
+                let told = contact_from(&brep, &probe, &mut witness, &coarse, &mut workspace);
+                let (a, b) = (truth.separation.bounds, told.separation.bounds);
+                assert!(a.lo <= b.hi && b.lo <= a.hi, "{truth:?} {told:?}");
+                assert!(b.width() <= share * size);
+                at += random.direction() * (0.5 * share * size);
             }
         }
     }

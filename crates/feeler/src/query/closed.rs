@@ -1,6 +1,8 @@
 //! Faces in closed form within the search.
 
-use super::search::{Arithmetic, Foot, Locus, QUARTER, Search, Settled, Task};
+use super::outcome::{Foot, Locus, Settled};
+use super::search::{QUARTER, Search};
+use super::task::{Arithmetic, Task};
 use super::upper::{NEIGHBOURS, step_ulp};
 use crate::numeric::{Dd, Real};
 use crate::prepare::PreparedBrep;

@@ -6,7 +6,9 @@ use super::answer::{
 use super::front::Front;
 use super::local::{Spot, Surroundings};
 use super::objective::Objective;
-use super::search::{Foot, Goal, Hint, Locus, Memory, Outcome, Settled, Source, Width, minimize};
+use super::outcome::{Foot, Goal, Hint, Locus, Outcome, Settled, Source, Width};
+use super::search::minimize;
+use super::task::Memory;
 use super::{Work, Workspace, inside};
 use crate::numeric::{Ball, Dd, Enclosure, Real};
 use crate::prepare::closed::V3;

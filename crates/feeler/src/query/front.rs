@@ -36,9 +36,11 @@
 use super::leaf::Cell;
 use super::node::{Node, whole};
 use super::objective::Objective;
-use super::search::{Kind, NOISE_FACTOR, Search, Source, Task, split_along_u};
+use super::outcome::Source;
+use super::search::{NOISE_FACTOR, Search, split_along_u};
 use super::shape::Shape;
 use super::steady::Steady;
+use super::task::{Kind, Task};
 use crate::numeric::Dd;
 use crate::prepare::{Products, Quotient};
 use crate::trim::BoxSide;
@@ -107,7 +109,7 @@ enum Why {
     Falls {
         along: usize,
         sign: i8,
-        border: Option<Products<f64>>,
+        border: Option<Box<Products<f64>>>,
     },
     /// `G` is strictly convex; and where `f` was least.
     Convex(Option<[f64; 2]>),
@@ -209,7 +211,7 @@ enum Insight {
     /// Something settles it now.
     Settles,
     /// Its halves are to be looked at.
-    Halves([Kept; 2]),
+    Halves(Box<[Kept; 2]>),
     /// All is done.
     Done,
 }
@@ -229,7 +231,7 @@ fn why(node: &Node<f64>, shape: &Shape, products: &Products<f64>) -> Option<Why>
         return (shape.convexity > 0.0).then_some(Why::Convex(None));
     };
     let sign = shape.monotone[along];
-    let border = touches(along).then(|| products.border(along == 0, sign < 0));
+    let border = touches(along).then(|| Box::new(products.border(along == 0, sign < 0)));
     Some(Why::Falls {
         along,
         sign,
@@ -264,7 +266,8 @@ impl Search<'_> {
                 Insight::Outside => {
                     front.parts.swap_remove(next);
                 }
-                Insight::Halves([low, high]) => {
+                Insight::Halves(halves) => {
+                    let [low, high] = *halves;
                     *kept = low;
                     front.parts.push(high);
                 }
@@ -434,7 +437,7 @@ impl Search<'_> {
                 barren: false,
             }
         });
-        Insight::Halves(halves)
+        Insight::Halves(Box::new(halves))
     }
 
     /// Does with a box what `visit` would, if what settled it about another centre does so about this one; a bound of `f` on it.

@@ -2,8 +2,10 @@
 
 use super::node::Node;
 use super::objective::Sample;
-use super::search::{Arithmetic, QUARTER, Search, Settled, Source, Spread};
+use super::outcome::{Settled, Source, Spread};
+use super::search::{QUARTER, Search};
 use super::shape::Shape;
+use super::task::{Arithmetic, Task};
 use super::upper::upper_end;
 use crate::numeric::bernstein::Bidegree;
 use crate::numeric::{Ball, Dd, Real, Td};
@@ -98,7 +100,7 @@ impl Search<'_> {
     /// Tries to settle a box by convexity: what is proven of it if it needs no more work.
     pub(super) fn leaf<T: Real + Arithmetic>(
         &mut self,
-        heap: &mut BinaryHeap<super::search::Task<T>>,
+        heap: &mut BinaryHeap<Task<T>>,
         source: Source,
         inside: bool,
         cell: &Cell<T>,
@@ -246,7 +248,7 @@ impl Search<'_> {
     /// The borders of the patch that the node touches, as nodes of their own.
     fn push_borders<T: Real>(
         &mut self,
-        heap: &mut BinaryHeap<super::search::Task<T>>,
+        heap: &mut BinaryHeap<Task<T>>,
         source: Source,
         inside: bool,
         node: &Node<T>,

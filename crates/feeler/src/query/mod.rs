@@ -16,6 +16,7 @@ mod line;
 mod local;
 mod node;
 mod objective;
+mod outcome;
 mod overlap;
 mod passages;
 mod past;
@@ -26,6 +27,7 @@ mod rows;
 mod search;
 mod shape;
 mod steady;
+mod task;
 mod upper;
 mod zeros;
 
@@ -52,7 +54,7 @@ use nalgebra::Point2;
 #[derive(Debug, Default)]
 pub struct Workspace {
     pub(crate) work: Work,
-    pub(crate) memory: search::Memory,
+    pub(crate) memory: task::Memory,
 }
 
 impl Workspace {

@@ -3,7 +3,8 @@
 use super::answer::{Options, OverlapAnswer, Probe, Undecided};
 use super::contact::FULL_FLOOR;
 use super::objective::Objective;
-use super::search::{Goal, Outcome, Width, minimize};
+use super::outcome::{Goal, Outcome, Width};
+use super::search::minimize;
 use super::{Work, Workspace, inside};
 use crate::numeric::Dd;
 use crate::prepare::PreparedBrep;

@@ -55,7 +55,7 @@ use super::arrival::{ArrivalAnswer, widened};
 use super::contact::{Place, contact, make_contact, rough_jet, separation};
 use super::node::Node;
 use super::objective::Objective;
-use super::search::Locus;
+use super::outcome::Locus;
 use super::upper::upper_end;
 use crate::numeric::{Ball, Dd, Enclosure};
 use crate::prepare::{Net, Patch, PreparedBrep, Products, Quotient};

@@ -1,7 +1,8 @@
 //! What f64 leaves open, again in double-double, and what that leaves open in triple-double.
 
 use super::node::Node;
-use super::search::{Arithmetic, Noisy, Search};
+use super::search::Search;
+use super::task::{Arithmetic, Noisy};
 use crate::numeric::{Dd, Real, Td};
 use std::collections::BinaryHeap;
 

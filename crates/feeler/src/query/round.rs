@@ -10,7 +10,9 @@
 //! Nothing is said of how small the rest is: a box that the half-space does not tell is searched like any other.
 
 use super::objective::Objective;
-use super::search::{Arithmetic, Kind, Search, Source, Task};
+use super::outcome::Source;
+use super::search::Search;
+use super::task::{Arithmetic, Kind, Task};
 use crate::numeric::bernstein::greater;
 use crate::numeric::{Dd, Real, TINY};
 use crate::prepare::{NearHalfSpace, Net};

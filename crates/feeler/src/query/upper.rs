@@ -1,7 +1,8 @@
 //! Upper bounds: points of the BREP where the objective is evaluated, and the descent that finds them.
 
 use super::objective::Objective;
-use super::search::{Foot, Hint, Locus, Search, Source};
+use super::outcome::{Foot, Hint, Locus, Source};
+use super::search::Search;
 use crate::numeric::{Ball, Dd, Td};
 use crate::prepare::{Patch, Seed, jet};
 use crate::trim::{BoxSide, Side};

@@ -134,6 +134,17 @@ pub(crate) fn trimmed_bicubic() -> Brep {
 /// A sphere of radius 2.5 about the origin as a revolution; an open sheet.
 pub(crate) fn sphere() -> Surface {
     let half = std::f64::consts::FRAC_PI_2;
+    part_of_sphere([-half, half], 4.0 * half)
+}
+
+/// An eighth of it.
+pub(crate) fn octant() -> Surface {
+    let half = std::f64::consts::FRAC_PI_2;
+    part_of_sphere([0.0, half], half)
+}
+
+/// What is of it between two latitudes, turned by so much.
+fn part_of_sphere(latitudes: [f64; 2], turn: f64) -> Surface {
     let interval = |a, b| Interval::new(a, b).unwrap();
     let profile = Arc {
         center: Point3::origin(),
@@ -141,13 +152,13 @@ pub(crate) fn sphere() -> Surface {
         y: Vector3::z(),
         z: -Vector3::y(),
         radius: 2.5,
-        angle: interval(-half, half),
+        angle: interval(latitudes[0], latitudes[1]),
         domain: interval(0.0, 1.0),
     };
     let turned = Revolution {
         origin: Point3::origin(),
         axis: Vector3::z(),
-        angle: interval(0.0, 4.0 * half),
+        angle: interval(0.0, turn),
         angle_domain: interval(0.0, 1.0),
         profile: Curve::Arc(Arc::new(profile).unwrap()),
         transposed: false,
@@ -162,7 +173,12 @@ pub(crate) fn native_sphere() -> Brep {
 
 /// The same as NURBS.
 pub(crate) fn nurbs_sphere() -> Brep {
-    Brep::from_surface(Surface::Nurbs(sphere().to_nurbs().unwrap().nurbs)).unwrap()
+    as_nurbs(&sphere())
+}
+
+/// A sheet of one surface as NURBS.
+pub(crate) fn as_nurbs(surface: &Surface) -> Brep {
+    Brep::from_surface(Surface::Nurbs(surface.to_nurbs().unwrap().nurbs)).unwrap()
 }
 
 /// A cylinder around z as NURBS, of the sphere's radius and 8 high.

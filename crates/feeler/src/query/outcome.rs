@@ -1,0 +1,170 @@
+//! What a search is asked for, and what it finds.
+
+use crate::numeric::{Ball, Dd, Real};
+use crate::prepare::closed::{Extent, V3};
+use nalgebra::Point2;
+
+/// Makes up for the rounding of a bound that is computed in a few f64 operations.
+const UP: f64 = 1.0 + 32.0 * f64::EPSILON;
+
+/// Where a node lies.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Source {
+    /// A patch of a face.
+    Patch { face: usize, index: usize },
+    /// A boundary piece of a face.
+    Piece { face: usize, index: usize },
+}
+
+/// A point of the BREP where `f` was evaluated.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Foot {
+    pub(crate) face: usize,
+    /// The trim it lies on, for a boundary piece of a trim.
+    pub(crate) trim: Option<usize>,
+    pub(crate) uv: Point2<f64>,
+    pub(crate) spot: Locus,
+    /// Where the search found it, rounded; `None` for closed forms.
+    pub(crate) found: Option<(Source, [f64; 2])>,
+}
+
+/// A point in the terms of the machinery that found it.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Locus {
+    /// Local parameters on a patch.
+    Patch { patch: usize, local: [Ball<Dd>; 2] },
+    /// A point of a face in closed form; `unique` says that it is proven to be the only one with the least value on its
+    /// face or curve.
+    Closed { point: V3, unique: bool },
+}
+
+/// A node that convexity settled, kept for contacts and for the extent of the minimum.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Settled {
+    /// `None` for closed forms.
+    pub(crate) source: Option<Source>,
+    pub(crate) lo: Dd,
+    /// The minimum on the node, rounded.
+    pub(crate) at: [f64; 2],
+    /// What is proven about how far from it the closest point can be; `None` where nothing is.
+    pub(crate) spread: Option<Spread>,
+    /// How far (in units of length, an estimate) one can go from it before `f` grows; infinite where not
+    /// convex.
+    pub(crate) extent: Extent,
+    /// Whether the minimum of the node is a local minimum of the face (not cut off by the node).
+    pub(crate) local_minimum: bool,
+    /// Whether no arithmetic tells `f` on the node from one value: a minimum on it may be anywhere.
+    pub(crate) flat: bool,
+}
+
+/// Where on a settled node `f` can be as low as a given value.
+///
+/// With the terms of [`Leaf`](super::leaf::Leaf): where `f(y) <= hi`, `G(y) = C (f(y) - tau) <= C (hi - tau)`, and
+/// `G(y) >= -|G(p)| - |g'| r + lambda/2 r^2` at distance `r`. So
+/// `r <= (|g'| + sqrt(|g'|^2 + 2 lambda (|G(p)| + max C max(hi - tau, 0)))) / lambda`.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Spread {
+    /// `|g'|`.
+    pub(crate) slope: f64,
+    /// `|G(p)|`.
+    pub(crate) value: f64,
+    pub(crate) lambda: f64,
+    pub(crate) c_max: f64,
+    pub(crate) tau: Dd,
+    /// Length of the surface's path per unit of node coordinates.
+    pub(crate) speed: f64,
+}
+
+impl Spread {
+    /// A single point.
+    pub(super) const POINT: Self = Self {
+        slope: 0.0,
+        value: 0.0,
+        lambda: 1.0,
+        c_max: 0.0,
+        tau: Dd::ZERO,
+        speed: 0.0,
+    };
+
+    /// The radius, in units of length, of the ball that holds all points with `f <= hi`.
+    pub(crate) fn radius(&self, hi: Dd) -> f64 {
+        let above = (hi - self.tau).approximate().max(0.0) * UP;
+        let rest = 2.0 * self.lambda * (self.value + self.c_max * above);
+        let r = (self.slope + (self.slope * self.slope + rest).sqrt()) / self.lambda;
+        r * UP * self.speed
+    }
+}
+
+/// What a search found.
+#[derive(Clone, Debug)]
+pub(crate) struct Outcome {
+    /// Proven: `lo <= min f`.
+    pub(crate) lo: Dd,
+    /// Proven: `min f <= hi`; infinite if no point was found.
+    pub(crate) hi: Dd,
+    /// Where `hi` was found.
+    pub(crate) foot: Option<Foot>,
+    /// Nodes put aside with a bound near the minimum.
+    pub(crate) settled: Vec<Settled>,
+    /// How many nodes were visited.
+    pub(crate) nodes: usize,
+    /// Whether the budget ended the search.
+    pub(crate) budget_spent: bool,
+    /// Whether parts that may hold the minimum are not among `settled`: the enclosure was narrow enough without them, or
+    /// they cannot be searched further.
+    pub(crate) left_open: bool,
+    /// Whether a closed form had part in it.
+    pub(crate) used_closed: bool,
+}
+
+/// How narrow the enclosure of the separation must be.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Width {
+    /// This length, in model units.
+    Length(f64),
+    /// Two ulp of the separation, but no less than `floor`; the separation is the
+    /// distance or height found less `radius`.
+    Full { floor: f64, radius: f64 },
+}
+
+impl Width {
+    /// Whether the last digits are asked for.
+    pub(crate) fn is_full(self) -> bool {
+        matches!(self, Self::Full { .. })
+    }
+
+    /// The width in model units for a distance or height near `value`.
+    pub(crate) fn at(self, value: f64) -> f64 {
+        match self {
+            Self::Length(a) => a,
+            Self::Full { floor, radius } => {
+                let separation = (value.abs() - radius).abs();
+                floor.max(2.0 * (separation.next_up() - separation))
+            }
+        }
+    }
+}
+
+/// When a search may stop.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Goal {
+    /// Width of the enclosure of the separation.
+    pub(crate) width: Width,
+    /// Find all minima with `f` up to this, not only the global one.
+    pub(crate) all_below: Option<f64>,
+    /// Only whether the least `f` is below this is asked.
+    pub(crate) threshold: Option<Dd>,
+    /// How many nodes may be visited.
+    pub(crate) budget: usize,
+    /// Whether closed forms may be used.
+    pub(crate) closed: bool,
+    /// Where the minimum may be near.
+    pub(crate) hint: Option<Hint>,
+}
+
+/// A place to start from: a seed, of which nothing is believed.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Hint {
+    pub(crate) face: usize,
+    pub(crate) uv: Point2<f64>,
+}

@@ -1,0 +1,110 @@
+//! What waits to be searched, in the order of its bounds, and the arithmetics that it is searched in.
+
+use super::front::Left;
+use super::node::Node;
+use super::outcome::{Outcome, Settled, Source};
+use crate::numeric::{Dd, Td};
+use crate::prepare::{FaceGeometry, PreparedBrep};
+use std::cmp::Ordering;
+
+/// A node that f64 cannot settle: where it is, and its bound.
+pub(super) type Noisy = (Source, [f64; 2], [f64; 2], Dd);
+
+/// Lists that one search leaves to the next, emptied.
+#[derive(Debug, Default)]
+pub(crate) struct Memory {
+    pub(super) tasks: Vec<Task<f64>>,
+    pub(super) fine_tasks: Vec<Task<Dd>>,
+    pub(super) finest_tasks: Vec<Task<Td>>,
+    pub(super) settled: Vec<Settled>,
+    pub(super) noisy: Vec<Noisy>,
+    /// What the search put aside, for a front.
+    pub(super) left: Vec<Left>,
+}
+
+impl Memory {
+    /// Takes back what an outcome was kept in.
+    pub(crate) fn keep(&mut self, outcome: Outcome) {
+        self.settled = outcome.settled;
+        self.settled.clear();
+    }
+}
+
+#[derive(Debug)]
+pub(super) struct Task<T> {
+    pub(super) lo: Dd,
+    /// How many were made before it.
+    pub(super) order: u32,
+    /// Whether it is part of something that was put aside with a bound: only this search's centre makes it a task of its own.
+    pub(super) covered: bool,
+    pub(super) kind: Kind<T>,
+}
+
+#[derive(Debug)]
+pub(super) enum Kind<T> {
+    Face(usize),
+    Closed(usize),
+    Root(Source),
+    Node {
+        source: Source,
+        /// Whether the node's box is known to lie in the region.
+        inside: bool,
+        node: Box<Node<T>>,
+    },
+}
+
+impl<T> PartialEq for Task<T> {
+    fn eq(&self, o: &Self) -> bool {
+        self.cmp(o) == Ordering::Equal
+    }
+}
+impl<T> Eq for Task<T> {}
+impl<T> PartialOrd for Task<T> {
+    fn partial_cmp(&self, o: &Self) -> Option<Ordering> {
+        Some(self.cmp(o))
+    }
+}
+impl<T> Ord for Task<T> {
+    /// The heap gives the largest first: the least bound, then the oldest.
+    fn cmp(&self, o: &Self) -> Ordering {
+        let by_bound = o.lo.partial_cmp(&self.lo).unwrap_or(Ordering::Equal);
+        by_bound.then(o.order.cmp(&self.order))
+    }
+}
+
+/// Which arithmetic's geometry a node type works on.
+pub(crate) trait Arithmetic: Sized {
+    /// The list that a search in this arithmetic keeps its heap in.
+    fn tasks(memory: &mut Memory) -> &mut Vec<Task<Self>>;
+    fn geometry(brep: &PreparedBrep, face: usize) -> &FaceGeometry<Self>;
+}
+
+impl Arithmetic for f64 {
+    fn tasks(memory: &mut Memory) -> &mut Vec<Task<Self>> {
+        &mut memory.tasks
+    }
+
+    fn geometry(brep: &PreparedBrep, face: usize) -> &FaceGeometry<Self> {
+        brep.double(face)
+    }
+}
+
+impl Arithmetic for Dd {
+    fn tasks(memory: &mut Memory) -> &mut Vec<Task<Self>> {
+        &mut memory.fine_tasks
+    }
+
+    fn geometry(brep: &PreparedBrep, face: usize) -> &FaceGeometry<Self> {
+        brep.double_double(face)
+    }
+}
+
+impl Arithmetic for Td {
+    fn tasks(memory: &mut Memory) -> &mut Vec<Task<Self>> {
+        &mut memory.finest_tasks
+    }
+
+    fn geometry(brep: &PreparedBrep, face: usize) -> &FaceGeometry<Self> {
+        brep.triple_double(face)
+    }
+}
