@@ -51,8 +51,8 @@ use std::collections::BinaryHeap;
 const MOST: usize = 16;
 /// How many they may become.
 const MOST_PARTS: usize = 64;
-/// Boxes are not cut below this width in local parameters.
-const NARROW: f64 = 1.0 / (1u64 << 20) as f64;
+/// Boxes are not cut below this width in local parameters: cut from its patch, a box has the patch's errors.
+const NARROW: f64 = 1.0 / (1u64 << 8) as f64;
 /// How many parts a search writes down before it puts those aside that a front would not keep.
 pub(super) const MOST_LEFT: usize = 1024;
 /// Boxes with more coefficients than this (degree 7 by 7) are cut from their patch again at each query, and nothing is learnt of them.
@@ -91,8 +91,10 @@ struct Kept {
     hull: Option<[[f64; 2]; 3]>,
     /// What settles it, if that is known.
     settling: Option<Box<Settling>>,
-    /// Whether what was found to settle it did not: it is not looked for again.
+    /// Whether nothing settles it, or what was found did not at once: it is left to the search.
     barren: bool,
+    /// Where a box of a patch lies, once that was asked.
+    side: Option<BoxSide>,
 }
 
 /// Why a box holds no minimum but one that is known or searched for elsewhere, while the ball is nearby.
@@ -186,6 +188,7 @@ impl Front {
             hull: None,
             settling: None,
             barren: false,
+            side: None,
         }));
     }
 }
@@ -374,6 +377,9 @@ impl Search<'_> {
     ) -> Insight {
         let shortcuts = self.brep.shortcuts();
         let wanted = shortcuts.monotone_borders && shortcuts.convex_leaves;
+        if kept.barren {
+            return Insight::Done;
+        }
         let basis = self.basis::<f64>(source);
         let Some((net, all)) = basis.filter(|b| wanted && b.1.degree.count() <= MOST_KEPT) else {
             return Insight::Done;
@@ -386,35 +392,39 @@ impl Search<'_> {
             }
             Source::Patch { face, index } => {
                 let known = matches!(kept.part, Part::Box(_, _, _, true));
-                if !known {
-                    match self.classify(face, index, node.u, node.v) {
-                        BoxSide::Outside => return Insight::Outside,
-                        BoxSide::Inside => {
-                            kept.part = Part::Box(source, node.u, node.v, true);
-                        }
-                        BoxSide::Mixed => {}
-                    }
+                let ask = || match known {
+                    true => BoxSide::Inside,
+                    false => self.classify(face, index, node.u, node.v),
+                };
+                match *kept.side.get_or_insert_with(ask) {
+                    BoxSide::Outside => return Insight::Outside,
+                    BoxSide::Inside => kept.part = Part::Box(source, node.u, node.v, true),
+                    BoxSide::Mixed => {}
                 }
             }
         }
+        let mixed = kept.side == Some(BoxSide::Mixed);
         let products = kept.products.as_deref().unwrap_or(all);
         let tau = self.out.hi.hi;
         let bends = node.bends(tau);
         let shape = bends.told();
-        if !kept.barren
-            && let Some(why) = why(node, &shape, products)
-        {
+        // A leaf that the region's border crosses takes sides at each query.
+        let why = why(node, &shape, products);
+        if let Some(why) = why.filter(|w| !(mixed && matches!(w, Why::Convex(_)))) {
             let steady = Steady::new(node, (net, products), q, (tau, bends));
             kept.settling = Some(Box::new(Settling { steady, why }));
             return Insight::Settles;
         }
         let wide = (node.u[1] - node.u[0]).max(node.v[1] - node.v[0]);
         let noise = shape.g_largest <= NOISE_FACTOR * shape.g_error;
-        if !room || noise || wide <= NARROW {
+        if mixed || !room || noise || wide <= NARROW {
+            kept.barren = true;
             return Insight::Done;
         }
         let along_u = split_along_u(node, &shape);
         let inside = matches!(kept.part, Part::Box(_, _, _, true));
+        // Where a whole lies its halves do.
+        let whole = kept.side;
         let halves = [false, true].map(|high| {
             let half = |r: [f64; 2]| {
                 let middle = 0.5 * (r[0] + r[1]);
@@ -435,6 +445,7 @@ impl Search<'_> {
                 hull: None,
                 settling: None,
                 barren: false,
+                side: whole,
             }
         });
         Insight::Halves(Box::new(halves))
