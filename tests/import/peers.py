@@ -5,7 +5,7 @@
 The damage is that of `mutated.rs`, from the same random numbers: truncated, bits flipped, numbers replaced, pieces moved, said
 twice or blanked. .3dm files go through rhino3dm, .brep and STEP files through OCCT (cadquery-ocp), where these can be imported; all
 through `feeler inspect`, which looks at what it read besides. A reader is loaded once, and forks for
-each file; what crashes or hangs so is read again in a fresh process, and counts as that does.
+each file; what crashes so, or waits for something, is read again in a fresh process, and counts as that does.
 """
 
 import argparse
@@ -121,7 +121,7 @@ def outcome(pid):
 
 
 def forked(read, path):
-    """What reading does in a process of its own: loaded, refused, crash (with the signal), hang."""
+    """What reading does in a process of its own: loaded, refused, crash (with the signal), hang (its seconds of the processor were used up), or waits."""
     pid = os.fork()
     if pid == 0:
         quiet = os.open(os.devnull, os.O_WRONLY)
@@ -136,14 +136,14 @@ def forked(read, path):
             os._exit(2)
     code = outcome(pid)
     if code is None:
-        return "hang"
+        return "waits"
     if code < 0:
         return killed(-code)
     return ["loaded", "refused", "refused", "no memory"][code] if code < 4 else f"exit {code}"
 
 
 def alone(ending, path):
-    """The same in a fresh process, so that a crash or a hang is not the fork's."""
+    """The same in a fresh process, so that a crash or a wait is not the fork's."""
     return started([sys.executable, __file__, "--one", ending, path], {0: "loaded", 1: "refused"})
 
 
@@ -209,7 +209,7 @@ def main():
                 own[ours(args.feeler, path)] += 1
                 if asked:
                     found = forked(read, path)
-                    if found not in ("loaded", "refused"):
+                    if found not in ("loaded", "refused", "hang"):
                         found = alone(ending, path)
                     theirs[found] += 1
                 if sys.stderr.isatty():

@@ -37,6 +37,7 @@ mod document;
 mod error;
 mod file;
 mod occt;
+mod poles;
 mod rescale;
 mod sheets;
 mod step;

@@ -13,7 +13,8 @@
 
 use feeler::brep::{Brep, BrepParts, TrimCurve, TrimKind};
 use feeler::numeric::Interval;
-use feeler::nurbs::{Arc, Curve2, Surface};
+use feeler::numeric::bernstein::{Bidegree, split_off};
+use feeler::nurbs::{Arc, Curve2, NurbsCurve, Surface};
 use nalgebra::Point2;
 use std::f64::consts::TAU;
 
@@ -27,7 +28,7 @@ const JUMP: f64 = 0.5;
 
 /// Grows `hull` by a range that holds the curve in coordinate `c`: that of its points, of its control
 /// polygon (weights are positive) or of its circle.
-fn grow(hull: &mut [f64; 2], curve: &Curve2, c: usize) {
+pub(crate) fn grow(hull: &mut [f64; 2], curve: &Curve2, c: usize) {
     let mut add = |lo: f64, hi: f64| *hull = [hull[0].min(lo), hull[1].max(hi)];
     match curve {
         Curve2::Line(l) => {
@@ -57,7 +58,7 @@ fn grow(hull: &mut [f64; 2], curve: &Curve2, c: usize) {
 }
 
 /// Samples of a trim's curve on which its extremes are looked for.
-const SAMPLES: u16 = 64;
+pub(crate) const SAMPLES: u16 = 64;
 
 /// Steps of the search between two samples; each leaves (sqrt 5 - 1) / 2 of the interval, so that 40
 /// leave 4e-9 of it, and the value, flat there, is off by the square of that.
@@ -94,17 +95,10 @@ fn of_arc(curve: &Curve2, arc: &Arc<2>, span: Interval, c: usize) -> [f64; 2] {
     ]
 }
 
-/// The largest value of `sign * x[c]` on the part of a curve that a trim uses: that of an end, if the curve is straight or its control polygon
-/// goes no farther; else samples, then golden-section search around the best. Deterministic; of the search there is no proof.
+/// The largest value of `sign * x[c]` on the part of a curve that a trim uses: samples, its ends among them, then golden-section search around the best.
+/// Deterministic; of the search there is no proof.
 fn extreme(curve: &Curve2, span: Interval, c: usize, sign: f64) -> f64 {
     let value = |t: f64| sign * curve.point(t)[c];
-    let ends = value(span.start).max(value(span.end));
-    let mut hull = [f64::INFINITY, f64::NEG_INFINITY];
-    grow(&mut hull, curve, c);
-    let farthest = if sign > 0.0 { hull[1] } else { -hull[0] };
-    if matches!(curve, Curve2::Line(_)) || farthest <= ends {
-        return ends;
-    }
     let at = |k: u16| span.lerp(f64::from(k) / f64::from(SAMPLES));
     let (mut best, mut most) = (0, f64::NEG_INFINITY);
     for k in 0..=SAMPLES {
@@ -139,12 +133,32 @@ fn hull_is_exact(curve: &Curve2, span: Interval) -> bool {
     matches!(curve, Curve2::Line(_) | Curve2::Polyline(_)) && span == curve.domain()
 }
 
-/// The range of the part of a curve that a trim uses.
-fn looked_for(curve: &Curve2, span: Interval, c: usize) -> [f64; 2] {
-    if let Curve2::Arc(arc) = curve {
-        return of_arc(curve, arc, span, c);
+/// Widens a range by those of the parts of curves that trims use. An extreme is looked for only where a control polygon reaches over what there is,
+/// the ends of all the parts among it.
+fn widen(range: &mut [f64; 2], curves: &[(&Curve2, Interval)], c: usize) {
+    let mut add = |lo: f64, hi: f64| *range = [range[0].min(lo), range[1].max(hi)];
+    for (curve, span) in curves {
+        if let Curve2::Arc(arc) = curve {
+            let [lo, hi] = of_arc(curve, arc, *span, c);
+            add(lo, hi);
+        } else {
+            let ends = [span.start, span.end].map(|t| curve.point(t)[c]);
+            add(ends[0].min(ends[1]), ends[0].max(ends[1]));
+        }
     }
-    [-extreme(curve, span, c, -1.0), extreme(curve, span, c, 1.0)]
+    for (curve, span) in curves {
+        if matches!(curve, Curve2::Arc(_) | Curve2::Line(_)) {
+            continue;
+        }
+        let mut hull = [f64::INFINITY, f64::NEG_INFINITY];
+        grow(&mut hull, curve, c);
+        if hull[0] < range[0] {
+            range[0] = range[0].min(-extreme(curve, *span, c, -1.0));
+        }
+        if hull[1] > range[1] {
+            range[1] = range[1].max(extreme(curve, *span, c, 1.0));
+        }
+    }
 }
 
 /// A range, and how much farther out a bound on it is at each end: nothing where polygons reach that far.
@@ -159,17 +173,17 @@ pub(crate) fn reach<'c>(
     curves: impl Iterator<Item = (&'c Curve2, Interval)>,
     c: usize,
 ) -> Option<Reach> {
-    let mut curved = [f64::INFINITY, f64::NEG_INFINITY];
-    let mut polygons = curved;
+    let mut polygons = [f64::INFINITY, f64::NEG_INFINITY];
+    let mut curved = Vec::new();
     for (curve, span) in curves {
         if hull_is_exact(curve, span) {
             grow(&mut polygons, curve, c);
         } else {
-            let [lo, hi] = looked_for(curve, span, c);
-            curved = [curved[0].min(lo), curved[1].max(hi)];
+            curved.push((curve, span));
         }
     }
-    let range = [curved[0].min(polygons[0]), curved[1].max(polygons[1])];
+    let mut range = polygons;
+    widen(&mut range, &curved, c);
     let margin = MARGIN * (range[1] - range[0]);
     (range[0] <= range[1]).then(|| Reach {
         range,
@@ -218,6 +232,72 @@ fn trims<'p>(
     trims.filter_map(|t| parts.curves2.get(t.curve).map(|c| (t, c)))
 }
 
+/// How often a part of a curve may be halved to see that it stays within its surface's domain: where it touches the border some 20 times, for each
+/// brings its polygon nearer by a factor of 4, and 2^-40 is the aim ([`ROUNDING`]).
+const DEPTH: usize = 32;
+
+/// How often all of a curve may be halved for that: more is dearer than [`extreme`].
+const HALVINGS: usize = 256;
+
+/// Whether `sign * x[c]` is at most `limit` all along a curve: its polynomial `sign x w - limit w` has Bernstein coefficients that
+/// are not positive, on as small parts as it takes. `slack` is what rounding may add. False where that is not seen.
+fn is_below(curve: &NurbsCurve<3>, c: usize, sign: f64, limit: f64, slack: f64) -> bool {
+    let degree = Bidegree {
+        u: curve.degree(),
+        v: 0,
+    };
+    let points = curve.control_points();
+    let size = |q: &nalgebra::Vector3<f64>| q[c].abs() + limit.abs() * q[2];
+    let largest = points.iter().map(size).fold(0.0, f64::max);
+    let lightest = points.iter().map(|q| q[2]).fold(f64::INFINITY, f64::min);
+    // Per degree 6 units for the pieces' control points and one for each halving; 3 for the polynomial itself.
+    let units = (6 + DEPTH) * degree.u + 3;
+    if !(units as f64 * f64::EPSILON * largest <= slack * lightest) {
+        return false;
+    }
+    let mut halvings = 0;
+    for piece in curve.bezier_pieces() {
+        let over = { piece.control_points.iter() }.map(|q| sign * q[c] - limit * q[2]);
+        let mut open: Vec<(Vec<f64>, usize)> = vec![(over.collect(), 0)];
+        while let Some((mut part, depth)) = open.pop() {
+            if part.iter().all(|x| *x <= 0.0) {
+                continue;
+            }
+            // The ends are points of the curve.
+            let ends = [part.first(), part.last()];
+            if depth == DEPTH
+                || halvings == HALVINGS
+                || ends.iter().flatten().any(|x| !(**x <= 0.0))
+            {
+                return false;
+            }
+            halvings += 1;
+            let right = split_off(&mut part, degree, true);
+            open.extend([part, right].map(|p| (p, depth + 1)));
+        }
+    }
+    true
+}
+
+/// Whether a curve is seen to stay within `domain`, give or take `slack`, in coordinate `c`.
+fn stays(curve: &Curve2, c: usize, domain: Interval, slack: f64) -> bool {
+    // A quarter of it is for rounding.
+    let (off, rounding) = (0.75 * slack, 0.25 * slack);
+    match curve {
+        Curve2::Nurbs(n) => {
+            is_below(n, c, 1.0, domain.end + off, rounding)
+                && is_below(n, c, -1.0, off - domain.start, rounding)
+        }
+        // Segments are never poly-curves themselves.
+        Curve2::Poly(p) => p.segments().iter().all(|s| stays(s, c, domain, slack)),
+        _ => {
+            let mut hull = [f64::INFINITY, f64::NEG_INFINITY];
+            grow(&mut hull, curve, c);
+            hull[0] >= domain.start - slack && hull[1] <= domain.end + slack
+        }
+    }
+}
+
 /// The range of a face's trims in coordinate `c`, if it leaves `domain` by more than rounding.
 fn outside(parts: &BrepParts, loops: &[usize], c: usize, domain: Interval) -> Option<Interval> {
     let slack = ROUNDING * domain.start.abs().max(domain.end.abs());
@@ -228,15 +308,21 @@ fn outside(parts: &BrepParts, loops: &[usize], c: usize, domain: Interval) -> Op
     if hull[0] > hull[1] || inside(hull) {
         return None;
     }
+    if trims(parts, loops).all(|(_, curve)| stays(curve, c, domain, slack)) {
+        return None;
+    }
     let mut range = [f64::INFINITY, f64::NEG_INFINITY];
+    let mut open = Vec::new();
     for (trim, curve) in trims(parts, loops) {
         let mut own = [f64::INFINITY, f64::NEG_INFINITY];
         grow(&mut own, curve, c);
-        if !hull_is_exact(curve, trim.span) && !inside(own) {
-            own = looked_for(curve, trim.span, c);
+        if hull_is_exact(curve, trim.span) || inside(own) {
+            range = [range[0].min(own[0]), range[1].max(own[1])];
+        } else {
+            open.push((curve, trim.span));
         }
-        range = [range[0].min(own[0]), range[1].max(own[1])];
     }
+    widen(&mut range, &open, c);
     if inside(range) {
         return None;
     }
@@ -358,39 +444,10 @@ pub(crate) fn jumps(brep: &Brep) -> Vec<String> {
     found
 }
 
-/// One line for each trim without an edge that is no pole: its image is no point. (Of what is wide and comes back between all samples nothing is
-/// said; the report on a BREP's health looks as closely as at other trims.)
-pub(crate) fn lost_edges(brep: &Brep) -> Vec<String> {
-    let parts = brep.parts();
-    let largest = { parts.vertices.iter() }.fold(0.0, |a: f64, v| a.max(v.point.coords.amax()));
-    let mut found = Vec::new();
-    for (t, trim) in parts.trims.iter().enumerate() {
-        let face = parts.loops.get(trim.trim_loop).map(|l| l.face);
-        let (None, Some(curve), Some(face)) = (trim.edge, parts.curves2.get(trim.curve), face)
-        else {
-            continue;
-        };
-        let at = |k: u16| {
-            let uv = curve.point(trim.span.lerp(f64::from(k) / f64::from(SAMPLES)));
-            brep.surface(face).point(uv.x, uv.y)
-        };
-        let start = at(0);
-        let reach = (1..=SAMPLES).map(|k| (at(k) - start).norm());
-        let reach = reach.fold(0.0, f64::max);
-        if reach > ROUNDING * largest {
-            found.push(format!(
-                "face {face}, trim {t}: has no edge, and is no pole: it reaches {reach:.3e}. Its edge is lost, and what the \
-                 face meets there is not known; join the faces again (Rhino: ExtractSrf, Join) and save"
-            ));
-        }
-    }
-    found
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use nalgebra::Vector2;
+    use nalgebra::{Vector2, Vector3};
 
     /// No point of a part of an arc is farther out than the formula says, and some point is as far.
     #[test]
@@ -416,7 +473,9 @@ mod tests {
             for span in [[2.0, 3.0], [2.25, 2.5], [2.5, 3.0]] {
                 let span = Interval::new(span[0], span[1]).unwrap();
                 for (c, sign) in [(0, 1.0), (0, -1.0), (1, 1.0), (1, -1.0)] {
-                    let [low, high] = looked_for(&curve, span, c);
+                    let mut range = [f64::INFINITY, f64::NEG_INFINITY];
+                    widen(&mut range, &[(&curve, span)], c);
+                    let [low, high] = range;
                     let found = if sign < 0.0 { -low } else { high };
                     let samples =
                         (0..=4096).map(|k| sign * curve.point(span.lerp(f64::from(k) / 4096.0))[c]);
@@ -429,5 +488,61 @@ mod tests {
                 }
             }
         }
+    }
+
+    const BEZIER: [f64; 6] = [0.0, 0.0, 0.0, 1.0, 1.0, 1.0];
+
+    /// A quarter of a circle about the origin, from the x axis.
+    fn quarter(radius: f64, scale: f64) -> NurbsCurve<3> {
+        let w = std::f64::consts::FRAC_1_SQRT_2;
+        let points = [[1.0, 0.0, 1.0], [w, w, w], [0.0, 1.0, 1.0]];
+        let points = points.map(|[x, y, w]| Vector3::new(radius * x, radius * y, w) * scale);
+        NurbsCurve::new(2, points.to_vec(), BEZIER.to_vec()).unwrap()
+    }
+
+    /// Its control polygon goes farther than a quarter of a circle, which touches the border of a domain as wide as its radius, and leaves one that is narrower by
+    /// more than the slack.
+    #[test]
+    fn what_touches_a_border_stays() {
+        let both = |end: f64| Interval::new(0.0, end).unwrap();
+        for (radius, scale) in [(1.0, 1.0), (3.0, 0.25), (1e-3, 8.0)] {
+            let curve = Curve2::Nurbs(quarter(radius, scale));
+            let slack = ROUNDING * radius;
+            for c in [0, 1] {
+                assert!(stays(&curve, c, both(radius), slack));
+                assert!(stays(
+                    &curve,
+                    c,
+                    both(radius * (1.0 - 0.25 * ROUNDING)),
+                    slack
+                ));
+                assert!(!stays(
+                    &curve,
+                    c,
+                    both(radius * (1.0 - 2.0 * ROUNDING)),
+                    slack
+                ));
+                let within = Interval::new(2.0 * slack, 2.0 * radius).unwrap();
+                assert!(!stays(&curve, c, within, slack));
+            }
+        }
+        // (x, y) = (t, 4 s t (1 - t)): s at most, in the middle, and its control polygon goes to 2 s.
+        let points = [[0.0, 0.0], [0.5, 2.0], [1.0, 0.0]];
+        let points = points.map(|[x, y]| Vector3::new(x, y, 1.0)).to_vec();
+        let hill = Curve2::Nurbs(NurbsCurve::new(2, points, BEZIER.to_vec()).unwrap());
+        assert!(stays(&hill, 1, both(1.0), ROUNDING));
+        assert!(!stays(&hill, 1, both(1.0 - 2.0 * ROUNDING), ROUNDING));
+        assert!(!stays(&hill, 1, both(0.5), ROUNDING));
+        // What is found of its parts: the height in the middle, at their ends, and of two the higher.
+        let span = |from: f64, to: f64| Interval::new(from, to).unwrap();
+        let high = |spans: &[Interval]| {
+            let mut range = [f64::INFINITY, f64::NEG_INFINITY];
+            let parts: Vec<_> = spans.iter().map(|s| (&hill, *s)).collect();
+            widen(&mut range, &parts, 1);
+            range[1]
+        };
+        assert!((high(&[span(0.0, 0.875)]) - 1.0).abs() <= 1e-15);
+        assert_eq!(high(&[span(0.75, 1.0)]), 0.75);
+        assert!((high(&[span(0.75, 1.0), span(0.0, 0.625)]) - 1.0).abs() <= 1e-15);
     }
 }
