@@ -27,8 +27,15 @@ pub(crate) fn lost_edges(brep: &Brep) -> Vec<String> {
         };
         let start = at(0);
         let reach = (1..=SAMPLES).map(|k| (at(k) - start).norm());
-        let reach = reach.fold(0.0, f64::max);
-        if reach > ROUNDING * largest {
+        // What is no number reaches anywhere.
+        let reach = reach.fold(0.0, |most: f64, x| {
+            if x.is_nan() {
+                f64::INFINITY
+            } else {
+                x.max(most)
+            }
+        });
+        if !(reach <= ROUNDING * largest) {
             found.push(format!(
                 "face {face}, trim {t}: has no edge, and is no pole: it reaches {reach:.3e}. Its edge is lost, and what the \
                  face meets there is not known; join the faces again (Rhino: ExtractSrf, Join) and save"
@@ -52,7 +59,7 @@ fn width(surface: &Surface, curve: &Curve2) -> Option<f64> {
         Surface::Nurbs(n) => [0, 1]
             .into_iter()
             .find_map(|c| border(n, c, fixed(c)?))
-            .map(hull_width),
+            .and_then(hull_width),
         Surface::Plane(_) | Surface::Sum(_) => None,
     }
 }
@@ -60,7 +67,9 @@ fn width(surface: &Surface, curve: &Curve2) -> Option<f64> {
 /// The radius of the circle at a parameter of the profile.
 fn radius(revolution: &Revolution, t: f64) -> f64 {
     let off = revolution.profile.point(t) - revolution.origin;
-    off.cross(&revolution.axis).norm() / revolution.axis.norm()
+    // Scaled first: squares of a short axis are lost.
+    let axis = revolution.axis / revolution.axis.amax();
+    off.cross(&axis).norm() / axis.norm()
 }
 
 /// The control points of the border at which coordinate `c` is `x`, if the knots are clamped there.
@@ -87,11 +96,20 @@ fn end_of(knots: &KnotVector, x: f64) -> Option<usize> {
     }
 }
 
-/// Twice the radius of a ball about one of some control points that holds them all, and so what they span: weights are positive.
-fn hull_width(points: Vec<Vector4<f64>>) -> f64 {
+/// Twice the radius of a ball about one of some control points that holds them all, and so what they span: weights are positive. `None` where
+/// one is too far off to be told.
+fn hull_width(points: Vec<Vector4<f64>>) -> Option<f64> {
     let mut places = points.iter().map(|q| Point3::from(q.xyz() / q.w));
-    let first = places.next().unwrap_or_default();
-    2.0 * places.map(|p| (p - first).norm()).fold(0.0, f64::max)
+    let first = places.next()?;
+    let mut width = 0.0f64;
+    for p in places {
+        let own = (p - first).norm();
+        if !own.is_finite() {
+            return None;
+        }
+        width = width.max(2.0 * own);
+    }
+    Some(width)
 }
 
 #[cfg(test)]

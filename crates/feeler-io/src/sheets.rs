@@ -239,6 +239,10 @@ const DEPTH: usize = 32;
 /// How often all of a curve may be halved for that: more is dearer than [`extreme`].
 const HALVINGS: usize = 256;
 
+/// Curves whose pieces take more operations than this (their control points, times the square of the order) are left to [`extreme`]: many trims may
+/// name one curve.
+const MOST_WORK: usize = 1 << 16;
+
 /// Whether `sign * x[c]` is at most `limit` all along a curve: its polynomial `sign x w - limit w` has Bernstein coefficients that
 /// are not positive, on as small parts as it takes. `slack` is what rounding may add. False where that is not seen.
 fn is_below(curve: &NurbsCurve<3>, c: usize, sign: f64, limit: f64, slack: f64) -> bool {
@@ -247,6 +251,9 @@ fn is_below(curve: &NurbsCurve<3>, c: usize, sign: f64, limit: f64, slack: f64) 
         v: 0,
     };
     let points = curve.control_points();
+    if points.len().saturating_mul((degree.u + 1) * (degree.u + 1)) > MOST_WORK {
+        return false;
+    }
     let size = |q: &nalgebra::Vector3<f64>| q[c].abs() + limit.abs() * q[2];
     let largest = points.iter().map(size).fold(0.0, f64::max);
     let lightest = points.iter().map(|q| q[2]).fold(f64::INFINITY, f64::min);
@@ -526,6 +533,23 @@ mod tests {
                 assert!(!stays(&curve, c, within, slack));
             }
         }
+        // A light control point makes rounding count, and much work is not done.
+        let light = [[0.0, 0.0, 1.0], [0.5e-6, 0.5e-6, 1e-6], [1.0, 1.0, 1.0]];
+        let light = light.map(Vector3::from).to_vec();
+        let light = Curve2::Nurbs(NurbsCurve::new(2, light, BEZIER.to_vec()).unwrap());
+        assert!(stays(&light, 1, both(1.0), 1e-3));
+        assert!(!stays(&light, 1, both(1.0), 1e-9));
+        let line = |count: u16| {
+            let points = (0..count)
+                .map(|k| Vector3::new(f64::from(k), 0.5, 1.0))
+                .collect();
+            let inner = (1..count - 1).map(f64::from);
+            let end = f64::from(count - 1);
+            let knots = [0.0; 2].into_iter().chain(inner).chain([end; 2]).collect();
+            Curve2::Nurbs(NurbsCurve::new(1, points, knots).unwrap())
+        };
+        assert!(stays(&line(1000), 1, both(1.0), ROUNDING));
+        assert!(!stays(&line(40_000), 1, both(1.0), ROUNDING));
         // (x, y) = (t, 4 s t (1 - t)): s at most, in the middle, and its control polygon goes to 2 s.
         let points = [[0.0, 0.0], [0.5, 2.0], [1.0, 0.0]];
         let points = points.map(|[x, y]| Vector3::new(x, y, 1.0)).to_vec();

@@ -2,9 +2,13 @@
 
 mod models;
 
-use feeler::brep::Iso;
+use feeler::brep::{Brep, Iso};
+use feeler::numeric::Interval;
+use feeler::nurbs::{Arc, Curve, Plane, Surface};
 use feeler_io::{Document, Object, ObjectKind, read_3dm, read_file, write_3dm};
 use models::{models, wanted};
+use nalgebra::{Point3, Vector3};
+use std::f64::consts::TAU;
 use std::path::Path;
 
 /// All numbers of a value as it is printed: `{:?}` of an f64 has all its digits and the sign of zero.
@@ -125,4 +129,35 @@ fn units_are_converted_within_the_bound_said() {
     let mut none = Document::of_breps(vec![of(&whole)]);
     let said = none.convert_units(inch).expect_err("no unit").to_string();
     assert!(said.contains("has no length"), "{said}");
+}
+
+/// A damaged file asked for 83 million turns of a circle, with which a query takes seconds.
+#[test]
+fn many_turns_are_refused() {
+    let interval = |a, b| Interval::new(a, b).unwrap();
+    for (end, is_read) in [(TAU, true), (2.0 * TAU, true), (522_133_279.0, false)] {
+        let arc = Arc {
+            center: Point3::origin(),
+            x: Vector3::x(),
+            y: Vector3::y(),
+            z: Vector3::z(),
+            radius: 1.0,
+            angle: interval(0.0, end),
+            domain: interval(0.0, 1.0),
+        };
+        let sheet = Plane {
+            origin: Point3::origin(),
+            x: Vector3::x(),
+            y: Vector3::y(),
+            domain: [interval(0.0, 1.0); 2],
+            extents: [interval(0.0, 1.0); 2],
+        };
+        let sheet = Surface::Plane(Plane::new(sheet).unwrap());
+        let mut document = Document::of_breps(vec![Brep::from_surface(sheet).unwrap()]);
+        document.objects[0].kind = ObjectKind::Curve(Curve::Arc(Arc::new(arc).unwrap()));
+        let written = write_3dm(&document).expect("a curve");
+        let back = read_3dm(&written.bytes).expect("a document");
+        let told = format!("{:?}", back.objects[0].kind);
+        assert_eq!(told.contains("2 turns at most"), !is_read, "{told}");
+    }
 }

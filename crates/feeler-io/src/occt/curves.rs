@@ -340,8 +340,8 @@ pub(crate) fn clamped(mut span: Interval, domain: Interval) -> Interval {
     span
 }
 
-/// Turns of a circle that an edge may make: OCCT itself knows no more than one, and what a query takes grows with them.
-const MOST_TURNS: f64 = 2.0;
+/// Turns that a circle may make: other readers know no more than one, and what a query takes grows with them.
+pub(crate) const MOST_TURNS: f64 = 2.0;
 
 /// How many numbers may still be made: a file that uses the same spline over and over must not
 /// take memory out of all proportion.

@@ -3,8 +3,11 @@
 use super::archive::Chunk;
 use super::class::{self, Class};
 use crate::error::{Problem, ReadError};
+use crate::occt::curves::MOST_TURNS;
+use feeler::numeric::Interval;
 use feeler::nurbs::{Arc, Curve, GeometryError, Line, NurbsCurve, PolyCurve, Polyline};
 use nalgebra::{Point, SVector};
+use std::f64::consts::TAU;
 
 /// Which file versions to save as when a layout is not known.
 pub(super) const REMEDY: &str = "5 to 8 with Rhino or rhino3dm";
@@ -113,6 +116,23 @@ fn line<const D: usize>(data: &mut Chunk<'_>) -> Result<Line<D>, ReadError> {
     geometry(data, "LineCurve", Line::new(from, to, domain))
 }
 
+/// A range of angles. What a query takes grows with the turns, and only damaged files have many.
+pub(super) fn few_turns(data: &mut Chunk<'_>, what: &'static str) -> Result<Interval, ReadError> {
+    let at = data.position();
+    let angle = data.interval(what)?;
+    if angle.length().abs() <= MOST_TURNS * TAU {
+        return Ok(angle);
+    }
+    Err(data.fail_at(
+        at,
+        Problem::Value {
+            what: what.into(),
+            found: format!("[{:?}, {:?}]", angle.start, angle.end),
+            expected: format!("{MOST_TURNS} turns at most"),
+        },
+    ))
+}
+
 fn arc<const D: usize>(data: &mut Chunk<'_>) -> Result<Arc<D>, ReadError> {
     class::layout(data, "ArcCurve", &[1], REMEDY)?;
     let center = point(data, "an arc's centre")?;
@@ -125,7 +145,7 @@ fn arc<const D: usize>(data: &mut Chunk<'_>) -> Result<Arc<D>, ReadError> {
     let radius = data.f64("an arc's radius")?;
     // Three points on the circle, rounded: the frame and the radius say where they are.
     data.f64s::<9>("an arc's points")?;
-    let angle = data.interval("an arc's angle")?;
+    let angle = few_turns(data, "an arc's angle")?;
     let domain = data.interval("an arc's domain")?;
     dimension::<D>(data)?;
     let arc = Arc {

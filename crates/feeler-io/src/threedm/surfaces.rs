@@ -3,7 +3,7 @@
 use super::archive::Chunk;
 use super::class::{self, Class};
 use super::curves::{
-    REMEDY, SplineSize, control_point, control_point_count, curve, geometry, rational,
+    REMEDY, SplineSize, control_point, control_point_count, curve, few_turns, geometry, rational,
 };
 use crate::error::{Problem, ReadError};
 use feeler::nurbs::{NurbsSurface, Plane, Revolution, Sum, Surface};
@@ -75,7 +75,7 @@ fn revolution(data: &mut Chunk<'_>) -> Result<Revolution, ReadError> {
     let (major, _) = class::layout(data, "RevSurface", &[1, 2], REMEDY)?;
     let from = vector(data, "the start of an axis")?;
     let to = vector(data, "the end of an axis")?;
-    let angle = data.interval("an angle of revolution")?;
+    let angle = few_turns(data, "an angle of revolution")?;
     // In 1.x the parameter was the angle.
     let angle_domain = if major >= 2 {
         data.interval("the domain of an angle of revolution")?
