@@ -275,14 +275,35 @@ fn what_is_not_known() {
             Vector3::new(1.0, 0.0, 2.0 * time)
         }
     }
+    /// Straight, but nobody knows where it is once half of the time is over.
+    struct Fading;
+    impl Way for Fading {
+        fn center(&self, time: f64) -> (Point3<f64>, f64) {
+            let off = if time > 0.5 { f64::NAN } else { 0.0 };
+            (Point3::new(time, 0.0, 0.5), off)
+        }
+        fn least_time(&self, _: f64, length: f64) -> f64 {
+            length
+        }
+        fn velocity(&self, _: f64) -> Vector3<f64> {
+            Vector3::x()
+        }
+        fn steady(&self) -> Option<(Vector3<f64>, f64)> {
+            Some((Vector3::x(), 0.0))
+        }
+    }
     let brep = plate_and_walls();
     let mut workspace = Workspace::default();
     let options = Options::default();
     let far = way([0.0, 0.0, 0.5], [1.0, 0.0, 0.0]);
+    // So slow that its speed has no digits.
+    let slow = way([0.0, 0.0, 0.5], [5e-324, 5e-324, 0.0]);
     let deep = way([0.0, 0.0, -0.25], [1.0, 0.0, 0.0]);
     let lost = way([0.0, 0.0, 0.5], [f64::NAN, 0.0, 0.0]);
     let endless = way([0.0, 0.0, 0.5], [f64::INFINITY, 0.0, 0.0]);
-    let cases: [(&dyn Way, f64, Undecided); 6] = [
+    let cases: [(&dyn Way, f64, Undecided); 8] = [
+        (&Fading, 0.01, Undecided::Degenerate),
+        (&slow, 0.01, Undecided::Degenerate),
         (&Bent, 0.01, Undecided::Degenerate),
         (&deep, 0.01, Undecided::Degenerate),
         (&lost, 0.01, Undecided::Degenerate),

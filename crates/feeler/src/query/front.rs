@@ -300,7 +300,12 @@ impl Search<'_> {
         self.out.nodes += 1;
         let (source, [u, v], inside) = match kept.part {
             Part::Face(face) => {
-                self.push(heap, lo, true, Kind::Face(face));
+                let own = self.brep.face_box(face).map(|b| self.box_bound(b));
+                let lo = own.filter(|own| *own > lo).unwrap_or(lo);
+                kept.learn(q, least, lo);
+                if !self.hopeless(lo) {
+                    self.push(heap, lo, true, Kind::Face(face));
+                }
                 return Insight::Done;
             }
             Part::Root(source) => {

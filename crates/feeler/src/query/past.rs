@@ -168,7 +168,8 @@ impl Line {
         let scale = velocity.amax();
         let along = (velocity / scale).normalize();
         let speed = scale * (velocity / scale).norm();
-        let slowest = speed * (1.0 - ROUNDING) - velocity_bound * UP;
+        // Of speeds below the least normal number no digit is known.
+        let slowest = speed * (1.0 - ROUNDING) - velocity_bound * UP - f64::MIN_POSITIVE;
         let known = slowest > 0.0 && speed.is_finite() && off.is_finite() && from <= until;
         if !known || options.prediction.is_nan() {
             return Err(Undecided::Degenerate);
@@ -211,8 +212,12 @@ impl Line {
         let sizes = sizes[0] + sizes[1] + far + reach.abs();
         let rounding = ROUNDING * sizes;
         let nominal = start + velocity * (until - from);
-        // All of these are compared below: what is no number leaves nothing known.
-        let place = UP * off.max((end - nominal).norm() + end_off);
+        let at_end = (end - nominal).norm() + end_off;
+        // Asked by itself, for a maximum drops what is no number.
+        if !at_end.is_finite() {
+            return Err(Undecided::Degenerate);
+        }
+        let place = UP * off.max(at_end);
         let allowance = allowance.min(0.5 * reach);
         if !(rounding + 2.0 * place <= MOST_ROUNDING * allowance) {
             return Err(Undecided::Precision);
@@ -247,7 +252,7 @@ impl Line {
         if !(length > 0.0) {
             return time;
         }
-        let fastest = self.speed * (1.0 + ROUNDING);
+        let fastest = self.speed * (1.0 + ROUNDING) + f64::MIN_POSITIVE;
         let takes = (length / fastest * DOWN).min(f64::MAX);
         (time + takes).next_down().max(time)
     }

@@ -145,7 +145,7 @@ impl Search<'_> {
     }
 
     /// A lower bound of `f` on a box in space. Each side is a few roundings off.
-    fn box_bound(&self, b: &[[f64; 2]; 3]) -> Dd {
+    pub(super) fn box_bound(&self, b: &[[f64; 2]; 3]) -> Dd {
         if !self.brep.shortcuts().boxes {
             return self.nothing();
         }
