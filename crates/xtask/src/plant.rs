@@ -21,9 +21,9 @@ use watch::{SWITCH, WATCHERS, Watcher};
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct Args {
-    /// Only mistakes whose words hold this.
+    /// Only mistakes whose words hold this, or one of these.
     #[arg(long)]
-    only: Option<String>,
+    only: Vec<String>,
     /// Only list them.
     #[arg(long)]
     list: bool,
@@ -45,7 +45,9 @@ type Noticed = [Option<String>; 4];
 
 pub(crate) fn run(args: &Args) -> Result<(), String> {
     let all = plants(PLANTS)?;
-    let is_chosen = |p: &Plant<'_>| args.only.as_deref().is_none_or(|o| p.name.contains(o));
+    let is_chosen = |p: &Plant<'_>| {
+        args.only.is_empty() || args.only.iter().any(|o| p.name.contains(o.as_str()))
+    };
     if args.list {
         for p in all.iter().filter(|p| is_chosen(p)) {
             println!("{}", p.name);
