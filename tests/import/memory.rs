@@ -4,7 +4,7 @@
 #[allow(dead_code, unreachable_pub)]
 mod fixture;
 
-use feeler_io::{Document, ReadError, read_3dm, read_brep};
+use feeler_io::{Document, ReadError, read_3dm, read_brep, read_step};
 use peak_alloc::PeakAlloc;
 use std::path::Path;
 
@@ -19,15 +19,26 @@ const FACTOR: usize = 16;
 /// six bytes and is kept twice, as four numbers in vectors that double.
 const BREP_FACTOR: usize = 64;
 
+/// The same of a STEP file. Attributes of two bytes take 32 in a list that doubles; curves in uv that are fitted, and the proof of how far they are
+/// from their edges, are in no file: parts of the corpus take up to 28.
+const STEP_FACTOR: usize = 64;
+
+/// What the proof of curves on a torus takes besides, whatever the file's size: its 32 by 32 patches, one face at a time.
+const TORUS: usize = 32 * 32 * 5120;
+
 /// And what every document takes.
 const FIXED: usize = 1 << 16;
 
-/// Bytes in memory for each byte of the file.
-fn taken(read: fn(&[u8]) -> Result<Document, ReadError>, bytes: &[u8], factor: usize) -> f64 {
+fn peak(read: fn(&[u8]) -> Result<Document, ReadError>, bytes: &[u8]) -> usize {
     ALLOCATOR.reset_peak_usage();
     let before = ALLOCATOR.current_usage();
     drop(read(bytes));
-    let used = ALLOCATOR.peak_usage().saturating_sub(before);
+    ALLOCATOR.peak_usage().saturating_sub(before)
+}
+
+/// Bytes in memory for each byte of the file.
+fn taken(read: fn(&[u8]) -> Result<Document, ReadError>, bytes: &[u8], factor: usize) -> f64 {
+    let used = peak(read, bytes);
     assert!(
         used <= factor * bytes.len() + FIXED,
         "{used} bytes for a file of {}",
@@ -50,6 +61,7 @@ fn memory_stays_within_a_multiple_of_the_file() {
     of_3dm();
     of_blocks();
     of_brep();
+    of_step();
 }
 
 fn of_3dm() {
@@ -129,4 +141,46 @@ fn of_brep() {
     check_brep(
         format!("{head}Locations 2000\n{first}{locations}Curve2ds 0\nCurves 0\n{rest}").as_bytes(),
     );
+}
+
+fn of_step() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../corpora/models/step");
+    // The first has the most curves that are fitted for its size.
+    for part in [
+        "bored_nurbs_bare.step",
+        "bored_bare.step",
+        "assembly_bare.step",
+        "revolution_part_bare.step",
+    ] {
+        let bytes = std::fs::read(folder.join(part)).expect("a file of the corpus");
+        let factor = taken(read_step, &bytes, STEP_FACTOR);
+        println!("{part}: {factor:.1} bytes a byte");
+    }
+    for part in ["drilled_torus_bare.step", "ball_and_cone_bare.step"] {
+        let bytes = std::fs::read(folder.join(part)).expect("a file of the corpus");
+        let used = peak(read_step, &bytes);
+        assert!(used <= STEP_FACTOR * bytes.len() + TORUS, "{part}: {used}");
+    }
+    let text = std::fs::read_to_string(folder.join("cylinder.step")).expect("a file of the corpus");
+    let words: Vec<&str> = text.split_inclusive(['(', ',', ')']).collect();
+    let step = 1 + words.len() / 120;
+    for at in (0..words.len()).step_by(step) {
+        for wild in ["1,", "1000000000,", "#1,", "(((("] {
+            let mut words = words.clone();
+            words[at] = wild;
+            taken(read_step, words.concat().as_bytes(), STEP_FACTOR);
+        }
+    }
+    // Nothing but the shortest attributes, entities and lists.
+    let file =
+        |data: &str| format!("ISO-10303-21;HEADER;ENDSEC;DATA;{data}ENDSEC;END-ISO-10303-21;");
+    // One more than a power of two: the list has just doubled.
+    let blank = format!("#1=A({}$);", "$,".repeat(1 << 15));
+    let empty: String = (1..10_000).map(|i| format!("#{i}=A();")).collect();
+    let nested = format!("#1=A({}$);", "((((($))))),".repeat(4000));
+    let named = format!("#1=A({}$);", "A(1),".repeat(10_000));
+    for data in [blank, empty, nested, named] {
+        let factor = taken(read_step, file(&data).as_bytes(), STEP_FACTOR);
+        println!("{}...: {factor:.1} bytes a byte", &data[..16]);
+    }
 }

@@ -15,7 +15,7 @@ use crate::step_problem::StepProblem;
 use feeler::brep::{Brep, Edge, Vertex};
 use feeler::numeric::Interval;
 use feeler::nurbs::{Curve, Curve2, Curve3};
-use feeler::prepare::PreparedBrep;
+use feeler::prepare::trim_offsets;
 use nalgebra::{Point2, Point3};
 use std::collections::{BTreeMap, HashMap};
 use std::f64::consts::TAU;
@@ -285,8 +285,7 @@ impl Body<'_, '_> {
         let mut warnings: Vec<String> = odd.iter().map(|(what, n)| format!("{n} {what}")).collect();
         let mut left = 0;
         if !unbounded.is_empty() {
-            let prepared = PreparedBrep::new(brep.clone());
-            // One image of an edge's own curve does for all its trims.
+            // Of an edge all trims or none.
             let mut of_edges: BTreeMap<usize, (usize, Vec<usize>)> = BTreeMap::new();
             for (trim, cost) in unbounded {
                 let Some(edge) = brep.parts().trims.get(trim).and_then(|t| t.edge) else {
@@ -296,15 +295,17 @@ impl Body<'_, '_> {
                 *all = all.saturating_add(cost);
                 trims.push(trim);
             }
-            for (edge, (cost, trims)) in of_edges {
+            let mut proven = Vec::new();
+            for (cost, trims) in of_edges.into_values() {
                 let Some(rest) = geometry.proofs.checked_sub(cost) else {
                     left += trims.len();
                     continue;
                 };
                 geometry.proofs = rest;
-                for own in prepared.trim_offsets(edge, &trims) {
-                    bound = bound.max(own.at_most);
-                }
+                proven.extend(trims);
+            }
+            for own in trim_offsets(&brep, &proven) {
+                bound = bound.max(own.at_most);
             }
         }
         let fit = if fitted > 0 {

@@ -13,7 +13,7 @@
 //!   (`2/3` of the sums with cos and sin), and `|D| <= |a| + |b cos t + c sin t| <= |a| + sqrt(|b|^2 + |c|^2)`.
 //!
 //! On a plane the distance is at most that of the farthest control point from it (convex hull; weights are positive). All others are bounded by
-//! the kernel once the BREP is there ([`feeler::prepare::PreparedBrep::trim_offsets`]).
+//! the kernel once the BREP is there ([`feeler::prepare::trim_offsets`]).
 
 use super::chart::{Chart, Located};
 use super::entities::form;

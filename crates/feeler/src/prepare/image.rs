@@ -5,13 +5,14 @@
 //! each part is composed with its patch. What is left between two parts, a piece of the curve of about one
 //! rounding, goes into [`Image::extra`]; so does a part that cannot be composed.
 
-use super::boundary::UvCurve;
+use super::boundary::{UvCurve, uv_curves};
 use super::closed::V3;
 use super::compose::compose;
 use super::net::curve_jet;
 use super::patch::COMPOSE_HALVINGS;
 use super::spline::curve_pieces;
 use super::{Box3, FaceGeometry, Homogeneous, Net, ParamMap, Patch, Patches};
+use crate::brep::Brep;
 use crate::numeric::bernstein::{Bidegree, evaluate};
 use crate::numeric::{Ball, Dd, Enclosure, Interval, Real};
 use crate::nurbs::Curve3;
@@ -614,14 +615,28 @@ fn flat<T: Real>(patch: &Patch<T>) -> Option<f64> {
 
 /// The image of a trim of a face; `None` where it is not known, or none of it can be composed.
 pub(super) fn image<T: Real>(geometry: &FaceGeometry<T>, trim: usize) -> Option<Image<T>> {
-    image_of(geometry, |c| c.trim == Some(trim))
+    image_of(&geometry.patches, &geometry.curves, |c| {
+        c.trim == Some(trim)
+    })
+}
+
+/// The images of some of a face's trims, one after the other: all that is made of the face for them are its patches and its curves in uv.
+pub(super) fn images_alone<'a>(
+    brep: &Brep,
+    face: usize,
+    trims: &'a [usize],
+) -> impl Iterator<Item = (usize, Option<Image<f64>>)> + use<'a> {
+    let patches = Patches::all(brep.surface(face));
+    let curves = uv_curves(brep, face);
+    let image = move |t| image_of(&patches, &curves, |c: &UvCurve<f64>| c.trim == Some(t));
+    trims.iter().map(move |t| (*t, image(*t)))
 }
 
 /// The image of the segment that joins a trim to the next, if there is one: `Some(None)` where it is not known.
 pub(super) fn join<T: Real>(geometry: &FaceGeometry<T>, after: usize) -> Option<Option<Image<T>>> {
     let own = |c: &UvCurve<T>| c.after == Some(after);
     let any = geometry.curves.iter().any(own);
-    any.then(|| image_of(geometry, own))
+    any.then(|| image_of(&geometry.patches, &geometry.curves, own))
 }
 
 /// A box around the first or the last point of a trim's image.
@@ -746,10 +761,11 @@ pub(super) fn distance(a: &Box3, b: &Box3) -> Enclosure {
 }
 
 fn image_of<T: Real>(
-    geometry: &FaceGeometry<T>,
+    patches: &Patches<T>,
+    curves: &[UvCurve<T>],
     own: impl Fn(&UvCurve<T>) -> bool,
 ) -> Option<Image<T>> {
-    let mut grid = Grid::new(&geometry.patches)?;
+    let mut grid = Grid::new(patches)?;
     // Crossings are cut finer once where the numbers go finer.
     let levels = u32::from(T::UNIT < f64::UNIT);
     let mut with = |roundings: f64| {
@@ -761,7 +777,7 @@ fn image_of<T: Real>(
             },
             pending: 0.0,
         };
-        for curve in geometry.curves.iter().filter(|c| own(c)) {
+        for curve in curves.iter().filter(|c| own(c)) {
             builder.curve(&grid, &curve.points, levels, COMPOSE_HALVINGS)?;
         }
         let image = builder.image;

@@ -33,6 +33,7 @@ pub use boundary::Piece;
 pub use bytes::FaceBytes;
 pub use health::{
     Direction, EdgeHealth, FaceHealth, Gap, Health, LoopHealth, Offset, Turn, Undefined,
+    trim_offsets,
 };
 pub use net::Net;
 pub use param::ParamMap;

@@ -1,12 +1,13 @@
 //! The health of one edge.
 
 use super::super::crack::{apart, end_regions};
-use super::super::image::{self, distance};
+use super::super::image::{self, Image, distance};
 use super::super::matching::frechet;
 use super::super::{Box3, PreparedBrep, around};
 use super::{Direction, EdgeHealth, FaceHealth, Offset, TINY, Turn};
-use crate::brep::{Defect, LoopKind};
+use crate::brep::{Brep, Defect, LoopKind};
 use crate::numeric::Enclosure;
+use std::collections::BTreeMap;
 
 /// A bound that is off by a few roundings.
 const UP: f64 = 1.0 + 64.0 * f64::EPSILON;
@@ -104,19 +105,54 @@ pub(super) fn offsets(
             _ => None,
         })
     };
-    let offset = |&trim: &usize| {
-        let against = e.reversed != parts.trims[trim].edge_reversed;
-        let bound = match (&own, brep.trim_image(trim)) {
-            (Some(own), Some(image)) => apart(image, own, against),
-            _ => None,
-        };
-        Offset {
-            trim,
-            at_most: bound.unwrap_or(f64::INFINITY),
-            about: seen(trim),
-        }
+    let offset = |&trim: &usize| Offset {
+        trim,
+        at_most: at_most(brep.brep(), edge, trim, brep.trim_image(trim), own.as_ref()),
+        about: seen(trim),
     };
     trims.iter().map(offset).collect()
+}
+
+/// See [`trim_offsets`](super::trim_offsets).
+pub(super) fn offsets_alone(brep: &Brep, trims: &[usize]) -> Vec<Offset> {
+    let parts = brep.parts();
+    let mut of_faces: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
+    for &trim in trims {
+        let face = parts.loops[parts.trims[trim].trim_loop].face;
+        of_faces.entry(face).or_default().push(trim);
+    }
+    let mut all = Vec::new();
+    for (face, trims) in of_faces {
+        for (trim, image) in image::images_alone(brep, face, &trims) {
+            let Some(edge) = parts.trims[trim].edge else {
+                continue;
+            };
+            let Some(curve) = parts.edges[edge].curve else {
+                continue;
+            };
+            let own = image::of_curve(&parts.curves3[curve], parts.edges[edge].span);
+            all.push(Offset {
+                trim,
+                at_most: at_most(brep, edge, trim, image.as_ref(), own.as_ref()),
+                about: None,
+            });
+        }
+    }
+    all
+}
+
+/// How far a trim's image is from that of its edge's curve at most.
+fn at_most(
+    brep: &Brep,
+    edge: usize,
+    trim: usize,
+    image: Option<&Image<f64>>,
+    own: Option<&Image<f64>>,
+) -> f64 {
+    let parts = brep.parts();
+    let against = parts.edges[edge].reversed != parts.trims[trim].edge_reversed;
+    let bound = image.zip(own).and_then(|(i, own)| apart(i, own, against));
+    bound.unwrap_or(f64::INFINITY)
 }
 
 /// Cracks of no more than this part of the model's size are as good as rounding.

@@ -24,7 +24,7 @@ mod edge;
 mod face;
 
 use super::PreparedBrep;
-use crate::brep::{Defect, LoopKind};
+use crate::brep::{Brep, Defect, LoopKind};
 use crate::numeric::Enclosure;
 use crate::trim::{MeetingKind, Meetings};
 use std::fmt;
@@ -311,6 +311,18 @@ pub struct Health {
     pub undefined: Vec<Undefined>,
 }
 
+/// How far the images of some trims are from the curves in space of their edges, proven: as [`PreparedBrep::edge_offsets`], face by face. Nothing of a
+/// trim whose edge has no curve.
+///
+/// # Panics
+/// If there is no such trim.
+///
+/// # Cost
+/// Some 100 us to milliseconds for each trim. No face is prepared: in memory are the patches and curves in uv of one, and one trim's image.
+pub fn trim_offsets(brep: &Brep, trims: &[usize]) -> Vec<Offset> {
+    edge::offsets_alone(brep, trims)
+}
+
 impl PreparedBrep {
     /// How far the images of an edge's trims are from its curve in space, proven: as in [`health`](Self::health), without estimates. Nothing where
     /// it has no curve.
@@ -322,14 +334,6 @@ impl PreparedBrep {
     /// Some 100 us to milliseconds for each trim.
     pub fn edge_offsets(&self, edge: usize) -> Vec<Offset> {
         let trims = &self.brep().parts().edges[edge].trims;
-        edge::offsets(self, edge, trims, &[])
-    }
-
-    /// The same of some of its trims alone: of others no images are made.
-    ///
-    /// # Panics
-    /// If there is no such edge or trim.
-    pub fn trim_offsets(&self, edge: usize, trims: &[usize]) -> Vec<Offset> {
         edge::offsets(self, edge, trims, &[])
     }
 
