@@ -113,3 +113,6 @@ pub fn evaluate(brep: &PreparedBrep, face: usize, uv: Point2<f64>) -> Option<Sur
     let surface = brep.brep().surface(face);
     Some(surface.first_derivatives_with_bound(uv.x, uv.y))
 }
+
+#[cfg(test)]
+mod tests;

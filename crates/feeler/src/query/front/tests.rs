@@ -1,0 +1,48 @@
+//! Bounds of kept parts about other centres, against exact squares.
+
+use super::*;
+use crate::numeric::Dyadic;
+use proptest::prelude::*;
+
+fn squared(a: [f64; 3], b: [f64; 3]) -> Dyadic {
+    (0..3).fold(Dyadic::ZERO, |sum, k| {
+        let exact = |x: f64| Dyadic::from_f64(x).expect("a number");
+        let d = &exact(a[k]) - &exact(b[k]);
+        &sum + &(&d * &d)
+    })
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 512, failure_persistence: None, ..ProptestConfig::default() })]
+
+    /// A point of the part's box in space that is no nearer to the first centre than the part is known to be is not nearer to another one than is told.
+    #[test]
+    fn no_point_of_a_part_is_nearer_than_is_told(
+        box_at in prop::array::uniform3(-4.0..4.0f64),
+        size in prop::array::uniform3(0.0..1.0f64),
+        within in prop::array::uniform3(0.0..=1.0f64),
+        center in prop::array::uniform3(-4.0..4.0f64),
+        way in prop::array::uniform3(-1.0..1.0f64),
+        step in 0..30i32,
+        with_hull in any::<bool>(),
+    ) {
+        let hull: [[f64; 2]; 3] = std::array::from_fn(|k| [box_at[k], box_at[k] + size[k]]);
+        let x: [f64; 3] = std::array::from_fn(|k| (box_at[k] + within[k] * size[k]).clamp(hull[k][0], hull[k][1]));
+        let other: [f64; 3] = std::array::from_fn(|k| center[k] + way[k] * 0.5f64.powi(step));
+        // As near as that point is, from below.
+        let away = squared(x, center).approximate().next_down().max(0.0).sqrt().next_down().max(0.0);
+        let kept = Kept {
+            center: Point3::from(center),
+            away,
+            part: Part::Face(0),
+            products: None,
+            hull: with_hull.then_some(hull),
+            settling: None,
+            barren: false,
+            side: None,
+        };
+        let least = kept.least(&Point3::from(other));
+        let truth = squared(x, other);
+        prop_assert!(Dyadic::from_f64(least).is_some_and(|l| l <= truth), "{} {}", least, truth.approximate());
+    }
+}
