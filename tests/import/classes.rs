@@ -64,6 +64,23 @@ fn every_version_says_the_same() {
     }
 }
 
+/// Plug-ins attach data of their own to objects, and to curves and surfaces within them.
+#[test]
+fn user_data_changes_nothing() {
+    for version in VERSIONS {
+        let plain = read(&f::file(version, simple));
+        let bytes = f::with_user_data(|| f::file(version, simple));
+        let attached = bytes.windows(16).filter(|w| *w == [0xAB; 16]).count();
+        // Two each: the objects alone are eleven, and the sheet has surfaces and curves.
+        assert!(attached > 2 * 15, "{attached}");
+        let with = read(&bytes);
+        assert_eq!(plain.objects.len(), with.objects.len());
+        for (object, other) in plain.objects.iter().zip(&with.objects) {
+            assert_eq!((&object.name, &object.kind), (&other.name, &other.kind));
+        }
+    }
+}
+
 #[test]
 fn made_up_files_evaluate_as_in_another_reader() {
     let dir = std::env::temp_dir().join(format!("feeler-import-{}", std::process::id()));

@@ -10,6 +10,8 @@ thread_local! {
     /// How many numbers have been written, and the one to replace.
     static COUNT: Cell<usize> = const { Cell::new(0) };
     static WILD: Cell<Option<(usize, (i32, f64))>> = const { Cell::new(None) };
+    /// Whether objects are written with user data.
+    static USER_DATA: Cell<bool> = const { Cell::new(false) };
 }
 
 /// What the next number is to be replaced with.
@@ -33,6 +35,14 @@ pub(crate) fn with_wild(
     let bytes = write();
     WILD.set(None);
     (place < COUNT.get()).then_some(bytes)
+}
+
+/// What `write` makes where each object, those within others too, carries what a plug-in attached to it.
+pub(crate) fn with_user_data<T>(write: impl FnOnce() -> T) -> T {
+    USER_DATA.set(true);
+    let made = write();
+    USER_DATA.set(false);
+    made
 }
 
 /// The bytes of one chunk's body, and the checksum of those that are its own.
@@ -121,7 +131,33 @@ impl Writer {
         self.chunk(0x0002_7FFA, |w| {
             w.chunk(0x0002_FFFB, |w| w.raw(&uuid(id)));
             w.chunk(0x0002_FFFC, data);
+            if USER_DATA.get() {
+                w.user_data(b"of a plug-in that nobody has");
+                w.user_data(&[]);
+            }
             w.short(0x8002_7FFF, 0);
+        });
+    }
+
+    /// User data, as `ON_BinaryArchive::WriteObjectUserData` of openNURBS lays it out (version 2.2).
+    fn user_data(&mut self, data: &[u8]) {
+        self.chunk(0x0002_7FFD, |w| {
+            w.u8(0x22);
+            w.chunk(0x0002_FFF9, |w| {
+                // Its class, which item it is, how often it was copied, where it was moved, whose it is.
+                w.raw(&[0xAB; 16]);
+                w.raw(&[0xCD; 16]);
+                w.raw(&1_i32.to_le_bytes());
+                for k in 0..16 {
+                    let one = f64::from(u8::from(k % 5 == 0));
+                    w.raw(&one.to_le_bytes());
+                }
+                w.raw(&[0xEF; 16]);
+                // Of a class that was known, and the versions that wrote it.
+                w.u8(0);
+                w.raw(&[0; 8]);
+            });
+            w.chunk(ANONYMOUS, |w| w.raw(data));
         });
     }
 

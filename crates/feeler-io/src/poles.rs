@@ -158,6 +158,33 @@ mod tests {
         }
     }
 
+    /// The squares of such an axis are none that f64 has.
+    #[test]
+    fn a_short_axis_is_an_axis() {
+        let Surface::Revolution(cone) = cone(false) else {
+            panic!("a surface of revolution");
+        };
+        for length in [1e-200, 1e200] {
+            let axis = Vector3::new(0.0, 0.0, -length);
+            let cone = Revolution {
+                axis,
+                ..cone.clone()
+            };
+            assert_eq!([0.0, 0.75, 1.0].map(|t| radius(&cone, t)), [1.0, 0.25, 0.0]);
+        }
+    }
+
+    /// Control points that f64 cannot place are in no ball: not beside each other, and not where their distance is infinite.
+    #[test]
+    fn places_that_are_no_numbers_are_no_poles() {
+        let same = Vector4::new(1e300, 0.0, 0.0, 1e-300);
+        assert_eq!(hull_width(vec![same; 3]), None);
+        let apart = [1e308, -1e308].map(|x| Vector4::new(x, 0.0, 0.0, 1.0));
+        assert_eq!(hull_width(apart.to_vec()), None);
+        let near = [1.0, 3.0].map(|x| Vector4::new(2.0 * x, 0.0, 0.0, 2.0));
+        assert_eq!(hull_width(near.to_vec()), Some(4.0));
+    }
+
     /// Three sides of a bilinear patch are as long as they are, one is a point.
     #[test]
     fn borders_of_a_triangle() {
