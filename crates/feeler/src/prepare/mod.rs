@@ -58,7 +58,7 @@ use crate::brep::Brep;
 use crate::numeric::{Dd, Real, Td};
 use crate::trim::TrimRegion;
 use boundary::{Cut, UvCurve};
-use closed::{ClosedCurve, ClosedFace};
+use closed::{ClosedCurve, ClosedFace, SphereForm};
 use nalgebra::Point3;
 use std::sync::{Arc, OnceLock};
 
@@ -549,6 +549,12 @@ impl PreparedBrep {
         let recognise = self.shortcuts.recognition;
         let make = || ClosedFace::new(&self.brep, face, self.region(face), self.size, recognise);
         slot.get_or_init(make).as_ref()
+    }
+
+    /// The sphere that the BREP's only face is on, if it has no other and that is on one.
+    pub(crate) fn only_sphere(&self) -> Option<&SphereForm> {
+        let only = self.faces.len() == 1;
+        only.then(|| self.closed(0)).flatten()?.surface.sphere()
     }
 
     /// A face as a polygon, if it is one: for what double-double does not tell.

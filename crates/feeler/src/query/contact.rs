@@ -9,7 +9,7 @@ use super::objective::Objective;
 use super::outcome::{Foot, Goal, Hint, Locus, Outcome, Settled, Source, Width};
 use super::search::minimize;
 use super::task::Memory;
-use super::{Work, Workspace, inside};
+use super::{Work, Workspace, inside, one_sphere};
 use crate::numeric::{Ball, Dd, Enclosure, Real};
 use crate::prepare::closed::V3;
 use crate::prepare::{Net, Patch, PreparedBrep, jet};
@@ -22,7 +22,7 @@ pub(super) const FULL_FLOOR: f64 = 1.0 / (1u128 << 96) as f64;
 /// The minimum is a continuum when points within max(accuracy, this times the size) of it...
 const CONTINUUM_SLACK: f64 = 1.0 / (1u64 << 44) as f64;
 /// ...reach farther than this times the size from one foot.
-const CONTINUUM_REACH: f64 = 1.0 / (1u64 << 12) as f64;
+pub(super) const CONTINUUM_REACH: f64 = 1.0 / (1u64 << 12) as f64;
 /// Feet nearer to each other than this times the size are one contact.
 const SAME_CONTACT: f64 = 1.0 / (1u64 << 24) as f64;
 /// A foot nearer to a vertex than this times the size is on the vertex.
@@ -119,6 +119,12 @@ fn answer(
         Accuracy::Full => Width::Full { floor, radius },
         Accuracy::Length(a) => Width::Length(a),
     };
+    workspace.work = Work::default();
+    if let Probe::Sphere(ball) = probe
+        && let Some(found) = one_sphere::contact(brep, ball, options, width, workspace)
+    {
+        return found;
+    }
     let all_below = match (options.contacts, probe) {
         (Contacts::All, Probe::Sphere(_)) => {
             // Rounded up: nodes just beyond are sorted out later.
@@ -140,7 +146,6 @@ fn answer(
         };
         minimize(brep, &objective, goal, memory, front)
     };
-    workspace.work = Work::default();
     let front = witness.as_deref_mut().map(|w| &mut w.front);
     let front = front.filter(|_| objective.is_squared() && all_below.is_none());
     let mut found = search(true, &mut workspace.memory, front);
@@ -154,13 +159,8 @@ fn answer(
     };
     let settle = |found: &Outcome| {
         let separation = separation([found.lo, found.hi], &objective, radius, material);
-        let target = width.at(if material == Some(true) {
-            // The separation is -d - r.
-            separation.value.abs() + 2.0 * radius
-        } else {
-            separation.value + radius
-        });
-        (separation, target.max(0.0))
+        let inside = material == Some(true);
+        (separation, target_width(width, &separation, radius, inside))
     };
     let (mut separation, mut target) = settle(&found);
     if material.is_some() && found.used_closed && separation.bounds.width() > target {
@@ -196,11 +196,7 @@ fn answer(
             undecided,
         };
     }
-    let slack = CONTINUUM_SLACK * brep.size();
-    let slack = match options.accuracy {
-        Accuracy::Length(a) => slack.max(a),
-        Accuracy::Full => slack,
-    };
+    let slack = continuum_slack(brep, options);
     let reach = CONTINUUM_REACH * brep.size();
     let continuum = is_continuum(&found, &objective, slack, reach)
         || (found.left_open && spreads(brep, &found, &objective, slack, reach));
@@ -221,9 +217,34 @@ fn answer(
     }
 }
 
+/// How wide the enclosure of a separation may be.
+pub(super) fn target_width(
+    width: Width,
+    separation: &Separation,
+    radius: f64,
+    material: bool,
+) -> f64 {
+    let target = width.at(if material {
+        // The separation is -d - r.
+        separation.value.abs() + 2.0 * radius
+    } else {
+        separation.value + radius
+    });
+    target.max(0.0)
+}
+
+/// By how much a distance or height may be larger than the least to count as least.
+pub(super) fn continuum_slack(brep: &PreparedBrep, options: &Options) -> f64 {
+    let slack = CONTINUUM_SLACK * brep.size();
+    match options.accuracy {
+        Accuracy::Length(a) => slack.max(a),
+        Accuracy::Full => slack,
+    }
+}
+
 /// Whether a point is in the material of a closed solid, given a lower bound of its squared distance from the faces; `None` where
 /// that is undecided.
-fn in_material(
+pub(super) fn in_material(
     brep: &PreparedBrep,
     point: Point3<f64>,
     squared: Dd,

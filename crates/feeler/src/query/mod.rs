@@ -16,6 +16,7 @@ mod line;
 mod local;
 mod node;
 mod objective;
+mod one_sphere;
 mod outcome;
 mod overlap;
 mod passages;

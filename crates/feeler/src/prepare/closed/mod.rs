@@ -12,12 +12,14 @@ mod place;
 mod plane;
 mod quadric;
 mod revolution;
+mod sphere;
 
 pub(crate) use curve::{ClosedCurve, CurveShape};
 use form::Critical;
-pub(crate) use form::{Boxes, Extent, Minimum, Target, V3, exact, widened};
+pub(crate) use form::{Boxes, Extent, Minimum, Target, V3, distance_range, exact, widened};
 pub(crate) use gap::frechet;
 pub(crate) use line::{ClosedHit, ClosedLine};
+pub(crate) use sphere::{SphereFoot, SphereForm};
 
 use plane::PlaneForm;
 use revolution::RevolutionForm;
@@ -236,6 +238,14 @@ impl ClosedSurface {
             Surface::Nurbs(s) if recognise => Self::Plane(Box::new(PlaneForm::recognised(s)?)),
             Surface::Sum(_) | Surface::Nurbs(_) => return None,
         })
+    }
+
+    /// The sphere that it is on, if it is.
+    pub(crate) fn sphere(&self) -> Option<&SphereForm> {
+        match self {
+            Self::Plane(_) => None,
+            Self::Revolution(r) => r.sphere.as_ref(),
+        }
     }
 
     /// What it is called; of what lies near two kinds, one.

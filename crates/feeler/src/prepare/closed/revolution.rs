@@ -29,6 +29,7 @@ use super::form::{
     unit,
 };
 use super::quadric::Quadric;
+use super::sphere::SphereForm;
 use crate::numeric::{Ball, Dd, Interval, Real, sin_cos};
 use crate::nurbs::{Curve3, Revolution};
 
@@ -79,6 +80,8 @@ pub(crate) struct RevolutionForm {
     transposed: bool,
     /// The same surface exactly, where it is of the second order.
     pub(super) quadric: Option<Quadric>,
+    /// The sphere that it is on, if it is.
+    pub(crate) sphere: Option<SphereForm>,
 }
 
 /// The target in the half-plane of the axis.
@@ -347,7 +350,7 @@ impl RevolutionForm {
             b,
             profile,
         };
-        Some(Self {
+        let mut form = Self {
             rough: fine.rounded(),
             fine,
             skew,
@@ -359,7 +362,10 @@ impl RevolutionForm {
             profile_domain: domain,
             transposed: s.transposed,
             quadric: Quadric::new(s),
-        })
+            sphere: None,
+        };
+        form.sphere = SphereForm::new(&form);
+        Some(form)
     }
 
     /// What it is called, by coordinates rounded to f64: nothing rests on it.
@@ -395,6 +401,11 @@ impl RevolutionForm {
     /// The same as native parameters.
     pub(super) fn angle_domain(&self) -> Interval {
         self.angle_domain
+    }
+
+    /// Whether native parameters are profile's first.
+    pub(super) fn transposed(&self) -> bool {
+        self.transposed
     }
 
     /// Native angular parameter from an angle.

@@ -1,0 +1,162 @@
+//! Native spheres: what lies nearest to a point, without the plane of the profile.
+//!
+//! A revolution of an arc whose centre is on the axis is on a sphere: every point of it is within `slack` of one, the slack of the
+//! revolution's [model](super::revolution) and what the arc's centre is off the axis. So no point of the surface is nearer to `q` than
+//! `||q - c| - R| - slack`, whatever its parameters and trims.
+//!
+//! *The foot.* Let `D = |q - c| > 0` and `p` the sphere's point towards `q`, or away from it for what is within. The surface's point
+//! with the azimuth and the profile parameter of `p` is within `slack` of `p`, so where these parameters are in the face's region the distance is no
+//! more than `|D - R| + slack`. Where a whole box about them is in the region, all points of the face that are as near are next to `p`:
+//! with `y` the sphere's point within `slack` of such a point and `psi` its angle from `p` about `c`, `|q - y|^2 = (D - R)^2 + 2 R D (1 -
+//! cos psi)`. So the nearest one is in the face's interior and a critical point, whose parameters the revolution's argument gives: its azimuth is off
+//! that of `q` by `2.2 skew / a` with `a` its distance from the axis, which moves it by `2.2 skew`, and turns `q` in the profile's half-plane by as
+//! much of `D a / R` (distances from the axis at a critical point are as those from the centre, but for that): its place on the profile moves by no more than
+//! `(2.2 skew D / R + 2 skew) R / D`. It is within `4 slack (1 + R / D)` of `p`, as `skew` is at most `slack`, and the arc's centre counts
+//! in `slack`.
+
+use super::form::{Linear, V3, Vector, rounded};
+use super::revolution::{Profile, RevolutionForm};
+use crate::numeric::{Ball, Dd, Real, atan2};
+
+/// The sphere that a surface is on.
+#[derive(Clone, Debug)]
+pub(crate) struct SphereForm {
+    center: V3,
+    rough: Vector<f64>,
+    pub(crate) radius: f64,
+    /// How far points of the surface may be from the sphere, and from those of the same parameters.
+    pub(crate) slack: f64,
+    frame: [[f64; 3]; 3],
+    /// The arc's axes along `e` and the revolution's axis.
+    profile: [[f64; 2]; 2],
+    angular: Linear,
+    meridian: Linear,
+    transposed: bool,
+}
+
+/// A centre farther from the axis than this part of the radius is none of a sphere.
+const ON_AXIS: f64 = 1e-35;
+/// Angles of a foot are known within this, where anything is said of them...
+const ANGLE: f64 = 1.0 / (1u64 << 36) as f64;
+/// ...which is so where the vector from the centre, its part across the axis included, is known to this part of its length.
+const DIRECTION: f64 = 1.0 / (1u64 << 40) as f64;
+
+/// Angles beyond this lose digits by whole turns.
+const MOST_ANGLE: f64 = 64.0;
+
+/// Where the sphere's nearest point to a point is.
+pub(crate) struct SphereFoot {
+    /// From the centre.
+    pub(crate) off: Vector<f64>,
+    /// The length of that.
+    pub(crate) distance: Ball<f64>,
+    /// A box of native parameters that holds those of the foot, in the domain, and others all around.
+    pub(crate) around: [[f64; 2]; 2],
+    /// One of them, next to the foot's to f64.
+    pub(crate) uv: [f64; 2],
+}
+
+impl SphereForm {
+    /// Of a revolution, if it is one of a sphere.
+    pub(super) fn new(form: &RevolutionForm) -> Option<Self> {
+        let Profile::Arc {
+            center,
+            x,
+            y,
+            radius,
+            ..
+        } = &form.fine.profile
+        else {
+            return None;
+        };
+        let off_axis = center[0].magnitude();
+        let (angular, meridian) = (form.angular(), form.profile_map());
+        let few_turns = [&angular, &meridian].iter().all(|m| {
+            let i = m.from;
+            -MOST_ANGLE <= i.start && i.end <= MOST_ANGLE
+        });
+        if !(off_axis <= ON_AXIS * radius && form.twist <= DIRECTION && few_turns) {
+            return None;
+        }
+        let model = &form.fine;
+        let at: V3 = std::array::from_fn(|c| model.origin[c] + center[2] * model.axis[c]);
+        let off = off_axis + center[1].magnitude();
+        let mid = |v: &V3| v.map(|x| x.mid.hi);
+        Some(Self {
+            rough: rounded(&at),
+            center: at,
+            radius: *radius,
+            slack: (form.slack + form.skew + 2.0 * off) * (1.0 + 8.0 * f64::EPSILON),
+            frame: [mid(&model.e), mid(&model.b), mid(&model.axis)],
+            profile: [x, y].map(|v| [v[0].mid.hi, v[2].mid.hi]),
+            angular,
+            meridian,
+            transposed: form.transposed(),
+        })
+    }
+
+    /// How far a point is outside of the sphere.
+    pub(crate) fn gap(&self, q: &[f64; 3]) -> Ball<Dd> {
+        let w: V3 = std::array::from_fn(|c| Ball::exact(q[c]) - self.center[c]);
+        length(&w) - Ball::exact(self.radius)
+    }
+
+    /// The foot of a point; `None` where f64 does not tell, or where its parameters are next to the border of the domain.
+    ///
+    /// Products and sums for one component along the frame are off by six roundings of the vector's length (the frame's own
+    /// included), so all parts of a direction by less than `DIRECTION`, and angles by twice that, the two roundings of
+    /// [`ATAN_ERROR`](crate::numeric::ATAN_ERROR), and the `twist` of the surface's: all told below `ANGLE / 2`, of which the rest is for turns.
+    pub(crate) fn foot(&self, q: &[f64; 3]) -> Option<SphereFoot> {
+        let off: Vector<f64> = std::array::from_fn(|c| Ball::exact(q[c]) - self.rough[c]);
+        let distance = length(&off);
+        let w = off.map(|x| x.mid);
+        let [e, b, h] = self
+            .frame
+            .each_ref()
+            .map(|f| w[0] * f[0] + w[1] * f[1] + w[2] * f[2]);
+        let rho = (e * e + b * b).sqrt();
+        let error = off.iter().map(|x| x.rad).sum::<f64>() + 16.0 * f64::EPSILON * distance.mid;
+        if !(error < DIRECTION * rho && distance.mid > f64::MIN_POSITIVE / f64::EPSILON) {
+            return None;
+        }
+        let [x, y] = self.profile.map(|a| rho * a[0] + h * a[1]);
+        let (u, us) = turned(atan2(b, e), &self.angular)?;
+        let (v, vs) = turned(atan2(y, x), &self.meridian)?;
+        let (uv, around) = if self.transposed {
+            ([v, u], [vs, us])
+        } else {
+            ([u, v], [us, vs])
+        };
+        Some(SphereFoot {
+            off,
+            distance,
+            around,
+            uv,
+        })
+    }
+
+    /// How far the nearest point of the surface may be from the sphere's, in units of the slack.
+    pub(crate) fn shift(&self, distance: f64) -> f64 {
+        4.0 * self.slack * (1.0 + self.radius / distance) * (1.0 + 8.0 * f64::EPSILON)
+    }
+}
+
+fn length<T: Real>(w: &Vector<T>) -> Ball<T> {
+    (w[0].square() + w[1].square() + w[2].square()).sqrt()
+}
+
+/// The native parameter of an angle, moved into a range by whole turns, and a box about it; `None` if the box is not in the domain.
+fn turned(at: f64, map: &Linear) -> Option<(f64, [f64; 2])> {
+    const TURN: f64 = std::f64::consts::TAU;
+    let range = map.from;
+    let mut at = at;
+    while at - TURN >= range.start {
+        at -= TURN;
+    }
+    while at < range.start {
+        at += TURN;
+    }
+    let around = map.range([at - ANGLE, at + ANGLE]);
+    let inside = around[0] > map.to.start && around[1] < map.to.end;
+    inside.then(|| (map.rough(at), around))
+}

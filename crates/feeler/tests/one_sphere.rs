@@ -1,0 +1,132 @@
+//! Balls against one native sphere, or a part of it: the formula's answers against those of the search on patches.
+
+mod scenes;
+
+use feeler::brep::Brep;
+use feeler::numeric::Interval;
+use feeler::nurbs::{Arc, Curve, Revolution, Surface};
+use feeler::prepare::{PreparedBrep, Shortcuts};
+use feeler::query::{Accuracy, Options, Probe, Sphere, Workspace, contact};
+use nalgebra::{Point3, Rotation3, Vector3};
+use scenes::Random;
+use std::f64::consts::{FRAC_PI_2, TAU};
+
+/// A sphere about a centre, between two latitudes and turned by so much, its axes those of a rotation.
+fn sphere(
+    center: Point3<f64>,
+    radius: f64,
+    frame: Rotation3<f64>,
+    latitudes: [f64; 2],
+    turn: [f64; 2],
+    transposed: bool,
+) -> Brep {
+    let interval = |[a, b]: [f64; 2]| Interval::new(a, b).unwrap();
+    let [x, y, z] = [Vector3::x(), Vector3::y(), Vector3::z()].map(|v| frame * v);
+    let profile = Arc {
+        center,
+        x,
+        y: z,
+        z: -y,
+        radius,
+        angle: interval(latitudes),
+        domain: interval([2.0, 5.0]),
+    };
+    let turned = Revolution {
+        origin: center,
+        axis: z,
+        angle: interval(turn),
+        angle_domain: interval([-1.0, 7.0]),
+        profile: Curve::Arc(Arc::new(profile).unwrap()),
+        transposed,
+    };
+    Brep::from_surface(Surface::Revolution(Revolution::new(turned).unwrap())).unwrap()
+}
+
+#[test]
+fn formulas_agree_with_the_search() {
+    let mut random = Random::new(29);
+    let mut formulas = 0;
+    for round in 0..36 {
+        let center = Point3::from(random.direction() * random.between(0.0, 20.0));
+        let radius = random.between(0.1, 5.0);
+        let frame = match round % 3 {
+            0 => Rotation3::identity(),
+            // A quarter turn, exactly.
+            1 => Rotation3::from_matrix_unchecked(nalgebra::Matrix3::new(
+                0.0, 0.0, 1.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0,
+            )),
+            _ => Rotation3::new(random.direction() * random.between(0.0, 3.0)),
+        };
+        let from = random.between(-20.0, 20.0);
+        let (latitudes, turn) = match round % 4 {
+            0 => ([-FRAC_PI_2, FRAC_PI_2], [0.0, TAU]),
+            1 => ([-FRAC_PI_2, random.between(-1.0, 1.0)], [from, from + 3.0]),
+            2 => ([-1.0, random.between(-0.5, 1.5)], [from, from + TAU]),
+            _ => ([0.5, 1.0], [from, from + random.between(0.5, 6.0)]),
+        };
+        let brep = sphere(center, radius, frame, latitudes, turn, round % 2 == 1);
+        let searched = Shortcuts {
+            closed_forms: false,
+            ..Shortcuts::ALL
+        };
+        let searched = PreparedBrep::with_shortcuts(brep.clone(), searched);
+        let brep = PreparedBrep::new(brep);
+        let (mut one, mut other) = (Workspace::default(), Workspace::default());
+        for k in 0..20 {
+            let off = 10f64.powf(random.between(-9.0, 0.5)) * radius;
+            let q = match k % 4 {
+                // Next to the surface.
+                3 => center + random.direction() * (radius + 1e-6 * off),
+                _ => center + random.direction() * off,
+            };
+            let probe = Probe::Sphere(Sphere::new(q, random.between(0.0, 2.0)).unwrap());
+            let accuracy = match k % 2 {
+                0 => Accuracy::Full,
+                _ => Accuracy::Length(1e-10 * radius),
+            };
+            let options = Options {
+                accuracy,
+                prediction: f64::INFINITY,
+                ..Options::default()
+            };
+            let a = contact(&brep, &probe, &options, &mut one);
+            let b = contact(&searched, &probe, &options, &mut other);
+            let (x, y) = (a.separation.bounds, b.separation.bounds);
+            assert!(x.lo <= y.hi && y.lo <= x.hi, "{probe:?}: {x:?} {y:?}");
+            assert!(x.lo <= a.separation.value && a.separation.value <= x.hi);
+            if one.work().nodes == 0 {
+                formulas += 1;
+                // Within psi of the foot squared distances grow by R D psi^2. The reach is told to a factor: by the formula
+                // as by the search.
+                let slack = 2f64.powi(-44) * brep.size();
+                let slack = match accuracy {
+                    Accuracy::Full => slack,
+                    Accuracy::Length(a) => slack.max(a),
+                };
+                let from_center = (q - center).norm();
+                let growth = slack * (2.0 * (from_center - radius).abs() + slack);
+                let reach = (growth * radius / from_center).sqrt() / (2f64.powi(-12) * brep.size());
+                if !(0.25..4.0).contains(&reach) {
+                    assert_eq!(a.continuum, reach > 1.0, "{probe:?}");
+                    assert_eq!(a.continuum, b.continuum, "{probe:?}");
+                }
+            }
+            let (c, d) = (&a.contacts[0], &b.contacts[0]);
+            let at = brep.brep().surface(0).point(c.uv.x, c.uv.y);
+            assert!(
+                (at - c.on_brep).norm() < 1e-13 * (radius + 20.0),
+                "{probe:?}"
+            );
+            if let (Some(p), Some(r)) = (c.position_bound, d.position_bound) {
+                let apart = (c.on_brep - d.on_brep).norm();
+                assert!(apart <= p + r, "{probe:?}: {apart:e} {p:e} {r:e}");
+            }
+            if let (Some(p), Some(r)) = (c.normal_bound, d.normal_bound) {
+                let apart = c.normal.cross(&d.normal).norm();
+                assert!(c.normal.dot(&d.normal) > 0.0 && apart <= p + r, "{probe:?}");
+            }
+        }
+    }
+    // Those whose foot is in the part of the sphere that there is.
+    assert!(formulas > 100, "{formulas} by the formula");
+}
