@@ -7,7 +7,7 @@ use super::front::Front;
 use super::local::{Spot, Surroundings};
 use super::objective::Objective;
 use super::outcome::{Foot, Goal, Hint, Locus, Outcome, Settled, Source, Width};
-use super::search::minimize;
+use super::search::{QUARTER, minimize};
 use super::task::Memory;
 use super::{Work, Workspace, inside, one_sphere};
 use crate::numeric::{Ball, Dd, Enclosure, Real};
@@ -455,7 +455,14 @@ fn contacts(
             spot: foot.spot,
             uv: foot.uv,
         };
-        let mut c = make_contact(brep, probe, &place, separation, material == Some(true));
+        let mut c = make_contact(
+            brep,
+            probe,
+            &place,
+            separation,
+            material == Some(true),
+            options.accuracy,
+        );
         bound_contact(&mut c, found, foot, brep, continuum);
         out.push(c);
     }
@@ -542,7 +549,14 @@ fn other_contact(
         return;
     }
     let near = separation([s.lo, hi], objective, radius, material);
-    let c = make_contact(brep, probe, &place, near, material == Some(true));
+    let c = make_contact(
+        brep,
+        probe,
+        &place,
+        near,
+        material == Some(true),
+        options.accuracy,
+    );
     let apart = SAME_CONTACT * brep.size();
     // The first is the deepest of all: its separation is the answer's.
     let same = out
@@ -610,6 +624,45 @@ fn place_of(brep: &PreparedBrep, s: &Settled) -> Option<(Place, usize, [Ball<Dd>
     Some((place, patch, local))
 }
 
+/// Of the distance of a ball's centre: where a foot is known to so little, the normal is good to nearly all digits of f64.
+const SHARP_FOOT: f64 = 1.0 / (1u64 << 44) as f64;
+
+/// The point of a place in f64, where that is known within `enough`, and in the direction of a ball's centre within [`SHARP_FOOT`].
+///
+/// The place's parameters are rounded, each by half a unit of one at most, besides what they are known to.
+fn rough_point(brep: &PreparedBrep, probe: &Probe, place: &Place, enough: f64) -> Option<V3> {
+    let Locus::Patch { patch, local } = place.spot else {
+        return None;
+    };
+    let geometry = brep.double(place.face);
+    let net = &geometry.patches[patch].net;
+    if !jet::fits(net.degree) {
+        return None;
+    }
+    let at = local.map(|x| x.mid.hi.clamp(0.0, 1.0));
+    let speeds = geometry.patch_speeds(patch);
+    let moved: f64 = (0..2)
+        .map(|k| speeds[k] * (f64::EPSILON + local[k].rad))
+        .sum();
+    let value = jet::jet(net, at[0], at[1])[0];
+    let point: [Ball<f64>; 3] = std::array::from_fn(|c| {
+        let x = value[c] / value[3] + Ball::exact(net.origin[c]);
+        Ball {
+            rad: (x.rad + moved) * BOUND_UP,
+            ..x
+        }
+    });
+    let enough = match probe {
+        Probe::Sphere(s) => {
+            let off = Vector3::from_fn(|c, _| s.center[c] - point[c].mid);
+            enough.min(SHARP_FOOT * off.norm())
+        }
+        Probe::HalfSpace(_) => enough,
+    };
+    let known = point.iter().all(|x| x.rad <= enough);
+    known.then(|| point.map(Ball::to_dd))
+}
+
 /// The point of a place.
 fn point_of(brep: &PreparedBrep, place: &Place) -> V3 {
     match place.spot {
@@ -648,8 +701,13 @@ pub(super) fn make_contact(
     place: &Place,
     separation: Separation,
     material: bool,
+    accuracy: Accuracy,
 ) -> Contact {
-    let point = point_of(brep, place);
+    let rough = match accuracy {
+        Accuracy::Length(a) => rough_point(brep, probe, place, QUARTER * a),
+        Accuracy::Full => None,
+    };
+    let point = rough.unwrap_or_else(|| point_of(brep, place));
     let on_brep = Point3::new(point[0].mid.hi, point[1].mid.hi, point[2].mid.hi);
     let (normal, on_probe) = match probe {
         Probe::Sphere(s) => {

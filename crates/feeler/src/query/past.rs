@@ -590,7 +590,14 @@ impl Search<'_> {
             },
             uv: foot.uv,
         };
-        let contact = make_contact(self.brep, &Probe::Sphere(ball), &place, near, false);
+        let contact = make_contact(
+            self.brep,
+            &Probe::Sphere(ball),
+            &place,
+            near,
+            false,
+            Accuracy::Full,
+        );
         let wanted = options.contacts != Contacts::None;
         let found = ContactAnswer {
             separation: near,
