@@ -130,3 +130,38 @@ fn formulas_agree_with_the_search() {
     // Those whose foot is in the part of the sphere that there is.
     assert!(formulas > 100, "{formulas} by the formula");
 }
+
+/// So near the centre that squares are lost, or all but: a contact is one all the same, be it of many.
+#[test]
+fn centres_next_to_the_sphere_s_own() {
+    for radius in [1.0, 1e-60] {
+        let latitudes = [-1.0, 1.0];
+        let whole = [0.0, TAU];
+        let frame = Rotation3::identity();
+        let brep = sphere(Point3::origin(), radius, frame, latitudes, whole, false);
+        let brep = PreparedBrep::new(brep);
+        let mut workspace = Workspace::default();
+        for exponent in -160..-20 {
+            let off = Vector3::new(-0.6, 0.8, 0.01).normalize() * 10f64.powi(exponent);
+            let probe =
+                Probe::Sphere(Sphere::new(Point3::from(off * radius), 0.5 * radius).unwrap());
+            for accuracy in [Accuracy::Full, Accuracy::Length(1e-9 * radius)] {
+                let options = Options {
+                    accuracy,
+                    prediction: f64::INFINITY,
+                    ..Options::default()
+                };
+                let answer = contact(&brep, &probe, &options, &mut workspace);
+                assert!(answer.separation.bounds.contains(0.5 * radius));
+                let c = &answer.contacts[0];
+                assert!((c.normal.norm() - 1.0).abs() < 1e-12, "{exponent}");
+                let from_center = c.on_brep.coords.norm() / radius;
+                assert!(
+                    (from_center - 1.0).abs() < 1e-12,
+                    "{exponent}: {from_center}"
+                );
+                assert!(answer.continuum || c.position_bound.is_none_or(f64::is_finite));
+            }
+        }
+    }
+}

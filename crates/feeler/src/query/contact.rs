@@ -125,6 +125,7 @@ fn answer(
     {
         return found;
     }
+    workspace.work = Work::default();
     let all_below = match (options.contacts, probe) {
         (Contacts::All, Probe::Sphere(_)) => {
             // Rounded up: nodes just beyond are sorted out later.
@@ -225,8 +226,8 @@ pub(super) fn target_width(
     material: bool,
 ) -> f64 {
     let target = width.at(if material {
-        // The separation is -d - r.
-        separation.value.abs() + 2.0 * radius
+        // The separation is -d - r, that of the sum of both less r.
+        separation.value.abs() + radius
     } else {
         separation.value + radius
     });

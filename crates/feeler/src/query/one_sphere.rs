@@ -156,7 +156,7 @@ fn make_contact(
         feature: Feature::Face(0),
         face: 0,
         uv: Point2::from(foot.uv),
-        position_bound: Some((rounded + shift) * UP),
+        position_bound: Some((rounded + shift) * UP).filter(|x| x.is_finite()),
         normal_bound: (shift < apart).then_some(angle * UP),
     }
 }

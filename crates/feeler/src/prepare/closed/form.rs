@@ -238,6 +238,10 @@ impl Linear {
         }
         // Ends go to ends exactly; else three roundings of numbers no larger than the ends.
         let scale = self.to.length() / self.from.length();
+        if !(scale >= f64::MIN_POSITIVE / f64::EPSILON) {
+            // A quotient that has lost digits.
+            return [f64::NEG_INFINITY, f64::INFINITY];
+        }
         let size = self.to.start.abs().max(self.to.end.abs())
             + scale * (self.from.start.abs() + x[0].abs().max(x[1].abs()));
         let slack = 8.0 * f64::EPSILON * size;

@@ -618,13 +618,14 @@ impl RevolutionForm {
         let (range, foot) = match target {
             Target::Point(q) => {
                 let gap = model.gap(&flat);
-                let foot = tells.then(|| {
-                    let fine = model.up(&flat);
+                let foot = tells.then(|| model.up(&flat)).and_then(|fine| {
                     up = fine.map(|x| {
                         let x = x.to_dd();
                         Ball::from_dd(x.mid, x.rad)
                     });
-                    at_gap(q, gap, &fine)
+                    // Next to a focal point, where squares are lost, a length may have no digits though its vector has.
+                    let known = fine.iter().all(|x| x.rad < KNOWN_UP);
+                    known.then(|| at_gap(q, gap, &fine))
                 });
                 (distance_range(gap, self.slack), foot)
             }
@@ -855,6 +856,8 @@ struct OnProfile {
 
 /// An azimuth known no better than this, in radians, is not known.
 const KNOWN: f64 = 1.0;
+/// Nor a unit vector no better than this.
+const KNOWN_UP: f64 = 1.0 / (1u64 << 20) as f64;
 const UNIT_INTERVAL: Interval = Interval {
     start: 0.0,
     end: 1.0,

@@ -6,13 +6,14 @@
 //!
 //! *The foot.* Let `D = |q - c| > 0` and `p` the sphere's point towards `q`, or away from it for what is within. The surface's point
 //! with the azimuth and the profile parameter of `p` is within `slack` of `p`, so where these parameters are in the face's region the distance is no
-//! more than `|D - R| + slack`. Where a whole box about them is in the region, all points of the face that are as near are next to `p`:
-//! with `y` the sphere's point within `slack` of such a point and `psi` its angle from `p` about `c`, `|q - y|^2 = (D - R)^2 + 2 R D (1 -
-//! cos psi)`. So the nearest one is in the face's interior and a critical point, whose parameters the revolution's argument gives: its azimuth is off
-//! that of `q` by `2.2 skew / a` with `a` its distance from the axis, which moves it by `2.2 skew`, and turns `q` in the profile's half-plane by as
-//! much of `D a / R` (distances from the axis at a critical point are as those from the centre, but for that): its place on the profile moves by no more than
-//! `(2.2 skew D / R + 2 skew) R / D`. It is within `4 slack (1 + R / D)` of `p`, as `skew` is at most `slack`, and the arc's centre counts
-//! in `slack`.
+//! more than `|D - R| + slack`.
+//!
+//! *Where the nearest point is.* Of a point `x` of the surface let `y` be the sphere's with the same parameters and `psi` its angle from `p`
+//! about `c`: `|q - y|^2 = (D - R)^2 + 2 R D (1 - cos psi)`. With `k` what the arc's centre is off the axis, turned with `x`, and `w` the unit vector from it to
+//! `x`, `|x - c|^2 = R^2 + 2 R k.w + |k|^2`: between `x` and the point at `p`'s parameters that changes by no more than `4 R |k| psi` (of `k` across the profile's
+//! plane `w` has `skew / R`, which is of the second order), and `x - y` turns by no more than `skew` over `R`. So where `x` is no farther from `q` than
+//! that point, `psi` is at most `4 slack (1 / R + 1 / D)`, as `slack` counts `skew` once more than the model does and `|k|` twice: `x` is within
+//! `4 slack (1 + R / D)` of `p`, be the face's region what it may.
 
 use super::form::{Linear, V3, Vector, rounded};
 use super::revolution::{Profile, RevolutionForm};
@@ -34,8 +35,8 @@ pub(crate) struct SphereForm {
     transposed: bool,
 }
 
-/// A centre farther from the axis than this part of the radius is none of a sphere.
-const ON_AXIS: f64 = 1e-35;
+/// An arc's centre farther from the axis than this part of the radius is none of a sphere: the last digits of a double-double.
+const ON_AXIS: f64 = 1e-30;
 /// Angles of a foot are known within this, where anything is said of them...
 const ANGLE: f64 = 1.0 / (1u64 << 36) as f64;
 /// ...which is so where the vector from the centre, its part across the axis included, is known to this part of its length.
@@ -103,9 +104,10 @@ impl SphereForm {
 
     /// The foot of a point; `None` where f64 does not tell, or where its parameters are next to the border of the domain.
     ///
-    /// Products and sums for one component along the frame are off by six roundings of the vector's length (the frame's own
-    /// included), so all parts of a direction by less than `DIRECTION`, and angles by twice that, the two roundings of
-    /// [`ATAN_ERROR`](crate::numeric::ATAN_ERROR), and the `twist` of the surface's: all told below `ANGLE / 2`, of which the rest is for turns.
+    /// Products and sums for one component along the frame are off by six roundings of the vector's length, and the frame's vectors, known
+    /// as well as `twist` says, by as much again: so all parts of a direction by less than `DIRECTION`, and angles by twice that,
+    /// [`ATAN_ERROR`](crate::numeric::ATAN_ERROR) and `twist`: all told below `ANGLE / 2`. The other half is for whole turns and for what the nearest
+    /// point is off.
     pub(crate) fn foot(&self, q: &[f64; 3]) -> Option<SphereFoot> {
         let off: Vector<f64> = std::array::from_fn(|c| Ball::exact(q[c]) - self.rough[c]);
         let distance = length(&off);
@@ -115,7 +117,9 @@ impl SphereForm {
             .each_ref()
             .map(|f| w[0] * f[0] + w[1] * f[1] + w[2] * f[2]);
         let rho = (e * e + b * b).sqrt();
-        let error = off.iter().map(|x| x.rad).sum::<f64>() + 16.0 * f64::EPSILON * distance.mid;
+        // Of the least vectors the squares are lost, which the length's own bound says.
+        let known = off.iter().map(|x| x.rad).sum::<f64>() + distance.rad + 4.0 * self.slack;
+        let error = known + 16.0 * f64::EPSILON * distance.mid;
         if !(error < DIRECTION * rho && distance.mid > f64::MIN_POSITIVE / f64::EPSILON) {
             return None;
         }
