@@ -102,7 +102,7 @@ impl Distance {
     fn new(gap: Ball<Dd>, slack: f64) -> Option<Self> {
         let off = (gap.rad + slack) * UP;
         let mid = if gap.mid.hi < 0.0 { -gap.mid } else { gap.mid };
-        (mid.hi > 2.0 * off).then(|| Self { mid, off })
+        (mid.hi > 2.0 * off).then_some(Self { mid, off })
     }
 
     /// Less a radius; of what is in material the negative.
