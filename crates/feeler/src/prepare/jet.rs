@@ -193,29 +193,57 @@ fn jet1_of<const N: usize>(net: &Net<f64>, p: usize, q: usize, s: f64, t: f64) -
     sums
 }
 
-/// The same with bounds, for `s` and `t` in [0, 1].
+/// The relative roundings of values and slopes.
+fn units(net: &Net<f64>) -> f64 {
+    (4 * (net.degree.u + net.degree.v) + 4 + UNITS) as f64 * f64::UNIT
+}
+
+/// The bound of a radius that was computed in a few operations, what underflows included.
+fn rounded_up(rad: f64) -> f64 {
+    rad * (1.0 + 8.0 * f64::EPSILON) + TINY
+}
+
+/// A value with its bound.
+fn bounded(net: &Net<f64>, value: [f64; 4]) -> [Ball<f64>; 4] {
+    let units = units(net);
+    let weight = weight_below(net, value[3], units);
+    std::array::from_fn(|c| {
+        if c == 3 && net.unit_weights {
+            return Ball::ONE;
+        }
+        Ball {
+            mid: value[c],
+            rad: rounded_up((units * net.reach[c] + net.blur[c]) * weight),
+        }
+    })
+}
+
+/// The homogeneous point with bounds, for `s` and `t` in [0, 1].
+pub(crate) fn point(net: &Net<f64>, s: f64, t: f64) -> [Ball<f64>; 4] {
+    bounded(net, value(net, s, t))
+}
+
+/// The homogeneous point, its `_s` and its `_t` with bounds, for `s` and `t` in [0, 1].
 pub(crate) fn jet(net: &Net<f64>, s: f64, t: f64) -> [[Ball<f64>; 4]; 3] {
-    let sums = jet1(net, s, t);
-    let (p, q) = (net.degree.u, net.degree.v);
-    let units = (4 * (p + q) + 4 + UNITS) as f64 * f64::UNIT;
-    let factors = [1.0, 2.0 * p as f64, 2.0 * q as f64];
-    let weight = weight_below(net, sums[0][3], units);
-    std::array::from_fn(|k| {
+    let [value, along_s, along_t] = jet1(net, s, t);
+    let units = units(net);
+    let slope = |degree: usize, sums: [f64; 4]| {
         std::array::from_fn(|c| {
             if c == 3 && net.unit_weights {
-                return if k == 0 { Ball::ONE } else { Ball::ZERO };
+                return Ball::ZERO;
             }
-            let rad = if k == 0 {
-                (units * net.reach[c] + net.blur[c]) * weight
-            } else {
-                factors[k] * (units * net.largest[c] + net.spread[c])
-            };
+            let rad = 2.0 * degree as f64 * (units * net.largest[c] + net.spread[c]);
             Ball {
-                mid: sums[k][c],
-                rad: rad * (1.0 + 8.0 * f64::EPSILON) + TINY,
+                mid: sums[c],
+                rad: rounded_up(rad),
             }
         })
-    })
+    };
+    [
+        bounded(net, value),
+        slope(net.degree.u, along_s),
+        slope(net.degree.v, along_t),
+    ]
 }
 
 /// The Bernstein polynomials `C(p, i) s^(p-i) t^i` of degree `p` at a double-double `t` in [0, 1], `s = 1 - t`.
@@ -223,9 +251,10 @@ pub(crate) fn jet(net: &Net<f64>, s: f64, t: f64) -> [[Ball<f64>; 4]; 3] {
 /// `s` is rounded once, which counts `p` times at most; its powers and those of `t` take at most `p - 1` products each, of which `b_i`
 /// has at most `p - 2` in all for `0 < i < p`; then come their product and that with the binomial, a f64 exactly. All factors are
 /// positive, so each polynomial is off by at most `p + p + 1` units, relatively: no more than `4 p`.
-fn fine_basis(p: usize, t: Dd) -> [Dd; ROOM] {
+#[inline(always)]
+fn fine_basis<const N: usize>(p: usize, t: Dd) -> [Dd; N] {
     let s = Dd::ONE - t;
-    let mut b = [Dd::ONE; ROOM];
+    let mut b = [Dd::ONE; N];
     // b_i = t^i.
     for i in 1..=p {
         b[i] = if i == 1 { t } else { b[i - 1] * t };
@@ -264,21 +293,7 @@ pub(crate) fn fine_value(net: &Net<Dd>, local: [Ball<Dd>; 2]) -> Option<[Ball<Dd
         return None;
     }
     let (p, q) = (net.degree.u, net.degree.v);
-    let (bu, bv) = (fine_basis(p, s.mid), fine_basis(q, t.mid));
-    let (mut sums, mut rests) = ([0.0; 4], [0.0; 4]);
-    let coordinates = if net.unit_weights { 3 } else { 4 };
-    for (i, row) in net.points.chunks_exact(q + 1).enumerate() {
-        for (j, p) in row.iter().enumerate() {
-            let b = if q == 0 { bu[i] } else { bu[i] * bv[j] };
-            for c in 0..coordinates {
-                let x = p[c].mid;
-                let (h, r) = two_prod(b.hi, x.hi);
-                let (sum, z) = two_sum(sums[c], h);
-                sums[c] = sum;
-                rests[c] += z + (r + (b.hi * x.lo + b.lo * x.hi));
-            }
-        }
-    }
+    let [sums, rests] = by_degree!(fine_sums_of, net, s.mid, t.mid);
     let n = net.points.len() as f64;
     // Second order: n u is far below one.
     let compensated = 1.01 * ((n + 4.0) * (n + 3.0) + 1.0) * (f64::UNIT * f64::UNIT);
@@ -296,6 +311,27 @@ pub(crate) fn fine_value(net: &Net<Dd>, local: [Ball<Dd>; 2]) -> Option<[Ball<Dd
             rad: rad * (1.0 + 16.0 * f64::EPSILON) + TINY * n,
         }
     }))
+}
+
+/// What [`fine_value`] adds up: sums, and what they left.
+#[inline(always)]
+fn fine_sums_of<const N: usize>(net: &Net<Dd>, p: usize, q: usize, s: Dd, t: Dd) -> [[f64; 4]; 2] {
+    let (bu, bv) = (fine_basis::<N>(p, s), fine_basis::<N>(q, t));
+    let (mut sums, mut rests) = ([0.0; 4], [0.0; 4]);
+    let coordinates = if net.unit_weights { 3 } else { 4 };
+    for (i, row) in net.points.chunks_exact(q + 1).enumerate() {
+        for (j, p) in row.iter().enumerate() {
+            let b = if q == 0 { bu[i] } else { bu[i] * bv[j] };
+            for c in 0..coordinates {
+                let x = p[c].mid;
+                let (h, r) = two_prod(b.hi, x.hi);
+                let (sum, z) = two_sum(sums[c], h);
+                sums[c] = sum;
+                rests[c] += z + (r + (b.hi * x.lo + b.lo * x.hi));
+            }
+        }
+    }
+    [sums, rests]
 }
 
 #[cfg(test)]

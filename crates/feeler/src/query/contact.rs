@@ -382,7 +382,7 @@ fn spreads(
     let Some(foot) = &found.foot else {
         return false;
     };
-    let Locus::Patch { patch, local } = foot.spot else {
+    let Locus::Patch { patch, local, .. } = foot.spot else {
         return false;
     };
     let Patch { net, maps, .. } = &brep.double(foot.face).patches[patch];
@@ -528,6 +528,7 @@ fn other_contact(
         place.spot = Locus::Patch {
             patch: index,
             local,
+            point: None,
         };
     }
     // Below: the bound of the node. Above: f at the point itself.
@@ -619,7 +620,11 @@ fn place_of(brep: &PreparedBrep, s: &Settled) -> Option<(Place, usize, [Ball<Dd>
     let place = Place {
         face,
         trim,
-        spot: Locus::Patch { patch, local },
+        spot: Locus::Patch {
+            patch,
+            local,
+            point: None,
+        },
         uv,
     };
     Some((place, patch, local))
@@ -632,7 +637,7 @@ const SHARP_FOOT: f64 = 1.0 / (1u64 << 44) as f64;
 ///
 /// The place's parameters are rounded, each by half a unit of one at most, besides what they are known to.
 fn rough_point(brep: &PreparedBrep, probe: &Probe, place: &Place, enough: f64) -> Option<V3> {
-    let Locus::Patch { patch, local } = place.spot else {
+    let Locus::Patch { patch, local, .. } = place.spot else {
         return None;
     };
     let geometry = brep.double(place.face);
@@ -645,7 +650,7 @@ fn rough_point(brep: &PreparedBrep, probe: &Probe, place: &Place, enough: f64) -
     let moved: f64 = (0..2)
         .map(|k| speeds[k] * (f64::EPSILON + local[k].rad))
         .sum();
-    let value = jet::jet(net, at[0], at[1])[0];
+    let value = jet::point(net, at[0], at[1]);
     let point: [Ball<f64>; 3] = std::array::from_fn(|c| {
         let x = value[c] / value[3] + Ball::exact(net.origin[c]);
         Ball {
@@ -667,9 +672,13 @@ fn rough_point(brep: &PreparedBrep, probe: &Probe, place: &Place, enough: f64) -
 /// The point of a place.
 fn point_of(brep: &PreparedBrep, place: &Place) -> V3 {
     match place.spot {
-        Locus::Patch { patch, local } => {
+        Locus::Patch {
+            patch,
+            local,
+            point,
+        } => {
             let net = &brep.double_double(place.face).patches[patch].net;
-            let value = jet::fine_value(net, local);
+            let value = point.or_else(|| jet::fine_value(net, local));
             let value = value.unwrap_or_else(|| net.jet(local[0], local[1]).value);
             std::array::from_fn(|c| value[c] / value[3] + Ball::exact(net.origin[c]))
         }
@@ -680,7 +689,7 @@ fn point_of(brep: &PreparedBrep, place: &Place) -> V3 {
 /// A vector along `S_u x S_v` at a place, rounded.
 fn face_normal(brep: &PreparedBrep, place: &Place) -> Vector3<f64> {
     match place.spot {
-        Locus::Patch { patch, local } => {
+        Locus::Patch { patch, local, .. } => {
             let net = &brep.double_double(place.face).patches[patch].net;
             let jet = net.jet(local[0], local[1]);
             let w = jet.value[3];
@@ -931,7 +940,7 @@ fn bound_contact(
     let [along_u, along_v] = geometry.patch_speeds(patch);
     let rounded = 2.0 * f64::EPSILON * (along_u + along_v);
     let value = if jet::fits(net.degree) {
-        jet::jet(net, at[0], at[1])[0]
+        jet::point(net, at[0], at[1])
     } else {
         let at = at.map(Ball::<f64>::exact);
         net.jet(at[0], at[1]).value

@@ -10,7 +10,7 @@ use super::upper::upper_end;
 use crate::numeric::bernstein::Bidegree;
 use crate::numeric::{Ball, Dd, Real, Td};
 use crate::prepare::closed::Extent;
-use crate::prepare::{jet, restrict};
+use crate::prepare::{Homogeneous, jet, restrict};
 use crate::trim::BoxSide;
 use std::collections::BinaryHeap;
 
@@ -39,6 +39,8 @@ pub(crate) struct Leaf {
     pub(crate) empty: bool,
     /// `f(p)`.
     pub(crate) value: Ball<Dd>,
+    /// The homogeneous point at `p`, where it was found in double-double.
+    pub(crate) point: Option<Homogeneous<Dd, 4>>,
     /// Where `f` can be low; without the speed.
     pub(crate) spread: Spread,
     /// `sqrt(2 C / lambda)`: how far `f` may be followed before it grows by one, in node coordinates.
@@ -162,7 +164,7 @@ impl Search<'_> {
                 return None;
             }
         }
-        self.keep_leaf(source, leaf.p, leaf.value, minimum_inside);
+        self.keep_leaf(source, &leaf, minimum_inside);
         if self.hopeless(leaf.lo) {
             return Some(leaf);
         }
@@ -465,6 +467,7 @@ impl Search<'_> {
             rho,
             empty,
             value,
+            point: s.point,
             spread: Spread {
                 slope: free,
                 value: g0.magnitude(),

@@ -3,7 +3,7 @@
 
 use crate::numeric::{Ball, Dd, Real};
 use crate::prepare::closed::Target;
-use crate::prepare::{Net, Products, Quotient, jet};
+use crate::prepare::{Homogeneous, Net, Products, Quotient, jet};
 use nalgebra::{Point3, Vector3};
 
 /// What is minimised over the BREP.
@@ -22,6 +22,8 @@ pub(crate) struct Sample {
     pub(crate) c: Ball<Dd>,
     pub(crate) n_slope: [Ball<Dd>; 2],
     pub(crate) c_slope: [Ball<Dd>; 2],
+    /// The homogeneous point, where it was found in double-double.
+    pub(crate) point: Option<Homogeneous<Dd, 4>>,
 }
 
 impl Sample {
@@ -113,6 +115,12 @@ impl Objective {
         self.combined(&net.origin, &jet::jet(net, p[0], p[1]))
     }
 
+    /// The value alone of that.
+    pub(crate) fn rough_value(&self, net: &Net<f64>, p: [f64; 2]) -> Ball<Dd> {
+        let (n, c) = self.values(&net.origin, &jet::point(net, p[0], p[1]));
+        n / c
+    }
+
     /// The same with values in double-double, derivatives in f64.
     pub(crate) fn fine_sample(
         &self,
@@ -125,7 +133,13 @@ impl Objective {
         let rounded = value.map(|b| Ball::<f64>::from_dd(b.mid, b.rad));
         let slopes = self.slopes(&net.origin, &[rounded, s, t]);
         let (n, c) = self.values(&net.origin, &value);
-        Some(Sample { n, c, ..slopes })
+        let point = Some(value);
+        Some(Sample {
+            n,
+            c,
+            point,
+            ..slopes
+        })
     }
 
     /// `f` at a local point of a net, in double-double.
@@ -192,6 +206,7 @@ impl Objective {
             c: Ball::ZERO,
             n_slope: n_slope.map(Ball::to_dd),
             c_slope: c_slope.map(Ball::to_dd),
+            point: None,
         }
     }
 

@@ -1,6 +1,7 @@
 //! What a search is asked for, and what it finds.
 
 use crate::numeric::{Ball, Dd, Real};
+use crate::prepare::Homogeneous;
 use crate::prepare::closed::{Extent, V3};
 use nalgebra::Point2;
 
@@ -32,7 +33,12 @@ pub(crate) struct Foot {
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Locus {
     /// Local parameters on a patch.
-    Patch { patch: usize, local: [Ball<Dd>; 2] },
+    Patch {
+        patch: usize,
+        local: [Ball<Dd>; 2],
+        /// The homogeneous point there, where the search found it in double-double.
+        point: Option<Homogeneous<Dd, 4>>,
+    },
     /// A point of a face in closed form; `unique` says that it is proven to be the only one with the least value on its
     /// face or curve.
     Closed { point: V3, unique: bool },

@@ -587,6 +587,7 @@ impl Search<'_> {
             spot: Locus::Patch {
                 patch: foot.patch,
                 local: foot.local,
+                point: None,
             },
             uv: foot.uv,
         };

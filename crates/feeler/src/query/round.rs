@@ -84,16 +84,23 @@ impl Linear {
         self.c.as_flattened().iter().all(|c| *c > self.error)
     }
 
-    /// Along which of u and v (u: true) it is to be halved; `None` where it is small where it changes.
+    /// Along which of u and v (u: true) it is to be halved: where it changes more, as far as it is not small there; `None` where it is
+    /// small.
     fn split(&self) -> Option<bool> {
-        // By the corners: a guide.
-        let [[a, _, b], _, [c, _, d]] = self.c;
-        let (along_u, range) = if (c - a).abs() + (d - b).abs() >= (b - a).abs() + (d - c).abs() {
-            (true, self.u)
-        } else {
-            (false, self.v)
-        };
-        (range[1] - range[0] > SMALL).then_some(along_u)
+        // By all coefficients: about the least point of a linear function on a sphere its corners are alike.
+        let c = &self.c;
+        let (mut along_u, mut along_v) = (0.0, 0.0);
+        for i in 0..3 {
+            along_u += (c[1][i] - c[0][i]).abs() + (c[2][i] - c[1][i]).abs();
+            along_v += (c[i][1] - c[i][0]).abs() + (c[i][2] - c[i][1]).abs();
+        }
+        let [u, v] = [self.u, self.v].map(|r| r[1] - r[0] > SMALL);
+        match (u, v) {
+            (true, true) => Some(along_u >= along_v),
+            (true, false) => Some(true),
+            (false, true) => Some(false),
+            (false, false) => None,
+        }
     }
 
     /// Two means, one of the other's, for each of three coefficients.

@@ -1,10 +1,11 @@
 //! Upper bounds: points of the BREP where the objective is evaluated, and the descent that finds them.
 
+use super::leaf::Leaf;
 use super::objective::Objective;
 use super::outcome::{Foot, Hint, Locus, Source};
 use super::search::Search;
 use crate::numeric::{Ball, Dd, Td};
-use crate::prepare::{Patch, Seed, jet};
+use crate::prepare::{Homogeneous, Patch, Seed, jet};
 use crate::trim::{BoxSide, Side};
 use nalgebra::Point2;
 
@@ -163,7 +164,7 @@ impl Search<'_> {
             && jet::fits(net.degree)
             && self.classify(face, index, [p[0]; 2], [p[1]; 2]) == BoxSide::Inside
         {
-            let value = self.objective.rough_sample(net, p).value();
+            let value = self.objective.rough_value(net, p);
             let size = self.brep.size();
             let scale = if self.objective.is_squared() {
                 size * size
@@ -172,7 +173,7 @@ impl Search<'_> {
             };
             // Weights of very different sizes leave f64 without a bound.
             if value.rad <= ROUGH_SLACK * scale {
-                let foot = self.patch_foot(face, index, p.map(Ball::exact));
+                let foot = self.patch_foot(face, index, p.map(Ball::exact), None);
                 return self.keep(value, foot);
             }
         }
@@ -192,11 +193,12 @@ impl Search<'_> {
     }
 
     /// Keeps the point of a leaf; `inside` says that it is known to be in the region.
-    pub(super) fn keep_leaf(&mut self, source: Source, p: [Dd; 2], value: Ball<Dd>, inside: bool) {
+    pub(super) fn keep_leaf(&mut self, source: Source, leaf: &Leaf, inside: bool) {
+        let (p, value) = (leaf.p, leaf.value);
         match source {
             Source::Patch { face, index } if inside => {
                 let local = p.map(|mid| Ball { mid, rad: 0.0 });
-                let foot = self.patch_foot(face, index, local);
+                let foot = self.patch_foot(face, index, local, leaf.point);
                 self.keep(value, foot);
             }
             Source::Piece { face, index } => match self.piece_foot(face, index, p[0]) {
@@ -250,7 +252,11 @@ impl Search<'_> {
                 face,
                 trim,
                 uv: Point2::new(uv[0], uv[1]),
-                spot: Locus::Patch { patch, local },
+                spot: Locus::Patch {
+                    patch,
+                    local,
+                    point: None,
+                },
                 found: Some((
                     Source::Patch { face, index: patch },
                     local.map(|x| x.mid.hi),
@@ -261,14 +267,24 @@ impl Search<'_> {
     }
 
     /// A point of a patch that is known to be in the region.
-    fn patch_foot(&self, face: usize, patch: usize, local: [Ball<Dd>; 2]) -> Foot {
+    fn patch_foot(
+        &self,
+        face: usize,
+        patch: usize,
+        local: [Ball<Dd>; 2],
+        point: Option<Homogeneous<Dd, 4>>,
+    ) -> Foot {
         let maps = &self.brep.double(face).patches[patch].maps;
         let at = local.map(|x| x.mid.hi);
         Foot {
             face,
             trim: None,
             uv: Point2::new(maps[0].to_native(at[0]), maps[1].to_native(at[1])),
-            spot: Locus::Patch { patch, local },
+            spot: Locus::Patch {
+                patch,
+                local,
+                point,
+            },
             found: Some((Source::Patch { face, index: patch }, at)),
         }
     }
@@ -276,7 +292,7 @@ impl Search<'_> {
     fn keep_patch_point(&mut self, face: usize, patch: usize, local: [Ball<Dd>; 2]) {
         let source = Source::Patch { face, index: patch };
         let value = self.fine_value(source, local, || raised(local));
-        let foot = self.patch_foot(face, patch, local);
+        let foot = self.patch_foot(face, patch, local, None);
         self.keep(value, foot);
     }
 
@@ -325,6 +341,7 @@ impl Search<'_> {
             spot: Locus::Patch {
                 patch: piece.patch,
                 local,
+                point: None,
             },
             found: Some((Source::Piece { face, index }, [t.hi, 0.0])),
         })
