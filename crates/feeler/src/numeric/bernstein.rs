@@ -124,7 +124,20 @@ pub(crate) fn greater(a: f64, b: f64) -> f64 {
 /// the halves is an average of the old ones, so errors of the old ones are not amplified, and each of
 /// the at most `degree` averagings adds one rounding: see [`split_error`].
 pub fn split_off<T: Real>(c: &mut [T], degree: Bidegree, along_u: bool) -> Vec<T> {
-    let mut right = c.to_vec();
+    let mut right = Vec::new();
+    split_into(c, &mut right, degree, along_u);
+    right
+}
+
+/// The same with a list for the second half, whatever it holds.
+pub(crate) fn split_into<T: Real>(
+    c: &mut [T],
+    right: &mut Vec<T>,
+    degree: Bidegree,
+    along_u: bool,
+) {
+    right.clear();
+    right.extend_from_slice(c);
     let width = degree.v + 1;
     if along_u {
         // Whole rows at once: the same averages, in an order that processors like.
@@ -137,17 +150,16 @@ pub fn split_off<T: Real>(c: &mut [T], degree: Bidegree, along_u: bool) -> Vec<T
             }
             c[k * width..(k + 1) * width].copy_from_slice(&right[..width]);
         }
-        return right;
+        return;
     }
     match width {
-        5 => split_rows::<T, 5>(&mut right, c),
-        7 => split_rows::<T, 7>(&mut right, c),
+        5 => split_rows::<T, 5>(right, c),
+        7 => split_rows::<T, 7>(right, c),
         _ => {
             let rows = right.chunks_exact_mut(width).zip(c.chunks_exact_mut(width));
             rows.for_each(|(row, left)| split_row(row, left));
         }
     }
-    right
 }
 
 /// What one [`split_off`] adds to the error of coefficients no larger than `largest`, where an operation that underflows may lose `tiny`.
@@ -158,13 +170,27 @@ pub fn split_error<T: Real>(degree: Bidegree, along_u: bool, largest: f64, tiny:
 
 /// The coefficients on one border: at the low or the high end of u (or v).
 pub(crate) fn border<T: Copy>(c: &[T], degree: Bidegree, along_u: bool, high: bool) -> Vec<T> {
+    let mut out = Vec::new();
+    border_into(c, &mut out, degree, along_u, high);
+    out
+}
+
+/// The same in a list, whatever it holds.
+pub(crate) fn border_into<T: Copy>(
+    c: &[T],
+    out: &mut Vec<T>,
+    degree: Bidegree,
+    along_u: bool,
+    high: bool,
+) {
     let width = degree.v + 1;
+    out.clear();
     if along_u {
         let i = if high { degree.u } else { 0 };
-        c[i * width..(i + 1) * width].to_vec()
+        out.extend_from_slice(&c[i * width..(i + 1) * width]);
     } else {
         let j = if high { degree.v } else { 0 };
-        c.iter().skip(j).step_by(width).copied().collect()
+        out.extend(c.iter().skip(j).step_by(width));
     }
 }
 

@@ -64,21 +64,44 @@ impl Quotient<Dd> {
 }
 
 impl<T: Real> Quotient<T> {
+    /// Nothing yet: lists to be filled.
+    pub(crate) const BLANK: Self = Self {
+        degree: Bidegree { u: 0, v: 0 },
+        n: Vec::new(),
+        c: Vec::new(),
+        n_error: 0.0,
+        c_error: 0.0,
+        tiny: 0.0,
+    };
+
     /// `|S - q|^2` on a net, from its products.
     pub(crate) fn squared_distance(q: &Point3<f64>, net: &Net<T>, products: &Products<T>) -> Self {
+        Self::BLANK.made_squared_distance(q, net, products)
+    }
+
+    /// The same in the lists of another, whatever they hold.
+    pub(crate) fn made_squared_distance(
+        self,
+        q: &Point3<f64>,
+        net: &Net<T>,
+        products: &Products<T>,
+    ) -> Self {
+        let Self { mut n, mut c, .. } = self;
+        n.clear();
+        c.clear();
         let q: [Ball<T>; 3] = std::array::from_fn(|c| Ball::difference(q[c], net.origin[c]));
         let q2 = q[0].square() + q[1].square() + q[2].square();
         let two = T::from_f64(2.0);
         let [bx, by, bz] = &products.b;
         let pairs = products.a.values.iter().zip(&products.c.values);
         let triples = bx.values.iter().zip(&by.values).zip(&bz.values);
-        let values = pairs
-            .zip(triples)
-            .map(|((a, c), ((x, y), z))| {
-                let cross = q[0].mid * *x + q[1].mid * *y + q[2].mid * *z;
-                (*a - two * cross) + q2.mid * *c
-            })
-            .collect();
+        n.extend(pairs.zip(triples).map(|((a, c), ((x, y), z))| {
+            let cross = q[0].mid * *x + q[1].mid * *y + q[2].mid * *z;
+            (*a - two * cross) + q2.mid * *c
+        }));
+        if !net.unit_weights {
+            c.extend_from_slice(&products.c.values);
+        }
         let mut size = products.a.largest + q2.magnitude() * products.c.largest;
         let mut error =
             products.a.error + q2.magnitude() * products.c.error + q2.rad * products.c.largest;
@@ -88,13 +111,9 @@ impl<T: Real> Quotient<T> {
         }
         Self {
             degree: products.degree,
-            n: values,
+            n,
             n_error: (error + 8.0 * (T::UNIT * size + products.c.tiny)) * BOUND_UP,
-            c: if net.unit_weights {
-                Vec::new()
-            } else {
-                products.c.values.clone()
-            },
+            c,
             c_error: if net.unit_weights {
                 0.0
             } else {

@@ -42,7 +42,7 @@ use super::shape::Shape;
 use super::steady::Steady;
 use super::task::{Kind, Task};
 use crate::numeric::Dd;
-use crate::prepare::{Products, Quotient};
+use crate::prepare::{Net, Products, Quotient};
 use crate::trim::BoxSide;
 use nalgebra::Point3;
 use std::collections::BinaryHeap;
@@ -332,6 +332,7 @@ impl Search<'_> {
             node.lo = lo;
         }
         if self.hopeless(node.lo) {
+            self.memory.put_back(node);
             return Insight::Done;
         }
         let insight = if node.lo >= self.enough() {
@@ -341,18 +342,20 @@ impl Search<'_> {
         };
         if let Insight::Done = insight {
             self.enqueue(heap, source, inside, node, true);
+        } else {
+            self.memory.put_back(node);
         }
         insight
     }
 
     /// The node of a part.
     fn kept_box(
-        &self,
+        &mut self,
         q: &Point3<f64>,
         source: Source,
         [u, v]: [[f64; 2]; 2],
         kept: &mut Kept,
-    ) -> Option<Node<f64>> {
+    ) -> Option<Box<Node<f64>>> {
         let (net, all) = self.basis::<f64>(source)?;
         let cut;
         let products = if [u, v] == whole(all.degree) {
@@ -367,8 +370,21 @@ impl Search<'_> {
             }
         };
         kept.hull = kept.hull.or_else(|| products.hull(&net.origin));
-        let f = Quotient::squared_distance(q, net, products);
-        Some(Node::over(f, u, v, true))
+        Some(self.node_over(q, (net, products), [u, v]))
+    }
+
+    /// The node over a box with its products.
+    fn node_over(
+        &mut self,
+        q: &Point3<f64>,
+        (net, products): (&Net<f64>, &Products<f64>),
+        [u, v]: [[f64; 2]; 2],
+    ) -> Box<Node<f64>> {
+        let mut node = self.memory.spare_node();
+        let spare = std::mem::replace(&mut node.f, Quotient::BLANK);
+        let f = spare.made_squared_distance(q, net, products);
+        *node = Node::over(f, u, v, true);
+        node
     }
 
     /// What can be learnt of a part that may hold the nearest point, for the queries to come and for this one.
@@ -479,14 +495,13 @@ impl Search<'_> {
                     return Some(lo);
                 };
                 let (net, _) = self.basis::<f64>(source)?;
-                let f = Quotient::squared_distance(q, net, products);
                 let end = |r: [f64; 2]| [r[usize::from(*sign < 0)]; 2];
                 let (u, v) = if *along == 0 {
                     (end(u), v)
                 } else {
                     (u, end(v))
                 };
-                let mut node = Node::over(f, u, v, true);
+                let mut node = self.node_over(q, (net, products), [u, v]);
                 if lo > node.lo {
                     node.lo = lo;
                 }

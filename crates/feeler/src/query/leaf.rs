@@ -248,14 +248,13 @@ impl Search<'_> {
     }
 
     /// The borders of the patch that the node touches, as nodes of their own.
-    fn push_borders<T: Real>(
+    fn push_borders<T: Real + Arithmetic>(
         &mut self,
         heap: &mut BinaryHeap<Task<T>>,
         source: Source,
         inside: bool,
         node: &Node<T>,
     ) {
-        let squared = self.objective.is_squared();
         for (along_u, degree, range) in [
             (true, node.f.degree.u, node.u),
             (false, node.f.degree.v, node.v),
@@ -265,8 +264,7 @@ impl Search<'_> {
             }
             for (high, touches) in [(false, range[0] == 0.0), (true, range[1] == 1.0)] {
                 if touches {
-                    let border = node.border(along_u, high, squared);
-                    self.enqueue(heap, source, inside, border, true);
+                    self.enqueue_border(heap, source, inside, node, (along_u, high));
                 }
             }
         }

@@ -1,7 +1,7 @@
 //! A box of the search: part of a patch or of a boundary piece.
 
 use crate::numeric::bernstein::{
-    Bidegree, border, greater, keep_part, largest, part_error, split_error, split_off,
+    Bidegree, border_into, greater, keep_part, largest, part_error, split_error, split_into,
 };
 use crate::numeric::{Dd, Real};
 use crate::prepare::Quotient;
@@ -29,6 +29,15 @@ pub(super) fn whole(degree: Bidegree) -> [[f64; 2]; 2] {
 }
 
 impl<T: Real> Node<T> {
+    /// Nothing yet: lists to be filled.
+    pub(crate) const BLANK: Self = Self {
+        f: Quotient::BLANK,
+        u: [0.0; 2],
+        v: [0.0; 2],
+        lo: Dd::ZERO,
+        most: 0.0,
+    };
+
     /// The whole square (or, for a curve, the whole interval).
     pub(crate) fn root(f: Quotient<T>, squared: bool) -> Self {
         let [u, v] = whole(f.degree);
@@ -143,8 +152,15 @@ impl<T: Real> Node<T> {
     }
 
     /// The two halves.
-    pub(crate) fn halves(self, along_u: bool, squared: bool) -> [Self; 2] {
-        let mut low = self;
+    pub(crate) fn halves(mut self, along_u: bool, squared: bool) -> [Self; 2] {
+        let mut high = Self::BLANK;
+        self.halve(&mut high, along_u, squared);
+        [self, high]
+    }
+
+    /// Becomes its lower half, and another node, whatever it holds, the upper one.
+    pub(crate) fn halve(&mut self, high: &mut Self, along_u: bool, squared: bool) {
+        let low = self;
         let f = &mut low.f;
         let own = |most: f64| split_error::<T>(f.degree, along_u, most, f.tiny);
         if f.c.is_empty() {
@@ -153,16 +169,12 @@ impl<T: Real> Node<T> {
             f.n_error = (f.n_error + own(low.most)) * UP;
             f.c_error = (f.c_error + own(UP + f.c_error)) * UP;
         }
-        let n = split_off(&mut f.n, f.degree, along_u);
-        let c = if f.c.is_empty() {
-            Vec::new()
-        } else {
-            split_off(&mut f.c, f.degree, along_u)
-        };
-        let mut high = Self {
-            f: Quotient { n, c, ..low.f },
-            ..low
-        };
+        split_into(&mut f.n, &mut high.f.n, f.degree, along_u);
+        high.f.c.clear();
+        if !f.c.is_empty() {
+            split_into(&mut f.c, &mut high.f.c, f.degree, along_u);
+        }
+        high.take_rest(low);
         let (a, b) = if along_u {
             (&mut low.u, &mut high.u)
         } else {
@@ -172,11 +184,19 @@ impl<T: Real> Node<T> {
         (a[1], b[0]) = (middle, middle);
         low.take_bounds(squared);
         high.take_bounds(squared);
-        [low, high]
+    }
+
+    /// Takes over all of another node but its lists.
+    fn take_rest(&mut self, other: &Self) {
+        let (n, c) = (std::mem::take(&mut self.f.n), std::mem::take(&mut self.f.c));
+        *self = Self {
+            f: Quotient { n, c, ..other.f },
+            ..*other
+        };
     }
 
     /// The part of a whole patch or border over a box.
-    pub(crate) fn cut(mut self, u: [f64; 2], v: [f64; 2], squared: bool) -> Self {
+    pub(crate) fn cut(&mut self, u: [f64; 2], v: [f64; 2], squared: bool) {
         for (along_u, own, range) in [(true, &mut self.u, u), (false, &mut self.v, v)] {
             if *own == range {
                 continue;
@@ -199,36 +219,24 @@ impl<T: Real> Node<T> {
             }
         }
         self.take_bounds(squared);
-        self
     }
 
-    /// The restriction to one border of the box: along u (or v) at the low or the high end.
-    pub(crate) fn border(&self, along_u: bool, high: bool, squared: bool) -> Self {
+    /// Makes of a node, whatever it holds, the restriction to one border of the box: along u (or v) at the low or the high end.
+    pub(crate) fn border(&self, out: &mut Self, along_u: bool, high: bool, squared: bool) {
         let d = self.f.degree;
-        let take = |c: &[T]| border(c, d, along_u, high);
+        border_into(&self.f.n, &mut out.f.n, d, along_u, high);
+        out.f.c.clear();
+        if !self.f.c.is_empty() {
+            border_into(&self.f.c, &mut out.f.c, d, along_u, high);
+        }
+        out.take_rest(self);
         let end = |r: [f64; 2]| if high { [r[1]; 2] } else { [r[0]; 2] };
-        let mut node = Self {
-            f: Quotient {
-                degree: if along_u {
-                    Bidegree { u: 0, v: d.v }
-                } else {
-                    Bidegree { u: d.u, v: 0 }
-                },
-                n: take(&self.f.n),
-                c: if self.f.c.is_empty() {
-                    Vec::new()
-                } else {
-                    take(&self.f.c)
-                },
-                ..self.f
-            },
-            u: if along_u { end(self.u) } else { self.u },
-            v: if along_u { self.v } else { end(self.v) },
-            lo: self.lo,
-            most: self.most,
-        };
-        node.take_bounds(squared);
-        node
+        if along_u {
+            (out.f.degree.u, out.u) = (0, end(self.u));
+        } else {
+            (out.f.degree.v, out.v) = (0, end(self.v));
+        }
+        out.take_bounds(squared);
     }
 }
 

@@ -62,26 +62,28 @@ impl Objective {
 
     /// The quotient on a net. The bound counts, for each coefficient, what it inherits and at most
     /// eight roundings of parts no larger than the sum of the parts' largest.
+    /// It takes the lists of another quotient, whatever they hold.
     pub(crate) fn quotient<'p, T: Real + 'p>(
         &self,
         net: &Net<T>,
         products: impl FnOnce() -> &'p Products<T>,
+        spare: Quotient<T>,
     ) -> Quotient<T> {
         match self {
-            Self::SquaredDistance(q) => Quotient::squared_distance(q, net, products()),
+            Self::SquaredDistance(q) => spare.made_squared_distance(q, net, products()),
             Self::Height(n, h) => {
                 let x: [_; 3] = std::array::from_fn(|c| net.coordinate(c));
                 let w = net.coordinate(3);
                 let h = local_offset::<T>(n, *h, &net.origin);
                 let normal: [T; 3] = std::array::from_fn(|c| T::from_f64(n[c]));
-                let values = (0..net.degree.count())
-                    .map(|i| {
-                        normal[0] * x[0].values[i]
-                            + normal[1] * x[1].values[i]
-                            + normal[2] * x[2].values[i]
-                            - h.mid * w.values[i]
-                    })
-                    .collect();
+                let mut values = spare.n;
+                values.clear();
+                values.extend((0..net.degree.count()).map(|i| {
+                    normal[0] * x[0].values[i]
+                        + normal[1] * x[1].values[i]
+                        + normal[2] * x[2].values[i]
+                        - h.mid * w.values[i]
+                }));
                 let mut size = h.magnitude() * w.largest;
                 let mut error = h.magnitude() * w.error + h.rad * w.largest;
                 for c in 0..3 {

@@ -422,7 +422,7 @@ impl Search<'_> {
             let height = |sign: f64| {
                 let height = self.line.height(sign);
                 Node::root(
-                    height.quotient(net, || geometry.patch_products(patch)),
+                    height.quotient(net, || geometry.patch_products(patch), Quotient::BLANK),
                     false,
                 )
             };

@@ -67,7 +67,7 @@ impl Search<'_> {
             let squared = self.objective.is_squared();
             match self.root::<T>(source) {
                 Some(root) => {
-                    let mut node = narrow(root, u, v, squared);
+                    let mut node = self.narrow(root, u, v, squared);
                     if lo > node.lo {
                         node.lo = lo;
                     }
@@ -82,10 +82,29 @@ impl Search<'_> {
             }
         }
         self.run(&mut heap);
-        heap.clear();
-        *T::tasks(self.memory) = heap.into_vec();
+        self.memory.put_away(heap.into_vec());
         noisy.clear();
         noisy.append(&mut self.noisy);
+    }
+
+    /// The part of a root node over a box.
+    fn narrow<T: Real + Arithmetic>(
+        &mut self,
+        mut node: Box<Node<T>>,
+        u: [f64; 2],
+        v: [f64; 2],
+        squared: bool,
+    ) -> Box<Node<T>> {
+        for (along_u, target, range) in [(true, u, node.u), (false, v, node.v)] {
+            // A border of the patch: collapsed dimensions are always at 0 or 1.
+            if target[0] == target[1] && range[0] != range[1] {
+                let mut border = self.memory.spare_node();
+                node.border(&mut border, along_u, target[0] == range[1], squared);
+                self.memory.put_back(std::mem::replace(&mut node, border));
+            }
+        }
+        node.cut(u, v, squared);
+        node
     }
 }
 
@@ -93,14 +112,3 @@ impl Search<'_> {
 const MOST_FINEST: usize = 16;
 /// How many nodes may be visited then; each costs as much as some thousand in f64.
 const FINEST_BUDGET: usize = 128;
-
-/// The part of a root node over a box.
-fn narrow<T: Real>(mut node: Node<T>, u: [f64; 2], v: [f64; 2], squared: bool) -> Node<T> {
-    for (along_u, target, range) in [(true, u, node.u), (false, v, node.v)] {
-        // A border of the patch: collapsed dimensions are always at 0 or 1.
-        if target[0] == target[1] && range[0] != range[1] {
-            node = node.border(along_u, target[0] == range[1], squared);
-        }
-    }
-    node.cut(u, v, squared)
-}

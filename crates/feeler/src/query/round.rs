@@ -35,6 +35,8 @@ const UP: f64 = 1.0 + 32.0 * f64::EPSILON;
 struct Linear {
     c: [[f64; 3]; 3],
     error: f64,
+    /// What halving adds to that: two roundings of a mean. No mean is larger than the largest of all.
+    step: f64,
     u: [f64; 2],
     v: [f64; 2],
 }
@@ -72,9 +74,12 @@ impl Linear {
         for k in 0..3 {
             error += n[k].abs() * (8.0 * f64::EPSILON * net.largest[k] + net.spread[k]);
         }
+        let most = c.as_flattened().iter();
+        let most = most.fold(0.0, |m, x| greater(m, x.abs()));
         Some(Self {
             c,
             error: (error + TINY) * UP,
+            step: (4.0 * f64::EPSILON * most + TINY) * UP,
             u: [0.0, 1.0],
             v: [0.0, 1.0],
         })
@@ -105,9 +110,7 @@ impl Linear {
 
     /// Two means, one of the other's, for each of three coefficients.
     fn halves(mut self, along_u: bool) -> [Self; 2] {
-        let most = self.c.as_flattened().iter();
-        let most = most.fold(0.0, |m, x| greater(m, x.abs()));
-        self.error = (self.error + 4.0 * f64::EPSILON * most + TINY) * UP;
+        self.error = (self.error + self.step) * UP;
         let mut high = self;
         if along_u {
             for j in 0..3 {
@@ -165,6 +168,9 @@ impl Search<'_> {
         half: &NearHalfSpace,
         lo: Dd,
     ) {
+        if self.hopeless(lo) {
+            return;
+        }
         // What is left is next to one place as a rule: one box holds it.
         let mut left: Option<[[f64; 2]; 2]> = None;
         let source = Source::Patch { face, index };
@@ -192,14 +198,13 @@ impl Search<'_> {
         };
         // Next to a pole, or where distances hardly differ, no box is small: the whole patch has better places to start from.
         let wide = [u, v].iter().any(|r| r[1] - r[0] > WIDE);
-        let Some(root) = (!wide).then(|| self.root::<T>(source)).flatten() else {
+        let Some(mut node) = (!wide).then(|| self.root::<T>(source)).flatten() else {
             return self.push(heap, lo, false, Kind::Root(source));
         };
-        let mut node = root.cut(u, v, self.objective.is_squared());
+        node.cut(u, v, self.objective.is_squared());
         if lo > node.lo {
             node.lo = lo;
         }
-        self.look_down(source, &node);
         self.enqueue(heap, source, false, node, false);
     }
 }

@@ -54,7 +54,7 @@ use super::shape::Shape;
 use super::task::{Arithmetic, Kind, Memory, Noisy, Task};
 use crate::numeric::{Ball, Dd, Real, Td};
 use crate::prepare::closed::{Extent, Target};
-use crate::prepare::{Net, PreparedBrep, Products};
+use crate::prepare::{Net, PreparedBrep, Products, Quotient};
 use crate::trim::BoxSide;
 use std::collections::BinaryHeap;
 
@@ -74,6 +74,8 @@ pub(super) struct Search<'a> {
     order: u32,
     /// Whether what is put aside is written down for a front.
     pub(super) recording: bool,
+    /// The upper bound that [`Self::enough`] was last found for, and what it is.
+    known_enough: std::cell::Cell<(Dd, Dd)>,
 }
 
 /// Boxes are not split below this width in local parameters.
@@ -111,6 +113,7 @@ pub(crate) fn minimize(
         unsettled: Dd::from(f64::INFINITY),
         order: 0,
         recording: false,
+        known_enough: std::cell::Cell::new((Dd::from(f64::NAN), Dd::ZERO)),
     };
     if !brep.shortcuts().double_first {
         search.run_all::<Dd>();
@@ -134,7 +137,7 @@ pub(crate) fn minimize(
     out
 }
 
-impl Search<'_> {
+impl<'a> Search<'a> {
     /// The bound of what is not known at all.
     fn nothing(&self) -> Dd {
         if self.objective.is_squared() {
@@ -219,15 +222,26 @@ impl Search<'_> {
     /// Nodes with a bound from here on need no more work: the enclosure is narrow
     /// enough, given the upper bound so far.
     pub(super) fn enough(&self) -> Dd {
+        let hi = self.out.hi;
+        let (known, enough) = self.known_enough.get();
+        if known == hi {
+            return enough;
+        }
+        let enough = self.enough_below(hi);
+        self.known_enough.set((hi, enough));
+        enough
+    }
+
+    fn enough_below(&self, hi: Dd) -> Dd {
         if let Some(t) = self.goal.threshold {
             // Below: nothing that is left changes that. Else what is not below matters no more.
-            if self.out.hi < t {
+            if hi < t {
                 return Dd::from(f64::NEG_INFINITY);
             }
-            let near = self.near(self.out.hi, QUARTER);
+            let near = self.near(hi, QUARTER);
             return if t < near { t } else { near };
         }
-        let near = self.near(self.out.hi, QUARTER);
+        let near = self.near(hi, QUARTER);
         match self.goal.all_below {
             Some(all) if Dd::from(all) > near => Dd::from(all),
             _ => near,
@@ -261,8 +275,7 @@ impl Search<'_> {
         let mut heap = BinaryHeap::from(std::mem::take(T::tasks(self.memory)));
         self.push_faces(&mut heap);
         self.run(&mut heap);
-        heap.clear();
-        *T::tasks(self.memory) = heap.into_vec();
+        self.memory.put_away(heap.into_vec());
     }
 
     fn push_faces<T>(&mut self, heap: &mut BinaryHeap<Task<T>>) {
@@ -286,19 +299,20 @@ impl Search<'_> {
             self.push_faces(&mut heap);
         }
         self.run(&mut heap);
-        for task in heap.drain() {
-            let part = match task.kind {
-                Kind::Face(face) | Kind::Closed(face) => Part::Face(face),
-                Kind::Root(source) => Part::Root(source),
+        let tasks = heap.into_vec();
+        for task in &tasks {
+            let part = match &task.kind {
+                Kind::Face(face) | Kind::Closed(face) => Part::Face(*face),
+                Kind::Root(source) => Part::Root(*source),
                 Kind::Node {
                     source,
                     inside,
                     node,
-                } => Part::Box(source, node.u, node.v, inside),
+                } => Part::Box(*source, node.u, node.v, *inside),
             };
             self.leave(task.lo, task.covered, part);
         }
-        self.memory.tasks = heap.into_vec();
+        self.memory.put_away(tasks);
         if !holds {
             self.keep_front(front);
         }
@@ -345,7 +359,7 @@ impl Search<'_> {
                     source,
                     inside,
                     node,
-                } => self.visit(heap, source, inside, *node, covered),
+                } => self.visit(heap, source, inside, node, covered),
             }
         }
     }
@@ -402,26 +416,31 @@ impl Search<'_> {
     }
 
     /// The root node of a source.
-    pub(super) fn root<T: Real + Arithmetic>(&self, source: Source) -> Option<Node<T>> {
+    pub(super) fn root<T: Real + Arithmetic>(&mut self, source: Source) -> Option<Box<Node<T>>> {
+        let mut node = self.memory.spare_node();
+        let spare = std::mem::replace(&mut node.f, Quotient::BLANK);
         let (Source::Patch { face, index } | Source::Piece { face, index }) = source;
         let geometry = T::geometry(self.brep, face);
         let quotient = match source {
-            Source::Patch { .. } => self.objective.quotient(&geometry.patches[index].net, || {
-                geometry.patch_products(index)
-            }),
+            Source::Patch { .. } => {
+                let net = &geometry.patches[index].net;
+                let products = || geometry.patch_products(index);
+                self.objective.quotient(net, products, spare)
+            }
             Source::Piece { .. } => {
                 let (space, products) = self.basis::<T>(source)?;
-                self.objective.quotient(space, || products)
+                self.objective.quotient(space, || products, spare)
             }
         };
-        Some(Node::root(quotient, self.objective.is_squared()))
+        *node = Node::root(quotient, self.objective.is_squared());
+        Some(node)
     }
 
     /// The net of a source, and its products.
     pub(super) fn basis<T: Real + Arithmetic>(
         &self,
         source: Source,
-    ) -> Option<(&Net<T>, &Products<T>)> {
+    ) -> Option<(&'a Net<T>, &'a Products<T>)> {
         let (Source::Patch { face, index } | Source::Piece { face, index }) = source;
         let geometry = T::geometry(self.brep, face);
         Some(match source {
@@ -458,27 +477,15 @@ impl Search<'_> {
         if lo > node.lo {
             node.lo = lo;
         }
-        self.look_down(source, &node);
-        let (lo, node) = (node.lo, Box::new(node));
-        self.push(
-            heap,
-            lo,
-            covered,
-            Kind::Node {
-                source,
-                inside: false,
-                node,
-            },
-        );
-    }
-
-    /// Descends from where a node seems lowest, if that promises something.
-    pub(super) fn look_down<T: Real>(&mut self, source: Source, node: &Node<T>) {
-        let guess = node.guess();
-        if self.promises(source, guess) {
-            let start = self.descend(source, guess, [node.u, node.v]);
-            self.try_rough_point(source, start);
-        }
+        // From where it seems lowest.
+        self.look_down(source, node.guess(), [node.u, node.v]);
+        let (lo, inside) = (node.lo, false);
+        let kind = Kind::Node {
+            source,
+            inside,
+            node,
+        };
+        self.push(heap, lo, covered, kind);
     }
 
     fn visit<T: Real + Arithmetic>(
@@ -486,7 +493,7 @@ impl Search<'_> {
         heap: &mut BinaryHeap<Task<T>>,
         source: Source,
         mut inside: bool,
-        node: Node<T>,
+        mut node: Box<Node<T>>,
         covered: bool,
     ) {
         if let Source::Patch { face, index } = source
@@ -494,11 +501,30 @@ impl Search<'_> {
         {
             let side = self.classify(face, index, node.u, node.v);
             match side {
-                BoxSide::Outside => return,
+                BoxSide::Outside => return self.memory.put_back(node),
                 BoxSide::Inside => inside = true,
                 BoxSide::Mixed => {}
             }
         }
+        let Some(along_u) = self.settle(heap, source, inside, &node, covered) else {
+            return self.memory.put_back(node);
+        };
+        let mut high = self.memory.spare_node();
+        node.halve(&mut high, along_u, self.objective.is_squared());
+        for half in [node, high] {
+            self.enqueue(heap, source, inside, half, covered);
+        }
+    }
+
+    /// Puts a node aside if that can be proven; else whether it is to be halved along u.
+    fn settle<T: Real + Arithmetic>(
+        &mut self,
+        heap: &mut BinaryHeap<Task<T>>,
+        source: Source,
+        inside: bool,
+        node: &Node<T>,
+        covered: bool,
+    ) -> Option<bool> {
         let part = Part::Box(source, node.u, node.v, inside);
         if node.f.degree.count() == 1 {
             // A single point.
@@ -510,7 +536,7 @@ impl Search<'_> {
                 self.lower(lo);
                 self.settle_unshaped(source, node.u, node.v, lo);
             }
-            return;
+            return None;
         }
         // Where a piece crosses the border of its patch, the crossing is an end of what counts, though not of
         // the piece: the minimum may be there, and neither a slope nor convexity puts it aside.
@@ -520,7 +546,7 @@ impl Search<'_> {
                     && self.piece_leaves_patch(face, index, [0.0, 1.0]) =>
             {
                 if self.piece_is_off_patch(face, index, node.u) {
-                    return;
+                    return None;
                 }
                 self.piece_leaves_patch(face, index, node.u)
             }
@@ -535,16 +561,16 @@ impl Search<'_> {
         };
         let shape = node.shape(tau);
         let shortcuts = self.brep.shortcuts();
-        if let Some(k) = self.ruled(source, &node)
+        if let Some(k) = self.ruled(source, node)
             && shape.monotone[k] == 0
         {
             // What is as low along a ruling is not searched: it is looked for from the foot.
             self.out.left_open |= !self.hopeless(node.lo);
             for end in [false, true] {
-                let border = node.border(k == 0, end, self.objective.is_squared());
-                self.enqueue(heap, source, inside, border, true);
+                self.enqueue_border(heap, source, inside, node, (k == 0, end));
             }
-            return self.leave(node.lo, covered, part);
+            self.leave(node.lo, covered, part);
+            return None;
         }
         for (k, sign) in shape.monotone.into_iter().enumerate() {
             if sign == 0 || crosses || !shortcuts.monotone_borders {
@@ -557,11 +583,10 @@ impl Search<'_> {
                 (true, range[1] == 1.0)
             };
             if touches {
-                let border = node.border(k == 0, end, self.objective.is_squared());
-                self.enqueue(heap, source, inside, border, true);
+                self.enqueue_border(heap, source, inside, node, (k == 0, end));
             }
             self.leave(node.lo, covered, part);
-            return;
+            return None;
         }
         // Tops, ridges and saddles across the parameter lines hold no minimum; where only the least one is asked for their bounds say that sooner.
         if self.goal.all_below.is_some()
@@ -572,22 +597,21 @@ impl Search<'_> {
             let range = if k == 0 { node.u } else { node.v };
             for (end, touches) in [(false, range[0] == 0.0), (true, range[1] == 1.0)] {
                 if touches {
-                    let border = node.border(k == 0, end, self.objective.is_squared());
-                    self.enqueue(heap, source, inside, border, true);
+                    self.enqueue_border(heap, source, inside, node, (k == 0, end));
                 }
             }
             self.leave(node.lo, covered, part);
-            return;
+            return None;
         }
         if crosses {
             let middle = [node.u, node.v].map(|r| Dd::from(0.5 * (r[0] + r[1])));
             self.try_point(source, middle, false);
         } else if shape.convexity > 0.0 && shortcuts.convex_leaves {
-            let cell = Cell::from(&node);
+            let cell = Cell::from(node);
             let told = (&shape, tau.to_dd().0);
             if let Some(leaf) = self.leaf(heap, source, inside, &cell, told) {
                 self.leave(leaf.lo, covered, part);
-                return;
+                return None;
             }
         }
         // Where all of G is rounding noise, halves would be no better.
@@ -595,7 +619,7 @@ impl Search<'_> {
         if shape.g_largest <= NOISE_FACTOR * shape.g_error || wide <= LEAST_WIDTH {
             self.noisy.push((source, node.u, node.v, node.lo));
             self.leave(node.lo, covered, part);
-            return;
+            return None;
         }
         // A value far above those on the node hides that `G` is convex there, next to a focal point on boxes of any size.
         // (Where the region ends, low values are beside it more often than not.)
@@ -607,10 +631,21 @@ impl Search<'_> {
                 self.try_rough_point(source, start);
             }
         }
-        let along_u = split_along_u(&node, &shape);
-        for half in node.halves(along_u, self.objective.is_squared()) {
-            self.enqueue(heap, source, inside, half, covered);
-        }
+        Some(split_along_u(node, &shape))
+    }
+
+    /// Puts the border of a box in line, along u (or v) at the low or the high end.
+    pub(super) fn enqueue_border<T: Real + Arithmetic>(
+        &mut self,
+        heap: &mut BinaryHeap<Task<T>>,
+        source: Source,
+        inside: bool,
+        node: &Node<T>,
+        (along_u, high): (bool, bool),
+    ) {
+        let mut border = self.memory.spare_node();
+        node.border(&mut border, along_u, high, self.objective.is_squared());
+        self.enqueue(heap, source, inside, border, true);
     }
 
     /// Of a node that is a whole patch: along which of u and v `f` is a quotient of linear functions (a height on a ruled patch), where only the
@@ -644,29 +679,25 @@ impl Search<'_> {
         if bound > lo { bound } else { lo }
     }
 
-    pub(super) fn enqueue<T: Real>(
+    pub(super) fn enqueue<T: Real + Arithmetic>(
         &mut self,
         heap: &mut BinaryHeap<Task<T>>,
         source: Source,
         inside: bool,
-        node: Node<T>,
+        node: Box<Node<T>>,
         covered: bool,
     ) {
-        if self.hopeless(node.lo) {
-            self.leave(node.lo, covered, Part::Box(source, node.u, node.v, inside));
-            return;
+        let lo = node.lo;
+        if self.hopeless(lo) {
+            self.leave(lo, covered, Part::Box(source, node.u, node.v, inside));
+            return self.memory.put_back(node);
         }
-        let (lo, node) = (node.lo, Box::new(node));
-        self.push(
-            heap,
-            lo,
-            covered,
-            Kind::Node {
-                source,
-                inside,
-                node,
-            },
-        );
+        let kind = Kind::Node {
+            source,
+            inside,
+            node,
+        };
+        self.push(heap, lo, covered, kind);
     }
 
     /// Whether a box of a patch meets the region.

@@ -77,6 +77,9 @@ impl Span {
     }
 }
 
+/// So many coefficients have the products of patches of degree 5 by 5.
+const FEW: usize = 121;
+
 impl<T: Real> Node<T> {
     /// Differences of first order along u (or v): `(min, max)` over the box.
     pub(super) fn differences(c: &[T], degree: Bidegree, along_u: bool) -> (f64, f64) {
@@ -144,7 +147,8 @@ impl<T: Real> Node<T> {
     /// of `G / C`), in local parameters of the patch: `_ss`, `_st`, `_tt`.
     pub(crate) fn mean_hessian(&self, tau: T) -> [f64; 3] {
         let d = self.f.degree;
-        let g = self.g(tau);
+        let (mut few, mut many) = ([T::ZERO; FEW], Vec::new());
+        let g = self.g(tau, &mut few, &mut many);
         let c = if self.f.c.is_empty() {
             1.0
         } else {
@@ -152,7 +156,7 @@ impl<T: Real> Node<T> {
         };
         let widths = [self.u[1] - self.u[0], self.v[1] - self.v[0]];
         let mean = |du: usize, dv: usize, factor: usize, area: f64| {
-            let (low, high) = Self::second_differences(&g, d, du, dv);
+            let (low, high) = Self::second_differences(g, d, du, dv);
             if area > 0.0 {
                 0.5 * (low + high) * factor as f64 / (area * c)
             } else {
@@ -166,13 +170,24 @@ impl<T: Real> Node<T> {
         ]
     }
 
-    /// The coefficients of `G = N - tau C`.
-    fn g(&self, tau: T) -> Vec<T> {
-        if self.f.c.is_empty() {
-            return self.f.n.iter().map(|n| *n - tau).collect();
+    /// The coefficients of `G = N - tau C`, in one of two places: a list that is allocated only where there are many.
+    fn g<'p>(&self, tau: T, few: &'p mut [T; FEW], many: &'p mut Vec<T>) -> &'p [T] {
+        let (n, c) = (&self.f.n, &self.f.c);
+        let out = match few.get_mut(..n.len()) {
+            Some(few) => few,
+            None => {
+                many.resize(n.len(), T::ZERO);
+                many.as_mut_slice()
+            }
+        };
+        if c.is_empty() {
+            out.iter_mut().zip(n).for_each(|(g, n)| *g = *n - tau);
+        } else {
+            let pairs = n.iter().zip(c);
+            let each = out.iter_mut().zip(pairs);
+            each.for_each(|(g, (n, c))| *g = *n - tau * *c);
         }
-        let pairs = self.f.n.iter().zip(&self.f.c);
-        pairs.map(|(n, c)| *n - tau * *c).collect()
+        out
     }
 
     /// What is proven about `f` and `G = N - tau C` here.
@@ -210,7 +225,8 @@ impl<T: Real> Node<T> {
     /// Bounds on the differences of the coefficients of `G = N - tau C`.
     pub(super) fn bends(&self, tau: T) -> Bends {
         let d = self.f.degree;
-        let g = self.g(tau);
+        let (mut few, mut many) = ([T::ZERO; FEW], Vec::new());
+        let g = self.g(tau, &mut few, &mut many);
         let constant = self.f.c.is_empty();
         let n_max = largest(&self.f.n);
         let c_max = if constant { 1.0 } else { largest(&self.f.c) };
@@ -233,7 +249,7 @@ impl<T: Real> Node<T> {
             if degree == 0 {
                 continue;
             }
-            let (low, high) = Self::differences(&g, d, k == 0);
+            let (low, high) = Self::differences(g, d, k == 0);
             // Two coefficients, and the rounding of the difference and of `approximate`.
             let slack = (2.0 * g_error + 4.0 * f64::UNIT * low.abs().max(high.abs())) * UP;
             slopes[k] = [low - slack, high + slack];
@@ -244,7 +260,7 @@ impl<T: Real> Node<T> {
         }
         let mut bend = [0.0; 3];
         let mut second = |m: usize, du: usize, dv: usize| {
-            let (low, high) = Self::second_differences(&g, d, du, dv);
+            let (low, high) = Self::second_differences(g, d, du, dv);
             bend[m] = low.abs().max(high.abs());
             let slack = (4.0 * g_error + 8.0 * f64::UNIT * bend[m]) * UP;
             [low - slack, high + slack * UP]
@@ -258,7 +274,7 @@ impl<T: Real> Node<T> {
             c_slopes,
             c_range,
             g_error,
-            g_largest: (largest(&g) + g_error) * UP,
+            g_largest: (largest(g) + g_error) * UP,
             bend: [bend[0], bend[1]],
         }
     }

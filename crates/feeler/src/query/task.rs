@@ -3,7 +3,7 @@
 use super::front::Left;
 use super::node::Node;
 use super::outcome::{Outcome, Settled, Source};
-use crate::numeric::{Dd, Td};
+use crate::numeric::{Dd, Real, Td};
 use crate::prepare::{FaceGeometry, PreparedBrep};
 use std::cmp::Ordering;
 
@@ -18,11 +18,44 @@ pub(crate) struct Memory {
     pub(super) finest_tasks: Vec<Task<Td>>,
     pub(super) settled: Vec<Settled>,
     pub(super) noisy: Vec<Noisy>,
+    pub(super) spare: Spare<f64>,
+    pub(super) fine_spare: Spare<Dd>,
+    pub(super) finest_spare: Spare<Td>,
     /// What the search put aside, for a front.
     pub(super) left: Vec<Left>,
 }
 
+/// Nodes that are done with, for their lists.
+pub(super) type Spare<T> = Vec<Box<Node<T>>>;
+
+/// No more nodes are kept for their lists: of a bicubic patch so many hold 100 kB.
+const MOST_SPARE: usize = 256;
+
 impl Memory {
+    /// A node to fill.
+    pub(super) fn spare_node<T: Real + Arithmetic>(&mut self) -> Box<Node<T>> {
+        let spare = T::spare(self).pop();
+        spare.unwrap_or_else(|| Box::new(Node::BLANK))
+    }
+
+    /// Keeps a node that is done with.
+    pub(super) fn put_back<T: Arithmetic>(&mut self, node: Box<Node<T>>) {
+        let spare = T::spare(self);
+        if spare.len() < MOST_SPARE {
+            spare.push(node);
+        }
+    }
+
+    /// Takes back the list of a search's tasks, and the nodes that were left in it.
+    pub(super) fn put_away<T: Arithmetic>(&mut self, mut tasks: Vec<Task<T>>) {
+        for task in tasks.drain(..) {
+            if let Kind::Node { node, .. } = task.kind {
+                self.put_back(node);
+            }
+        }
+        *T::tasks(self) = tasks;
+    }
+
     /// Takes back what an outcome was kept in.
     pub(crate) fn keep(&mut self, outcome: Outcome) {
         self.settled = outcome.settled;
@@ -76,12 +109,18 @@ impl<T> Ord for Task<T> {
 pub(crate) trait Arithmetic: Sized {
     /// The list that a search in this arithmetic keeps its heap in.
     fn tasks(memory: &mut Memory) -> &mut Vec<Task<Self>>;
+    /// The nodes that it is done with.
+    fn spare(memory: &mut Memory) -> &mut Spare<Self>;
     fn geometry(brep: &PreparedBrep, face: usize) -> &FaceGeometry<Self>;
 }
 
 impl Arithmetic for f64 {
     fn tasks(memory: &mut Memory) -> &mut Vec<Task<Self>> {
         &mut memory.tasks
+    }
+
+    fn spare(memory: &mut Memory) -> &mut Spare<Self> {
+        &mut memory.spare
     }
 
     fn geometry(brep: &PreparedBrep, face: usize) -> &FaceGeometry<Self> {
@@ -94,6 +133,10 @@ impl Arithmetic for Dd {
         &mut memory.fine_tasks
     }
 
+    fn spare(memory: &mut Memory) -> &mut Spare<Self> {
+        &mut memory.fine_spare
+    }
+
     fn geometry(brep: &PreparedBrep, face: usize) -> &FaceGeometry<Self> {
         brep.double_double(face)
     }
@@ -102,6 +145,10 @@ impl Arithmetic for Dd {
 impl Arithmetic for Td {
     fn tasks(memory: &mut Memory) -> &mut Vec<Task<Self>> {
         &mut memory.finest_tasks
+    }
+
+    fn spare(memory: &mut Memory) -> &mut Spare<Self> {
+        &mut memory.finest_spare
     }
 
     fn geometry(brep: &PreparedBrep, face: usize) -> &FaceGeometry<Self> {

@@ -1,11 +1,11 @@
 //! Upper bounds: points of the BREP where the objective is evaluated, and the descent that finds them.
 
 use super::leaf::Leaf;
-use super::objective::Objective;
+use super::objective::{Guide, Objective};
 use super::outcome::{Foot, Hint, Locus, Source};
 use super::search::Search;
 use crate::numeric::{Ball, Dd, Td};
-use crate::prepare::{Homogeneous, Patch, Seed, jet};
+use crate::prepare::{Homogeneous, Net, Patch, Seed, jet};
 use crate::trim::{BoxSide, Side};
 use nalgebra::Point2;
 
@@ -19,24 +19,25 @@ impl Search<'_> {
         })
     }
 
-    /// Whether a descent from a point may find a lower value than is known: by its value and by what a Newton step
+    /// Descends from a point and keeps what is there, if it may be lower than what is known: by the value and by what a Newton step
     /// promises. Only a guide: what is not tried here is searched all the same.
-    pub(super) fn promises(&self, source: Source, p: [f64; 2]) -> bool {
-        let hi = self.out.hi.hi;
-        if !hi.is_finite() || self.goal.all_below.is_some() {
-            return true;
-        }
+    pub(super) fn look_down(&mut self, source: Source, p: [f64; 2], range: [[f64; 2]; 2]) {
         let Some(net) = self.net(source) else {
-            return true;
+            return self.try_rough_point(source, p);
         };
         let g = self.objective.guide(net, p[0], p[1]);
-        let blocked: [bool; 2] = std::array::from_fn(|k| {
-            (p[k] <= 0.0 && g.slope[k] > 0.0) || (p[k] >= 1.0 && g.slope[k] < 0.0)
-        });
-        let step = newton_step(g.slope, g.curvature, blocked);
-        // Half of it for a quadratic function; the whole, to be generous.
-        let gain = g.slope[0] * step[0] + g.slope[1] * step[1];
-        g.value + gain < hi
+        let hi = self.out.hi.hi;
+        if hi.is_finite() && self.goal.all_below.is_none() {
+            let step = newton_step(g.slope, g.curvature, blocked(p, &g, [[0.0, 1.0]; 2]));
+            // Half of it for a quadratic function; the whole, to be generous.
+            let gain = g.slope[0] * step[0] + g.slope[1] * step[1];
+            // Negated: what is no number promises nothing.
+            if !(g.value + gain < hi) {
+                return;
+            }
+        }
+        let p = self.descend_from(net, (p, g), range);
+        self.try_rough_point(source, p);
     }
 
     /// Descends from where an earlier query ended. What is no place of this BREP is passed over; a closed form needs no start.
@@ -74,21 +75,19 @@ impl Search<'_> {
             Objective::SquaredDistance(q) => (s.point - q).norm_squared(),
             Objective::Height(n, _) => n.dot(&s.point.coords),
         };
-        let mut best: Option<(f64, &Seed)> = None;
-        for s in seeds {
-            let own = value(s);
-            if best.is_none_or(|b| own < b.0) {
-                best = Some((own, s));
+        let (mut least, mut best) = (f64::INFINITY, 0);
+        for (index, seed) in seeds.iter().enumerate() {
+            let own = value(seed);
+            if own < least {
+                (least, best) = (own, index);
             }
         }
-        let Some((_, best)) = best else {
-            return;
-        };
-        let (index, local) = (best.patch, best.local);
-        let source = Source::Patch { face, index };
-        if self.promises(source, local) {
-            let p = self.descend(source, local, [[0.0, 1.0]; 2]);
-            self.try_rough_point(source, p);
+        if let Some(best) = seeds.get(best) {
+            let source = Source::Patch {
+                face,
+                index: best.patch,
+            };
+            self.look_down(source, best.local, [[0.0, 1.0]; 2]);
         }
     }
 
@@ -102,15 +101,19 @@ impl Search<'_> {
         let Some(net) = self.net(source) else {
             return start;
         };
-        let mut p = start;
-        let mut g = self.objective.guide(net, p[0], p[1]);
+        let g = self.objective.guide(net, start[0], start[1]);
+        self.descend_from(net, (start, g), range)
+    }
+
+    fn descend_from(
+        &self,
+        net: &Net<f64>,
+        (mut p, mut g): ([f64; 2], Guide),
+        range: [[f64; 2]; 2],
+    ) -> [f64; 2] {
         let mut last_steps = LAST_STEPS;
         for _ in 0..MAX_NEWTON {
-            let blocked: [bool; 2] = std::array::from_fn(|k| {
-                range[k][0] == range[k][1]
-                    || (p[k] <= range[k][0] && g.slope[k] > 0.0)
-                    || (p[k] >= range[k][1] && g.slope[k] < 0.0)
-            });
+            let blocked = blocked(p, &g, range);
             if blocked[0] && blocked[1] {
                 break;
             }
@@ -427,6 +430,15 @@ pub(super) fn step_ulp(x: f64, ulps: i32) -> f64 {
         -1 => x.next_down(),
         _ => x,
     }
+}
+
+/// Along which of u and v a point of a box is not to be moved: out of it, or where it has no width.
+fn blocked(p: [f64; 2], g: &Guide, range: [[f64; 2]; 2]) -> [bool; 2] {
+    std::array::from_fn(|k| {
+        range[k][0] == range[k][1]
+            || (p[k] <= range[k][0] && g.slope[k] > 0.0)
+            || (p[k] >= range[k][1] && g.slope[k] < 0.0)
+    })
 }
 
 /// The Newton step, or a gradient step where the Hessian is not positive; zero where blocked.
