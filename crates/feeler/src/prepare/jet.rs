@@ -97,13 +97,16 @@ fn add(sum: &mut [f64; 4], factor: f64, p: &[f64; 4]) {
     }
 }
 
-/// Calls a function of `(net, p, q, s, t)` with small degrees as constants, so that its loops are unrolled: the same operations in
-/// the same order for all.
+/// Calls a function of `(net, p, q, s, t)` with small degrees as constants, so that its loops are unrolled, or one for curves, of `(net, p, s)`: the
+/// same operations in the same order for all.
 macro_rules! by_degree {
-    ($of:ident, $net:expr, $s:expr, $t:expr) => {
+    ($of:ident, $of_curve:ident, $net:expr, $s:expr, $t:expr) => {
         match ($net.degree.u, $net.degree.v) {
             (2, 2) => $of::<4>($net, 2, 2, $s, $t),
             (3, 3) => $of::<4>($net, 3, 3, $s, $t),
+            (p, 0) if p < 8 => $of_curve::<8>($net, p, $s),
+            (p, 0) if p < 16 => $of_curve::<16>($net, p, $s),
+            (p, 0) => $of_curve::<ROOM>($net, p, $s),
             (p, q) if p < 4 && q < 4 => $of::<4>($net, p, q, $s, $t),
             (p, q) => $of::<ROOM>($net, p, q, $s, $t),
         }
@@ -112,7 +115,19 @@ macro_rules! by_degree {
 
 /// Value, `_s`, `_t`, `_ss`, `_st`, `_tt` of the homogeneous point, without a bound.
 pub(crate) fn jet2(net: &Net<f64>, s: f64, t: f64) -> [[f64; 4]; 6] {
-    by_degree!(jet2_of, net, s, t)
+    by_degree!(jet2_of, jet2_of_curve, net, s, t)
+}
+
+#[inline(always)]
+fn jet2_of_curve<const N: usize>(net: &Net<f64>, p: usize, s: f64) -> [[f64; 4]; 6] {
+    let b = Basis::<N>::new(p, s, 2);
+    let mut out = [[0.0; 4]; 6];
+    for (i, p) in net.plain.iter().enumerate() {
+        add(&mut out[0], b.value[i], p);
+        add(&mut out[1], b.slope[i], p);
+        add(&mut out[3], b.curvature[i], p);
+    }
+    out
 }
 
 #[inline(always)]
@@ -121,14 +136,10 @@ fn jet2_of<const N: usize>(net: &Net<f64>, p: usize, q: usize, s: f64, t: f64) -
     let mut out = [[0.0; 4]; 6];
     for (i, row) in net.plain.chunks_exact(q + 1).enumerate() {
         let mut r = [[0.0; 4]; 3];
-        if let [p] = row {
-            r[0] = *p;
-        } else {
-            for (j, p) in row.iter().enumerate() {
-                add(&mut r[0], bv.value[j], p);
-                add(&mut r[1], bv.slope[j], p);
-                add(&mut r[2], bv.curvature[j], p);
-            }
+        for (j, p) in row.iter().enumerate() {
+            add(&mut r[0], bv.value[j], p);
+            add(&mut r[1], bv.slope[j], p);
+            add(&mut r[2], bv.curvature[j], p);
         }
         add(&mut out[0], bu.value[i], &r[0]);
         add(&mut out[1], bu.slope[i], &r[0]);
@@ -142,7 +153,17 @@ fn jet2_of<const N: usize>(net: &Net<f64>, p: usize, q: usize, s: f64, t: f64) -
 
 /// The homogeneous point alone, without a bound.
 pub(crate) fn value(net: &Net<f64>, s: f64, t: f64) -> [f64; 4] {
-    by_degree!(value_of, net, s, t)
+    by_degree!(value_of, value_of_curve, net, s, t)
+}
+
+#[inline(always)]
+fn value_of_curve<const N: usize>(net: &Net<f64>, p: usize, s: f64) -> [f64; 4] {
+    let b = Basis::<N>::new(p, s, 0);
+    let mut out = [0.0; 4];
+    for (i, p) in net.plain.iter().enumerate() {
+        add(&mut out, b.value[i], p);
+    }
+    out
 }
 
 #[inline(always)]
@@ -173,7 +194,18 @@ fn weight_below<T>(net: &Net<T>, computed: f64, units: f64) -> f64 {
 
 /// Value, `_s` and `_t` of the homogeneous point, without a bound.
 pub(crate) fn jet1(net: &Net<f64>, s: f64, t: f64) -> [[f64; 4]; 3] {
-    by_degree!(jet1_of, net, s, t)
+    by_degree!(jet1_of, jet1_of_curve, net, s, t)
+}
+
+#[inline(always)]
+fn jet1_of_curve<const N: usize>(net: &Net<f64>, p: usize, s: f64) -> [[f64; 4]; 3] {
+    let b = Basis::<N>::new(p, s, 1);
+    let mut out = [[0.0; 4]; 3];
+    for (i, p) in net.plain.iter().enumerate() {
+        add(&mut out[0], b.value[i], p);
+        add(&mut out[1], b.slope[i], p);
+    }
+    out
 }
 
 #[inline(always)]
@@ -293,7 +325,7 @@ pub(crate) fn fine_value(net: &Net<Dd>, local: [Ball<Dd>; 2]) -> Option<[Ball<Dd
         return None;
     }
     let (p, q) = (net.degree.u, net.degree.v);
-    let [sums, rests] = by_degree!(fine_sums_of, net, s.mid, t.mid);
+    let [sums, rests] = by_degree!(fine_sums_of, fine_sums_of_curve, net, s.mid, t.mid);
     let n = net.points.len() as f64;
     // Second order: n u is far below one.
     let compensated = 1.01 * ((n + 4.0) * (n + 3.0) + 1.0) * (f64::UNIT * f64::UNIT);
@@ -321,17 +353,32 @@ fn fine_sums_of<const N: usize>(net: &Net<Dd>, p: usize, q: usize, s: Dd, t: Dd)
     let coordinates = if net.unit_weights { 3 } else { 4 };
     for (i, row) in net.points.chunks_exact(q + 1).enumerate() {
         for (j, p) in row.iter().enumerate() {
-            let b = if q == 0 { bu[i] } else { bu[i] * bv[j] };
-            for c in 0..coordinates {
-                let x = p[c].mid;
-                let (h, r) = two_prod(b.hi, x.hi);
-                let (sum, z) = two_sum(sums[c], h);
-                sums[c] = sum;
-                rests[c] += z + (r + (b.hi * x.lo + b.lo * x.hi));
-            }
+            add_fine(&mut sums, &mut rests, bu[i] * bv[j], &p[..coordinates]);
         }
     }
     [sums, rests]
+}
+
+#[inline(always)]
+fn fine_sums_of_curve<const N: usize>(net: &Net<Dd>, p: usize, s: Dd) -> [[f64; 4]; 2] {
+    let b = fine_basis::<N>(p, s);
+    let (mut sums, mut rests) = ([0.0; 4], [0.0; 4]);
+    let coordinates = if net.unit_weights { 3 } else { 4 };
+    for (i, p) in net.points.iter().enumerate() {
+        add_fine(&mut sums, &mut rests, b[i], &p[..coordinates]);
+    }
+    [sums, rests]
+}
+
+#[inline(always)]
+fn add_fine(sums: &mut [f64; 4], rests: &mut [f64; 4], b: Dd, p: &[Ball<Dd>]) {
+    for (c, x) in p.iter().enumerate() {
+        let x = x.mid;
+        let (h, r) = two_prod(b.hi, x.hi);
+        let (sum, z) = two_sum(sums[c], h);
+        sums[c] = sum;
+        rests[c] += z + (r + (b.hi * x.lo + b.lo * x.hi));
+    }
 }
 
 #[cfg(test)]

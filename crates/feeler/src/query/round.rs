@@ -21,7 +21,7 @@ use nalgebra::Point3;
 use std::collections::BinaryHeap;
 
 /// Boxes this wide or narrower, in local parameters, are not halved.
-const SMALL: f64 = 1.0 / 16.0;
+const SMALL: f64 = 1.0 / 8.0;
 /// Patches of which a box wider than this is left are searched like any other.
 const WIDE: f64 = 0.5;
 /// Boxes that wait: halving down to small ones leaves one at each step, four along either side.

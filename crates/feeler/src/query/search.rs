@@ -478,7 +478,8 @@ impl<'a> Search<'a> {
             node.lo = lo;
         }
         // From where it seems lowest.
-        self.look_down(source, node.guess(), [node.u, node.v]);
+        let least = node.lo.hi;
+        self.look_down(source, node.guess(), ([node.u, node.v], least));
         let (lo, inside) = (node.lo, false);
         let kind = Kind::Node {
             source,

@@ -19,15 +19,25 @@ impl Search<'_> {
         })
     }
 
-    /// Descends from a point and keeps what is there, if it may be lower than what is known: by the value and by what a Newton step
-    /// promises. Only a guide: what is not tried here is searched all the same.
-    pub(super) fn look_down(&mut self, source: Source, p: [f64; 2], range: [[f64; 2]; 2]) {
+    /// Descends from a point in a box, on which nothing is below `least`, and keeps what is there, if it may be lower than what is known: by
+    /// the value and by what a Newton step promises. Only a guide: what is not tried here is searched all the same.
+    pub(super) fn look_down(
+        &mut self,
+        source: Source,
+        p: [f64; 2],
+        (range, least): ([[f64; 2]; 2], f64),
+    ) {
         let Some(net) = self.net(source) else {
             return self.try_rough_point(source, p);
         };
-        let g = self.objective.guide(net, p[0], p[1]);
         let hi = self.out.hi.hi;
-        if hi.is_finite() && self.goal.all_below.is_none() {
+        let chosen = hi.is_finite() && self.goal.all_below.is_none();
+        // A value alone is found in a fraction of the time of its derivatives: half of what is above the bound may be gained.
+        if chosen && 0.5 * (self.objective.guide_value(net, p[0], p[1]) + least) > hi {
+            return;
+        }
+        let g = self.objective.guide(net, p[0], p[1]);
+        if chosen {
             let step = newton_step(g.slope, g.curvature, blocked(p, &g, [[0.0, 1.0]; 2]));
             // Half of it for a quadratic function; the whole, to be generous.
             let gain = g.slope[0] * step[0] + g.slope[1] * step[1];
@@ -87,7 +97,7 @@ impl Search<'_> {
                 face,
                 index: best.patch,
             };
-            self.look_down(source, best.local, [[0.0, 1.0]; 2]);
+            self.look_down(source, best.local, ([[0.0, 1.0]; 2], f64::NEG_INFINITY));
         }
     }
 
