@@ -91,6 +91,11 @@ impl Shell {
         (high - low <= THICK * brep.size()).then_some(Self { round, low, high })
     }
 
+    /// Whether it is one about a sphere.
+    pub(crate) fn is_sphere(&self) -> bool {
+        matches!(self.round, Round::Sphere { .. })
+    }
+
     /// What the surface is.
     pub(super) fn name(&self) -> &'static str {
         self.round.name()

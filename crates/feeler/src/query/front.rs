@@ -13,7 +13,7 @@
 //!   the list of cases in the module `search`, which holds for `c` as it does for `q`, the nearest point is found elsewhere too;
 //! - it puts it aside, settles it, or leaves it waiting, by an argument about `q` (a bound, a slope, convexity, a closed form). Then it is
 //!   written down with its lower bound of the squared distance from `q`, whatever else came of it. What the search makes of such a part for its
-//!   own sake (a border towards which the distance falls, the boundary pieces of a face in closed form) is within the part and need not be.
+//!   own sake (a border towards which the distance falls, the boundary pieces of a face in closed form, all of one on a sphere) is within the part and need not be.
 //!
 //! Thus the parts written down hold `x*`. Those with the least bounds are kept; `beyond` is the least bound of the others. The rest
 //! is the triangle inequality. A search whose budget was spent gives no front.

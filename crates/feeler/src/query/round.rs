@@ -144,12 +144,12 @@ fn parted([a, b, c]: [f64; 3]) -> [[f64; 3]; 2] {
 
 impl Search<'_> {
     /// The half-space that holds what is nearer than the best point so far on a face, where that is wanted and can be told.
-    pub(super) fn near_half_space(&self, face: usize) -> Option<NearHalfSpace> {
+    pub(super) fn near_half_space(&self, face: usize, covered: bool) -> Option<NearHalfSpace> {
         let Objective::SquaredDistance(q) = self.objective else {
             return None;
         };
         // What is put aside here has no bound but the best value so far: a front would keep that.
-        if self.goal.all_below.is_some() || self.recording {
+        if self.goal.all_below.is_some() || (self.recording && !covered) {
             return None;
         }
         let shell = self.brep.shell(face)?;
@@ -163,10 +163,10 @@ impl Search<'_> {
     pub(super) fn push_boxes_in<T: Real + Arithmetic>(
         &mut self,
         heap: &mut BinaryHeap<Task<T>>,
-        face: usize,
-        index: usize,
+        (face, index): (usize, usize),
         half: &NearHalfSpace,
         lo: Dd,
+        covered: bool,
     ) {
         if self.hopeless(lo) {
             return;
@@ -175,7 +175,7 @@ impl Search<'_> {
         let mut left: Option<[[f64; 2]; 2]> = None;
         let source = Source::Patch { face, index };
         let Some(whole) = Linear::new(&self.brep.double(face).patches[index].net, half) else {
-            return self.push(heap, lo, false, Kind::Root(source));
+            return self.push(heap, lo, covered, Kind::Root(source));
         };
         let mut stack = ArrayVec::<Linear, DEPTH>::new();
         stack.push(whole);
@@ -199,12 +199,12 @@ impl Search<'_> {
         // Next to a pole, or where distances hardly differ, no box is small: the whole patch has better places to start from.
         let wide = [u, v].iter().any(|r| r[1] - r[0] > WIDE);
         let Some(mut node) = (!wide).then(|| self.root::<T>(source)).flatten() else {
-            return self.push(heap, lo, false, Kind::Root(source));
+            return self.push(heap, lo, covered, Kind::Root(source));
         };
         node.cut(u, v, self.objective.is_squared());
         if lo > node.lo {
             node.lo = lo;
         }
-        self.enqueue(heap, source, false, node, false);
+        self.enqueue(heap, source, false, node, covered);
     }
 }

@@ -54,7 +54,7 @@ use super::shape::Shape;
 use super::task::{Arithmetic, Kind, Memory, Noisy, Task};
 use crate::numeric::{Ball, Dd, Real, Td};
 use crate::prepare::closed::{Extent, Target};
-use crate::prepare::{Net, PreparedBrep, Products, Quotient};
+use crate::prepare::{Net, PreparedBrep, Products, Quotient, Shell};
 use crate::trim::BoxSide;
 use std::collections::BinaryHeap;
 
@@ -351,7 +351,7 @@ impl<'a> Search<'a> {
                             self.push(heap, lo, true, Kind::Closed(face));
                         }
                     }
-                    None => self.open_face(heap, face, task.lo),
+                    None => self.open_face(heap, face, task.lo, covered),
                 },
                 Kind::Closed(face) => self.open_closed(heap, face, task.lo),
                 Kind::Root(source) => self.open_root(heap, source, task.lo, covered),
@@ -369,28 +369,39 @@ impl<'a> Search<'a> {
         heap: &mut BinaryHeap<Task<T>>,
         face: usize,
         lo: Dd,
+        mut covered: bool,
     ) {
         let geometry = T::geometry(self.brep, face);
-        let lo = match self.brep.shell(face).map(|s| s.least(&self.target)) {
+        let shell = self.brep.shell(face);
+        let lo = match shell.map(|s| s.least(&self.target)) {
             Some(least) if least > lo => least,
             _ => lo,
         };
+        // A front does no better than a half-space does anew.
+        if self.recording && shell.is_some_and(Shell::is_sphere) {
+            self.leave(lo, covered, Part::Face(face));
+            covered = true;
+        }
         // A good place to start is better than the best of a few.
         let hinted = self.goal.hint.is_some_and(|h| h.face == face);
         if !(hinted && self.out.foot.is_some()) {
             self.try_seed(face);
         }
         let enough = lo >= self.enough();
-        let near = (!enough).then(|| self.near_half_space(face)).flatten();
+        let near = (!enough).then(|| self.near_half_space(face, covered));
+        let near = near.flatten();
         for (index, b) in geometry.patch_boxes.iter().enumerate() {
             let own = b.as_ref().map_or(self.nothing(), |b| self.box_bound(b));
             let lo = if own > lo { own } else { lo };
             match &near {
-                Some(half) => self.push_boxes_in(heap, face, index, half, lo),
-                None => self.push(heap, lo, false, Kind::Root(Source::Patch { face, index })),
+                Some(half) => self.push_boxes_in(heap, (face, index), half, lo, covered),
+                None => {
+                    let source = Source::Patch { face, index };
+                    self.push(heap, lo, covered, Kind::Root(source));
+                }
             }
         }
-        self.push_pieces::<T>(heap, face, lo, false, |_| true);
+        self.push_pieces::<T>(heap, face, lo, covered, |_| true);
     }
 
     /// Pieces of those uv curves of a face that are wanted.
