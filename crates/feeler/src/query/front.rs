@@ -297,8 +297,8 @@ impl Search<'_> {
             self.lower(lo);
             return Insight::Done;
         }
-        self.out.nodes += 1;
         let (source, [u, v], inside) = match kept.part {
+            // It counts when it is opened.
             Part::Face(face) => {
                 let own = self.brep.face_box(face).map(|b| self.box_bound(b));
                 let lo = own.filter(|own| *own > lo).unwrap_or(lo);
@@ -314,6 +314,7 @@ impl Search<'_> {
             }
             Part::Box(source, u, v, inside) => (source, [u, v], inside),
         };
+        self.out.nodes += 1;
         if let Some(settling) = &mut kept.settling {
             let at = (source, inside, [u, v], lo);
             if let Some(bound) = self.settle_kept(heap, q, at, settling) {
