@@ -32,8 +32,11 @@ impl Search<'_> {
         };
         let hi = self.out.hi.hi;
         let chosen = hi.is_finite() && self.goal.all_below.is_none();
-        // A value alone is found in a fraction of the time of its derivatives: half of what is above the bound may be gained.
-        if chosen && 0.5 * (self.objective.guide_value(net, p[0], p[1]) + least) > hi {
+        // Of trims, which are many and of high degree, a value alone is found in a fraction of the time of its derivatives: half of what is above
+        // the bound may be gained.
+        if let (true, Source::Piece { .. }) = (chosen, source)
+            && 0.5 * (self.objective.guide_value(net, p[0], p[1]) + least) > hi
+        {
             return;
         }
         let g = self.objective.guide(net, p[0], p[1]);
