@@ -1,5 +1,6 @@
 //! How much memory a prepared BREP holds.
 
+use super::box_tree::BoxTree;
 use super::turned::Turned;
 use super::{
     Box3, FaceGeometry, Image, Net, Patch, PreparedBrep, PreparedFace, Products, SideCells,
@@ -100,6 +101,8 @@ impl PreparedBrep {
             + list(&self.boxes)
             + faces
             + self.shared.get().map_or(0, list)
+            + self.edge_tree.get().map_or(0, BoxTree::bytes)
+            + self.face_tree.get().map_or(0, BoxTree::bytes)
             + cracks
             + images(&self.images)
             + images(&self.fine_images)

@@ -4,6 +4,7 @@
 //! digits are asked for, once in double-double; where that loses them in rounding, in triple-double.
 
 mod boundary;
+mod box_tree;
 mod bytes;
 mod circle;
 pub(crate) mod closed;
@@ -43,6 +44,7 @@ pub use plan::{FacePlan, Form, Searched};
 pub use shortcuts::Shortcuts;
 
 pub(crate) use boundary::restrict;
+pub(crate) use box_tree::Skewer;
 pub(crate) use exact::Ratio;
 pub(crate) use image::{Image, Stretch};
 pub(crate) use near::distance;
@@ -58,6 +60,7 @@ use crate::brep::Brep;
 use crate::numeric::{Dd, Real, Td};
 use crate::trim::TrimRegion;
 use boundary::{Cut, UvCurve};
+use box_tree::{BoxTree, Known};
 use closed::{ClosedCurve, ClosedFace, SphereForm};
 use nalgebra::Point3;
 use std::sync::{Arc, OnceLock};
@@ -71,6 +74,11 @@ fn around(boxes: &[Box3]) -> Box3 {
     boxes.iter().fold(nothing, |all, b| {
         std::array::from_fn(|c| [all[c][0].min(b[c][0]), all[c][1].max(b[c][1])])
     })
+}
+
+/// What two boxes have in common, which is something.
+fn common(a: &Box3, b: &Box3) -> Box3 {
+    std::array::from_fn(|c| [a[c][0].max(b[c][0]), a[c][1].min(b[c][1])])
 }
 
 /// A box wider by a length on all sides, rounded outward.
@@ -245,40 +253,17 @@ pub struct PreparedBrep {
     side_cells: OnceLock<Option<SideCells>>,
     /// The edges that several trims use.
     shared: OnceLock<Vec<SharedEdge>>,
+    edge_tree: OnceLock<BoxTree>,
+    face_tree: OnceLock<BoxTree>,
 }
 
 /// An edge that several trims use, and what a line must miss to be clear of its crack.
 #[derive(Debug)]
 pub(crate) struct SharedEdge {
     pub(crate) edge: usize,
-    /// See [`PreparedBrep::is_clear_of_edge`].
+    /// See [`PreparedBrep::edges_by_line`].
     far: Option<Box3>,
-    near: OnceLock<Option<WideBox>>,
-}
-
-/// A box, and one around it by its middle.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct WideBox {
-    pub(crate) bounds: Box3,
-    pub(crate) middle: [f64; 3],
-    /// Half of its sides, rounded up.
-    pub(crate) half: [f64; 3],
-}
-
-impl WideBox {
-    fn new(bounds: Box3) -> Self {
-        let middle = bounds.map(|r| r[0] + 0.5 * (r[1] - r[0]));
-        // Differences are off by half an ulp: the next number up is no less.
-        let half = [0, 1, 2].map(|c| {
-            let [low, high] = bounds[c];
-            (middle[c] - low).max(high - middle[c]).next_up()
-        });
-        Self {
-            bounds,
-            middle,
-            half,
-        }
-    }
+    near: OnceLock<Option<Box3>>,
 }
 
 impl PreparedBrep {
@@ -325,6 +310,8 @@ impl PreparedBrep {
             fine_vertex_regions: OnceLock::new(),
             side_cells: OnceLock::new(),
             shared: OnceLock::new(),
+            edge_tree: OnceLock::new(),
+            face_tree: OnceLock::new(),
             brep,
             shortcuts,
             faces,
@@ -419,26 +406,68 @@ impl PreparedBrep {
         })
     }
 
-    /// Whether a set that misses a box, as `misses` tells, is proven to be clear of the crack of an edge: farther from the images
-    /// of its trims than its width.
+    /// Calls `found` with the numbers, in [`shared_edges`](Self::shared_edges), of those whose cracks a line may come to: the others it
+    /// is clear of, farther from the images of their trims than the crack's width. Until it returns true; whether it did. The ends of a
+    /// line count for what `misses` tells of a box: whether the line surely does not meet it. It is asked of few: others are told in a tree.
     ///
     /// Two boxes know it. *Far*: the images are moved to the domains of their surfaces and so lie in the box `B` around the faces; their
     /// Frechet distance, the crack's width, is at most the diagonal of `B`; who misses `B` widened by its diagonal is
     /// clear. It costs nothing to make, so that an edge far off stays unmade. *Near*: a box around the images, widened by the
-    /// bound of the crack's width; made when something first comes near.
-    pub(crate) fn is_clear_of_edge(
+    /// bound of the crack's width; made when something first comes near, and cut with the other one: who comes so near to the images is in both.
+    pub(crate) fn edges_by_line(
         &self,
-        shared: &SharedEdge,
-        misses: impl Fn(&WideBox) -> bool,
+        line: &Skewer,
+        misses: impl Fn(&Box3) -> bool,
+        mut found: impl FnMut(usize) -> bool,
     ) -> bool {
-        let near = match shared.near.get() {
-            Some(near) => near,
-            None if shared.far.is_some_and(|b| misses(&WideBox::new(b))) => return true,
-            None => shared
-                .near
-                .get_or_init(|| self.near_box(shared.edge).map(WideBox::new)),
+        let edges = self.shared_edges();
+        let known = |index: usize| {
+            let shared = &edges[index];
+            if shared.near.get().is_none() && shared.far.as_ref().is_some_and(&misses) {
+                return Known::Missed;
+            }
+            Known::Box(*shared.near.get_or_init(|| {
+                let near = self.near_box(shared.edge);
+                near.map_or(shared.far, |near| {
+                    Some(shared.far.map_or(near, |far| common(&near, &far)))
+                })
+            }))
         };
-        near.as_ref().is_some_and(misses)
+        let tree = self.edge_tree.get_or_init(|| {
+            let vertices = &self.brep.parts().vertices;
+            let middle = |shared: &SharedEdge| {
+                let [a, b] = self.brep.parts().edges[shared.edge].vertices;
+                let ends = [a, b].map(|v| vertices[v].point);
+                [0, 1, 2].map(|c| 0.5 * (ends[0][c] + ends[1][c]))
+            };
+            BoxTree::new(&edges.iter().map(middle).collect::<Vec<_>>())
+        });
+        tree.any(line, known, |index| {
+            let near = || edges[index].near.get().and_then(Option::as_ref);
+            !(line.has_ends && near().is_some_and(&misses)) && found(index)
+        })
+    }
+
+    /// The faces whose boxes a line may meet, in order. `misses` as in [`edges_by_line`](Self::edges_by_line).
+    pub(crate) fn faces_by_line(
+        &self,
+        line: &Skewer,
+        misses: impl Fn(&Box3) -> bool,
+    ) -> Vec<usize> {
+        let tree = self.face_tree.get_or_init(|| {
+            let middle = |b: &Option<Box3>| b.map_or([0.0; 3], |b| b.map(|r| 0.5 * (r[0] + r[1])));
+            BoxTree::new(&self.boxes.iter().map(middle).collect::<Vec<_>>())
+        });
+        let mut out = Vec::new();
+        let known = |face: usize| Known::Box(self.boxes[face]);
+        tree.any(line, known, |face| {
+            if !(line.has_ends && self.boxes[face].as_ref().is_some_and(&misses)) {
+                out.push(face);
+            }
+            false
+        });
+        out.sort_unstable();
+        out
     }
 
     fn far_box(&self, trims: &[usize]) -> Option<Box3> {

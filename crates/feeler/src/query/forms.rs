@@ -3,7 +3,7 @@
 use super::answer::{LineKind, LineProbe};
 use crate::numeric::bernstein::{Bidegree, greater, largest, lesser, split_error, split_off};
 use crate::numeric::{Ball, Dd, Real, TINY};
-use crate::prepare::{Net, WideBox};
+use crate::prepare::{Net, Skewer};
 use nalgebra::{Point3, Vector3};
 
 const UP: f64 = 1.0 + 64.0 * f64::EPSILON;
@@ -185,21 +185,13 @@ impl Stabber {
         is_below(&-*t, -end)
     }
 
-    /// Whether the whole line plainly misses a box: the cheaper half of [`meets`](Self::meets).
-    ///
-    /// `n_k.(x - o)` is zero on the line, and on the box at least `|n_k.(m - o)| - |n_k|.h`. A normal has two coordinates that are not
-    /// zero; differences, products and the sum are off by two roundings of each product at most, and so is the other side:
-    /// 8 units of both cover them.
-    pub(super) fn passes(&self, b: &WideBox) -> bool {
-        let (a, others) = (self.axis, [(self.axis + 1) % 3, (self.axis + 2) % 3]);
-        let off = [0, 1, 2].map(|c| b.middle[c] - self.origin[c]);
-        (0..2).any(|k| {
-            let (n, other) = (&self.normals[k], others[k]);
-            let (x, y) = (n[a] * off[a], n[other] * off[other]);
-            let reach = n[a].abs() * b.half[a] + n[other].abs() * b.half[other];
-            let slack = 8.0 * f64::EPSILON * (x.abs() + y.abs() + reach) + f64::MIN_POSITIVE;
-            (x + y).abs() > reach + slack
-        })
+    /// What boxes in a tree are held against.
+    pub(super) fn skewer(&self) -> Skewer {
+        Skewer {
+            origin: self.origin.into(),
+            direction: self.direction.into(),
+            has_ends: self.range.iter().any(|t| t.is_finite()),
+        }
     }
 
     /// `t` of a homogeneous point relative to a net's origin.

@@ -119,25 +119,34 @@ fn meets_vertex(brep: &PreparedBrep, stab: &Stabber) -> bool {
 
 /// Whether the line may come within the width of its crack of an edge that two trims use. Errs on the side of yes.
 pub(super) fn near_edges(brep: &PreparedBrep, stab: &Stabber, budget: &mut usize) -> bool {
-    let mut shared = brep.shared_edges().iter();
-    shared.any(|shared| is_near_edge(brep, stab, shared, budget))
+    let edges = brep.shared_edges();
+    let near = |index: usize| is_near_images(brep, stab, &edges[index], budget);
+    brep.edges_by_line(&stab.skewer(), |b| !stab.meets(b), near)
 }
 
-/// The same for one edge.
-#[inline(always)]
-pub(super) fn is_near_edge(
-    brep: &PreparedBrep,
+/// The edges for which that is so.
+pub(super) fn all_near_edges<'a>(
+    brep: &'a PreparedBrep,
     stab: &Stabber,
-    shared: &SharedEdge,
     budget: &mut usize,
-) -> bool {
-    // The ray comes no nearer than the crack's width to what it misses widened by it: so most edges are told, and no more is
-    // done for them than this.
-    !brep.is_clear_of_edge(shared, |b| stab.passes(b) || !stab.meets(&b.bounds))
-        && is_near_images(brep, stab, shared, budget)
+) -> Vec<&'a SharedEdge> {
+    let edges = brep.shared_edges();
+    let mut near = Vec::new();
+    brep.edges_by_line(
+        &stab.skewer(),
+        |b| !stab.meets(b),
+        |index| {
+            near.push(index);
+            false
+        },
+    );
+    near.sort_unstable();
+    let near = near.into_iter().map(|index| &edges[index]);
+    near.filter(|shared| is_near_images(brep, stab, shared, budget))
+        .collect()
 }
 
-#[inline(never)]
+/// Whether the line may come within the width of its crack of the images of an edge's trims.
 fn is_near_images(
     brep: &PreparedBrep,
     stab: &Stabber,

@@ -121,10 +121,7 @@ pub fn any_hit(
     let mut budget = nodes;
     let mut undecided = None;
     let mut hit = None;
-    for face in 0..brep.brep().faces().len() {
-        if brep.face_box(face).is_some_and(|b| !stab.meets(b)) {
-            continue;
-        }
+    for face in brep.faces_by_line(&stab.skewer(), |b| !stab.meets(b)) {
         let Some(found) = one_hit(brep, &stab, face, &mut budget) else {
             undecided = Some(Undecided::Degenerate);
             continue;
@@ -158,10 +155,7 @@ pub(super) fn all_hits(
 ) -> (Vec<RawHit>, Option<Undecided>) {
     let mut raw: Vec<RawHit> = Vec::new();
     let mut undecided = None;
-    for face in 0..brep.brep().faces().len() {
-        if brep.face_box(face).is_some_and(|b| !stab.meets(b)) {
-            continue;
-        }
+    for face in brep.faces_by_line(&stab.skewer(), |b| !stab.meets(b)) {
         let Some(found) = face_hits(brep, stab, face, digits, budget) else {
             undecided = Some(Undecided::Degenerate);
             continue;

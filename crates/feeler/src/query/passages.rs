@@ -21,7 +21,7 @@
 //! The numbers that follow are given where they are the same whatever is not known.
 
 use super::forms::{Forms, Stabber, range};
-use super::inside::is_near_edge;
+use super::inside::all_near_edges;
 use super::zeros::RawHit;
 use crate::numeric::{Ball, Dd, Real};
 use crate::prepare::closed::V3;
@@ -73,10 +73,7 @@ pub(super) fn crossings(
 ) -> Crossings {
     let mut links = Links::new(hits.len());
     let (mut slips, mut may_slip) = (false, false);
-    for shared in brep.shared_edges() {
-        if !is_near_edge(brep, stab, shared, budget) {
-            continue;
-        }
+    for shared in all_near_edges(brep, stab, budget) {
         let Some(edge) = Edge::new(brep, stab, shared) else {
             return Crossings {
                 count: None,
