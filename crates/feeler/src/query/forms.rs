@@ -414,7 +414,7 @@ pub(super) const NOISE_FACTOR: f64 = 8.0;
 pub(super) struct Look {
     /// There is none.
     pub(super) none: bool,
-    /// There is one at most: see the module `zeros`.
+    /// There is one at most: see the module `certify`.
     pub(super) one_at_most: bool,
     /// One of their combinations is all rounding noise.
     pub(super) noise: bool,

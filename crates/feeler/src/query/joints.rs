@@ -4,7 +4,7 @@
 //! Each patch is followed a little past its border, and its zero there is certified: it may be off the patch (then it is no hit), on it, or,
 //! where its enclosure holds a joint, either. Let a joint, or a corner of four patches, be in the enclosure of a zero. Let `B` be a
 //! small box of parameters around a point there, cut by the joint into two parts of two patches, or by two joints into four. Each
-//! patch's polynomials have one zero `p` about `B`, with `K = Y L` as in the module `zeros` and `|I - K'| <= e` in coordinates
+//! patch's polynomials have one zero `p` about `B`, with `K = Y L` as in the module `certify` and `|I - K'| <= e` in coordinates
 //! in which the zone is a square. So `K(x)` differs from `x - p` by no more than `sqrt(2) e |x - p|`, and for `e <= 1/4` ([`STRAIGHT`]) its
 //! direction by less than 21 degrees. And `p` is off the middle of `B` by no more than an eighth of its shorter half side ([`NEAR`]), in
 //! these coordinates too: seen from `p`, the joints' ends on the border of `B` are less than 9 degrees from where the middle sees them.
@@ -20,8 +20,9 @@
 //!
 //! With determinants of two signs the line touches a kink or passes it: that is left open.
 
+use super::certify::{Zone, zero_near};
 use super::forms::Stabber;
-use super::zeros::{Digits, HitAt, Place, RawHit, Zone, zero_near};
+use super::zeros::{Digits, HitAt, Place, RawHit};
 use crate::numeric::Dd;
 use crate::prepare::{ParamMap, PreparedBrep};
 

@@ -5,10 +5,12 @@ mod answer;
 mod arrival;
 pub mod batch;
 mod border;
+mod certify;
 mod closed;
 mod contact;
 mod forms;
 mod front;
+mod hit_side;
 mod inside;
 mod joints;
 mod leaf;
@@ -30,6 +32,7 @@ mod shape;
 mod steady;
 mod task;
 mod upper;
+mod whole_faces;
 mod zeros;
 
 pub use answer::{

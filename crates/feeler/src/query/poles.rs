@@ -8,8 +8,9 @@
 //! zero only, which is known. Boxes at the border are halved across it while the forms there are next to nothing beside what they are farther in.
 //! What is left open leaves the whole strip open.
 
+use super::certify::{KnownZero, known_zero, parameter_at};
 use super::forms::{Forms, Stabber, restrict};
-use super::zeros::{Digits, FaceHits, HitAt, KnownZero, Place, RawHit, known_zero, parameter_at};
+use super::zeros::{Digits, FaceHits, HitAt, Place, RawHit};
 use crate::numeric::bernstein::{Bidegree, largest};
 use crate::numeric::{Ball, Dd, Real};
 use crate::prepare::{Net, PreparedBrep};

@@ -1,0 +1,85 @@
+//! Whether a hit of a line with a patch is in the face's region.
+
+use super::zeros::Place;
+use crate::numeric::{Ball, Dd};
+use crate::prepare::PreparedBrep;
+use crate::trim::{BoxSide, Side, TrimRegion};
+
+/// A bound that is off by a few roundings.
+const UP: f64 = 1.0 + 64.0 * f64::EPSILON;
+
+/// Where a zero is, known within `rho`: first by a box in f64, and where that meets the region's boundary by all digits. It
+/// was found from a node that is known to be inside or not, but may lie beside it.
+pub(super) fn side_at<T>(
+    brep: &PreparedBrep,
+    at: &Place<T>,
+    (local, rho, seam): ([Dd; 2], f64, Option<usize>),
+    inside: Option<[[f64; 2]; 2]>,
+) -> BoxSide {
+    let off = Dd::from(rho * UP);
+    let within = |b: [[f64; 2]; 2]| {
+        (0..2).all(|k| Dd::from(b[k][0]) <= local[k] - off && local[k] + off <= Dd::from(b[k][1]))
+    };
+    if inside.is_some_and(within) {
+        return BoxSide::Inside;
+    }
+    let region = brep.region(at.face);
+    let maps = &brep.double(at.face).patches[at.patch].maps;
+    let uv = [0, 1].map(|k| {
+        let x = Ball {
+            mid: local[k],
+            rad: rho * UP,
+        };
+        Ball::exact(maps[k].start) + x * Ball::difference(maps[k].end, maps[k].start)
+    });
+    if let Some(k) = seam {
+        return side_on_seam(region, k, uv[1 - k]);
+    }
+    let r = rho * UP + 4.0 * f64::EPSILON;
+    let around = |k: usize| {
+        let x = local[k].hi;
+        maps[k].to_native_range((x - r).max(0.0), (x + r).min(1.0))
+    };
+    let side = region.classify_box(around(0), around(1));
+    // Where the zero may be just beyond its patch, it stands for the next patch's, which is elsewhere by as little: a box holds
+    // both, but not all digits do.
+    let on_patch = (0..2).all(|k| local[k] - off >= Dd::ZERO && local[k] + off <= Dd::ONE);
+    if side != BoxSide::Mixed || !on_patch {
+        return side;
+    }
+    match region.side_of_ball(uv) {
+        Some(Side::Inside) => BoxSide::Inside,
+        Some(Side::Outside) => BoxSide::Outside,
+        Some(Side::Boundary) | None => BoxSide::Mixed,
+    }
+}
+
+/// Where a point is that is exactly on the seam across a coordinate, given the other: in the region where it is on either side of the seam.
+fn side_on_seam(region: &TrimRegion, across: usize, along: Ball<Dd>) -> BoxSide {
+    let domain = region.domain()[across];
+    let width = BESIDE_SEAM * domain.length();
+    let sides = [
+        (domain.start, [domain.start, domain.start + width]),
+        (domain.end, [domain.end - width, domain.end]),
+    ]
+    .map(|(end, beside)| {
+        let (mut uv, mut b) = ([along; 2], [[along.lower(), along.upper()]; 2]);
+        (uv[across], b[across]) = (Ball::exact(end), beside);
+        // A loop that runs along the border leaves what is beside it inside.
+        match region.classify_box(b[0], b[1]) {
+            BoxSide::Inside => Some(Side::Inside),
+            BoxSide::Outside => Some(Side::Outside),
+            BoxSide::Mixed => region.side_of_ball(uv),
+        }
+    });
+    if sides.contains(&Some(Side::Inside)) {
+        BoxSide::Inside
+    } else if sides == [Some(Side::Outside); 2] {
+        BoxSide::Outside
+    } else {
+        BoxSide::Mixed
+    }
+}
+
+/// How wide a box beside a seam is, as a part of the domain: hardly more than there are f64 for.
+const BESIDE_SEAM: f64 = 1.0 / (1u64 << 48) as f64;

@@ -1,0 +1,156 @@
+//! Hits of a line with faces that are answered whole: by formula, or exactly as a polygon.
+
+use super::closed::boxes_side;
+use super::forms::Stabber;
+use super::zeros::{HitAt, RawHit};
+use crate::numeric::{Ball, Dd};
+use crate::prepare::PreparedBrep;
+use crate::prepare::closed::{ClosedHit, ClosedLine, exact};
+use crate::trim::{BoxSide, Side};
+use nalgebra::{Point2, Vector3};
+use std::cmp::Ordering;
+
+/// The hits with a face in closed form, where formulas tell them.
+pub(super) fn closed_hits(brep: &PreparedBrep, stab: &Stabber, face: usize) -> Option<Vec<RawHit>> {
+    let form = brep.closed(face)?;
+    let b = brep.face_box(face)?;
+    // The middle of the face's box as seen along the line, and how far its corners are from there.
+    let (o, d) = (stab.origin, stab.direction);
+    let center = Vector3::from_fn(|c, _| 0.5 * (b[c][0] + b[c][1])) - o.coords;
+    let middle = center.dot(&d) / d.norm_squared();
+    let half = Vector3::from_fn(|c, _| 0.5 * (b[c][1] - b[c][0])).norm();
+    let reach = half / d.norm();
+    // `middle` and `reach` are off by a few roundings of what they are made of.
+    let reach =
+        reach * (1.0 + REACH_SLACK) + REACH_SLACK * middle.abs().max(center.norm() / d.norm());
+    if !(reach.is_finite() && middle.is_finite() && reach > 0.0) {
+        return None;
+    }
+    let line = ClosedLine {
+        origin: exact(o.coords.as_slice()),
+        direction: exact(d.as_slice()),
+        middle,
+        reach,
+    };
+    let mut out = Vec::new();
+    for mut hit in form.surface.hits(&line)? {
+        if stab.is_beyond(&hit.t) {
+            continue;
+        }
+        // Exact arithmetic may tell.
+        if stab.is_at_end(&hit.t) {
+            let [start, end] = stab.range;
+            let from_end = |e: f64| (hit.t.mid - Dd::from(e)).hi.abs();
+            let at = if !end.is_finite() || from_end(start) < from_end(end) {
+                start
+            } else {
+                end
+            };
+            match (form.surface.order(&line, &hit, at)?, at == start) {
+                (Ordering::Equal, _) => hit.t = Ball::exact(at),
+                (Ordering::Less, true) | (Ordering::Greater, false) => continue,
+                // Within, by less than double-double tells.
+                _ => return None,
+            }
+        }
+        match boxes_side(brep, face, &hit.boxes) {
+            BoxSide::Outside => {}
+            BoxSide::Inside => out.push(closed_hit(face, &hit, hit.uv)),
+            // Whether hits are one is known exactly for polygons: they go there.
+            BoxSide::Mixed if brep.polygon(face).is_some() => return None,
+            // The boxes are rounded outward to f64.
+            BoxSide::Mixed => {
+                let places = form.surface.places(&hit.point)?;
+                let known = |uv: &[f64; 2]| form.surface.is_exactly_at(&line, *uv);
+                let place = match place_inside(brep, face, &places) {
+                    Some(place) => place,
+                    // On the border: exactly, if its parameters are f64.
+                    None => {
+                        let mut tried = places.iter().map(|uv| uv.map(|x| x.mid.hi));
+                        let [u, v] = tried.find(known)?;
+                        match brep.region(face).side(Point2::new(u, v)).side? {
+                            Side::Inside | Side::Boundary => Some([u, v]),
+                            Side::Outside => None,
+                        }
+                    }
+                };
+                if let Some(uv) = place {
+                    out.push(closed_hit(face, &hit, uv));
+                }
+            }
+        }
+    }
+    Some(out)
+}
+
+fn closed_hit(face: usize, hit: &ClosedHit, uv: [f64; 2]) -> RawHit {
+    RawHit {
+        face,
+        at: HitAt::Closed {
+            uv,
+            point: hit.point,
+        },
+        t: hit.t,
+        inside: true,
+        at_joint: false,
+        touches: hit.touches,
+        exact: None,
+    }
+}
+
+/// Of the copies of one point's parameters the one that is in the region, rounded, if one is; `None` where that is not known.
+fn place_inside(
+    brep: &PreparedBrep,
+    face: usize,
+    places: &[[Ball<Dd>; 2]],
+) -> Option<Option<[f64; 2]>> {
+    let domain = brep.brep().surface(face).domain();
+    let region = brep.region(face);
+    let mut known = true;
+    for uv in places {
+        let beyond = |k: usize| {
+            let [low, high] = [domain[k].start, domain[k].end].map(|end| uv[k] - Ball::exact(end));
+            low.mid.hi < -2.0 * low.rad || high.mid.hi > 2.0 * high.rad
+        };
+        if (0..2).any(beyond) {
+            continue;
+        }
+        match region.side_of_ball(*uv) {
+            Some(Side::Inside) => return Some(Some(uv.map(|x| x.mid.hi))),
+            Some(Side::Outside) => {}
+            Some(Side::Boundary) | None => known = false,
+        }
+    }
+    known.then_some(None)
+}
+
+/// The hits with a face that is a polygon, exactly.
+pub(super) fn polygon_hits(
+    brep: &PreparedBrep,
+    stab: &Stabber,
+    face: usize,
+) -> Option<Vec<RawHit>> {
+    let found = brep
+        .polygon(face)?
+        .meetings(&stab.origin, &stab.direction)?;
+    let kept = found.into_iter().filter_map(|m| m.within(stab.range));
+    let hits = kept.map(|m| {
+        let t = m.t.enclosed();
+        let point = std::array::from_fn(|c| {
+            Ball::exact(stab.origin[c]) + t * Ball::exact(stab.direction[c])
+        });
+        RawHit {
+            face,
+            at: HitAt::Closed { uv: m.uv, point },
+            t,
+            inside: true,
+            at_joint: false,
+            touches: m.touches,
+            exact: Some(Box::new(m)),
+        }
+    });
+    Some(hits.collect())
+}
+
+/// A part of lengths that covers some twenty roundings.
+const REACH_SLACK: f64 = 1.0 / (1u64 << 44) as f64;
