@@ -91,8 +91,8 @@ impl<const N: usize> Basis<N> {
 }
 
 #[inline(always)]
-fn add(sum: &mut [f64; 4], factor: f64, p: &[f64; 4]) {
-    for c in 0..4 {
+fn add<const N: usize>(sum: &mut [f64; N], factor: f64, p: &[f64; N]) {
+    for c in 0..N {
         sum[c] += factor * p[c];
     }
 }
@@ -102,6 +102,9 @@ fn add(sum: &mut [f64; 4], factor: f64, p: &[f64; 4]) {
 macro_rules! by_degree {
     ($of:ident, $of_curve:ident, $net:expr, $s:expr, $t:expr) => {
         match ($net.degree.u, $net.degree.v) {
+            (1, 1) => $of::<4>($net, 1, 1, $s, $t),
+            (2, 1) => $of::<4>($net, 2, 1, $s, $t),
+            (3, 1) => $of::<4>($net, 3, 1, $s, $t),
             (2, 2) => $of::<4>($net, 2, 2, $s, $t),
             (3, 3) => $of::<4>($net, 3, 3, $s, $t),
             (p, 0) if p < 8 => $of_curve::<8>($net, p, $s),
@@ -210,10 +213,39 @@ fn jet1_of_curve<const N: usize>(net: &Net<f64>, p: usize, s: f64) -> [[f64; 4];
 
 #[inline(always)]
 fn jet1_of<const N: usize>(net: &Net<f64>, p: usize, q: usize, s: f64, t: f64) -> [[f64; 4]; 3] {
+    sums_of::<N, 4>(&net.plain, p, q, s, t)
+}
+
+/// Value, `_s` and `_t` of two polynomials at once, given pairs of their coefficients, without a bound.
+pub(crate) fn pair_jet1(pairs: &[[f64; 2]], degree: Bidegree, s: f64, t: f64) -> [[f64; 2]; 3] {
+    match (degree.u, degree.v) {
+        (1, 1) => sums_of::<4, 2>(pairs, 1, 1, s, t),
+        (2, 1) => sums_of::<4, 2>(pairs, 2, 1, s, t),
+        (3, 1) => sums_of::<4, 2>(pairs, 3, 1, s, t),
+        (2, 2) => sums_of::<4, 2>(pairs, 2, 2, s, t),
+        (3, 3) => sums_of::<4, 2>(pairs, 3, 3, s, t),
+        (p, q) if p < 4 && q < 4 => sums_of::<4, 2>(pairs, p, q, s, t),
+        (p, q) => sums_of::<ROOM, 2>(pairs, p, q, s, t),
+    }
+}
+
+/// By how much such a value may be off, in parts of the largest coefficient, for `s` and `t` in [0, 1].
+pub(crate) fn pair_error(degree: Bidegree) -> f64 {
+    (4 * (degree.u + degree.v) + 2 + UNITS) as f64 * f64::UNIT
+}
+
+#[inline(always)]
+fn sums_of<const N: usize, const C: usize>(
+    net: &[[f64; C]],
+    p: usize,
+    q: usize,
+    s: f64,
+    t: f64,
+) -> [[f64; C]; 3] {
     let (bu, bv) = (Basis::<N>::new(p, s, 1), Basis::<N>::new(q, t, 1));
-    let mut sums = [[0.0; 4]; 3];
-    for (i, row) in net.plain.chunks_exact(q + 1).enumerate() {
-        let mut r = [[0.0; 4]; 2];
+    let mut sums = [[0.0; C]; 3];
+    for (i, row) in net.chunks_exact(q + 1).enumerate() {
+        let mut r = [[0.0; C]; 2];
         for (j, p) in row.iter().enumerate() {
             add(&mut r[0], bv.value[j], p);
             add(&mut r[1], bv.slope[j], p);
@@ -459,6 +491,17 @@ mod tests {
                         );
                     };
                     holds(value[c], truth.value[c], 1.0);
+                    if c < 2 {
+                        let pairs: Vec<[f64; 2]> =
+                            coarse.plain.iter().map(|p| [p[0], p[1]]).collect();
+                        let plain = pair_jet1(&pairs, coarse.degree, s, t)[0][c];
+                        let rad = pair_error(coarse.degree) * coarse.largest[c] + coarse.spread[c];
+                        let plain = Ball {
+                            mid: Dd::from(plain),
+                            rad,
+                        };
+                        holds(plain, truth.value[c], 1.0);
+                    }
                     for (x, y) in rough.iter().zip([truth.value, truth.s, truth.t]) {
                         holds(
                             Ball {

@@ -15,9 +15,9 @@ use crate::prepare::{Net, PreparedBrep, jet};
 /// A bound that is off by a few roundings.
 const UP: f64 = 1.0 + 64.0 * f64::EPSILON;
 /// Steps of Newton's method.
-const NEWTON_STEPS: usize = 12;
+pub(super) const NEWTON_STEPS: usize = 12;
 /// Steps in double-double with the Jacobian in f64: each gains about 50 bits.
-const POLISHING_STEPS: usize = 3;
+pub(super) const POLISHING_STEPS: usize = 3;
 
 /// A box that holds one zero at most, which is known.
 pub(super) struct Solved {
@@ -29,7 +29,7 @@ pub(super) struct Solved {
 pub(super) type Found = (RawHit, [Dd; 2], f64, Option<usize>);
 
 /// The point of a net at local parameters near the unit square, and `L_1`, `L_2` there, with bounds.
-fn forms_at(
+pub(super) fn forms_at(
     stab: &Stabber,
     net: &Net<Dd>,
     offsets: &[Ball<Dd>; 2],
@@ -101,7 +101,7 @@ struct Near {
 const TANGENT: f64 = 1.0 / (1u64 << 20) as f64;
 
 /// A step below this, in local parameters, is not worth taking: 2^-96 of the size is what full accuracy asks for.
-const POLISHED: f64 = 1.0 / (1u128 << 102) as f64;
+pub(super) const POLISHED: f64 = 1.0 / (1u128 << 102) as f64;
 
 /// Whether a point is farther from a node than half its width.
 fn is_apart<T>(p: [f64; 2], node: &Forms<T>) -> bool {
@@ -110,7 +110,7 @@ fn is_apart<T>(p: [f64; 2], node: &Forms<T>) -> bool {
 }
 
 /// Steps below this are near rounding.
-const SETTLED: f64 = 1.0 / (1u64 << 32) as f64;
+pub(super) const SETTLED: f64 = 1.0 / (1u64 << 32) as f64;
 
 /// The same in double-double throughout, for lines next to tangent: the Jacobian in f64 is then not near enough to the true one.
 fn newton_fine(
@@ -155,11 +155,11 @@ fn newton_fine(
 }
 
 /// The point and `L_1`, `L_2` at a place of a patch, with bounds.
-struct Sample {
-    value: [Ball<Dd>; 4],
-    l: [Ball<Dd>; 2],
+pub(super) struct Sample {
+    pub(super) value: [Ball<Dd>; 4],
+    pub(super) l: [Ball<Dd>; 2],
     /// What the point is relative to: each arithmetic's net has its own.
-    origin: [f64; 3],
+    pub(super) origin: [f64; 3],
 }
 
 /// The zero near a node, and a box about it in which it is the only one.
@@ -310,10 +310,10 @@ pub(super) fn parameter_at(
 
 /// A box in which there is one zero at most.
 pub(super) struct Zone {
-    u: [f64; 2],
-    v: [f64; 2],
+    pub(super) u: [f64; 2],
+    pub(super) v: [f64; 2],
     /// `Y` for coordinates that run over it from 0 to 1.
-    scaled: [[f64; 2]; 2],
+    pub(super) scaled: [[f64; 2]; 2],
     /// The contraction there.
     pub(super) e: f64,
 }
@@ -349,7 +349,7 @@ impl Zone {
     }
 
     /// How far the zero is from a point at most, in widths of the zone; `None` where none is known to be there.
-    fn radius(&self, p: [Dd; 2], sample: &Sample) -> Option<f64> {
+    pub(super) fn radius(&self, p: [Dd; 2], sample: &Sample) -> Option<f64> {
         let widths = [self.u[1] - self.u[0], self.v[1] - self.v[0]];
         let mut residual: f64 = 0.0;
         for row in &self.scaled {

@@ -60,12 +60,16 @@ impl Stabber {
 
     /// `n_k.(origin of the net - o)`.
     pub(super) fn offset(&self, k: usize, net_origin: &[f64; 3]) -> Ball<Dd> {
-        let mut sum = Ball::ZERO;
-        for c in 0..3 {
-            sum = sum
-                + Ball::exact(self.normals[k][c]) * Ball::difference(net_origin[c], self.origin[c]);
-        }
-        sum
+        let [a, b] = [self.axis, self.other(k)].map(|c| {
+            let shift = Ball::difference(net_origin[c], self.origin[c]);
+            Ball::exact(self.normals[k][c]) * shift
+        });
+        a + b
+    }
+
+    /// The coordinate besides [`axis`](Self::axis) in which normal `k` is not zero.
+    fn other(&self, k: usize) -> usize {
+        (self.axis + 1 + k) % 3
     }
 
     /// `L_k` and the numerator of `t`: coefficients and one bound for each of the three.
@@ -86,22 +90,6 @@ impl Stabber {
 
     /// `L_1` and `L_2`, the numerator of `t` and `w`; of these pairs those that are wanted.
     fn some_forms<T: Real>(&self, net: &Net<T>, [planes, clock]: [bool; 2]) -> Forms<T> {
-        let form = |n: &Vector3<f64>, offset: Ball<Dd>| {
-            let offset = Ball::<T>::from_dd(offset.mid, offset.rad);
-            let m: [T; 3] = std::array::from_fn(|c| T::from_f64(n[c]));
-            let value = |p: &[Ball<T>; 4]| {
-                m[0] * p[0].mid + m[1] * p[1].mid + m[2] * p[2].mid + offset.mid * p[3].mid
-            };
-            let values: Vec<T> = net.points.iter().map(value).collect();
-            let mut size = offset.magnitude() * net.largest[3];
-            let mut error = offset.magnitude() * net.spread[3] + offset.rad * net.largest[3];
-            for c in 0..3 {
-                size += n[c].abs() * net.largest[c];
-                error += n[c].abs() * net.spread[c];
-            }
-            // At most eight roundings of parts no larger than the sum of the largest.
-            (values, (error + 8.0 * T::UNIT * size) * UP)
-        };
         let mut out = Forms {
             degree: net.degree,
             c: Default::default(),
@@ -116,18 +104,30 @@ impl Stabber {
         if planes {
             for k in 0..2 {
                 let offset = self.offset(k, &net.origin);
-                (out.c[k], out.error[k]) = form(&self.normals[k], offset);
+                let (values, error) = self.plane(net, k, offset);
+                (out.c[k], out.error[k]) = (values.collect(), error);
             }
         }
         if clock {
-            let mut unit = Vector3::zeros();
-            unit[self.axis] = 1.0;
-            let shift = Ball::difference(net.origin[self.axis], self.origin[self.axis]);
-            (out.c[2], out.error[2]) = form(&unit, shift);
+            let axis = self.axis;
+            let shift = Ball::difference(net.origin[axis], self.origin[axis]);
+            let (values, error) = form(net, [(axis, 1.0)], shift);
+            (out.c[2], out.error[2]) = (values.collect(), error);
             out.c[3] = net.points.iter().map(|p| p[3].mid).collect();
             out.error[3] = net.spread[3];
         }
         out
+    }
+
+    /// The coefficients of `L_k`, given [`offset`](Self::offset), and one bound for all.
+    pub(super) fn plane<T: Real>(
+        &self,
+        net: &Net<T>,
+        k: usize,
+        offset: Ball<Dd>,
+    ) -> (impl Iterator<Item = T>, f64) {
+        let parts = [self.axis, self.other(k)].map(|c| (c, self.normals[k][c]));
+        form(net, parts, offset)
     }
 
     /// Whether a box in space can meet the line; each quotient may be off by a few roundings (three: the difference, one over the
@@ -210,6 +210,28 @@ impl Stabber {
                 + offsets[k] * h[3]
         })
     }
+}
+
+/// The sum of multiples of some coordinates and of the weight: its coefficients, and one bound for all.
+fn form<T: Real, const N: usize>(
+    net: &Net<T>,
+    parts: [(usize, f64); N],
+    weight: Ball<Dd>,
+) -> (impl Iterator<Item = T>, f64) {
+    let weight = Ball::<T>::from_dd(weight.mid, weight.rad);
+    let mut size = weight.magnitude() * net.largest[3];
+    let mut error = weight.magnitude() * net.spread[3] + weight.rad * net.largest[3];
+    for (c, n) in parts {
+        size += n.abs() * net.largest[c];
+        error += n.abs() * net.spread[c];
+    }
+    let value = move |p: &[Ball<T>; 4]| {
+        let sum = |sum: T, (c, n): (usize, f64)| sum + T::from_f64(n) * p[c].mid;
+        parts.into_iter().fold(weight.mid * p[3].mid, sum)
+    };
+    // At most eight roundings of parts no larger than the sum of the largest.
+    let error = (error + 8.0 * T::UNIT * size) * UP;
+    (net.points.iter().map(value), error)
 }
 
 /// `L_1`, `L_2`, the numerator of `t d_axis`, and `w`, over a box; those that are not wanted have no coefficients.
@@ -343,13 +365,54 @@ impl<T: Real> Forms<T> {
         [self, high]
     }
 
+    /// The two forms alone.
+    pub(super) fn pair(&self) -> Pair<'_, T> {
+        Pair {
+            degree: self.degree,
+            c: [&self.c[0], &self.c[1]],
+            error: [self.error[0], self.error[1]],
+        }
+    }
+
+    /// See [`Pair::slopes`].
+    pub(super) fn slopes(&self) -> ([[f64; 2]; 2], [f64; 2]) {
+        self.pair().slopes()
+    }
+
+    /// See [`Pair::look`]; the lists are used again.
+    pub(super) fn look(&self, j: &[[f64; 2]; 2], turned: &mut [Vec<T>; 2]) -> Look {
+        for list in &mut *turned {
+            list.clear();
+            list.resize(self.c[0].len(), T::ZERO);
+        }
+        let [first, second] = turned;
+        self.pair().look(j, [first, second])
+    }
+
+    /// A linear combination of `L_1` and `L_2`, into a list that is used again, and its error.
+    pub(super) fn combine(&self, y: [f64; 2], into: &mut Vec<T>) -> f64 {
+        into.clear();
+        into.resize(self.c[0].len(), T::ZERO);
+        self.pair().combine(y, into)
+    }
+}
+
+/// `L_1` and `L_2` over a box: their coefficients, and a bound for each.
+#[derive(Clone, Copy)]
+pub(super) struct Pair<'a, T> {
+    pub(super) degree: Bidegree,
+    pub(super) c: [&'a [T]; 2],
+    pub(super) error: [f64; 2],
+}
+
+impl<T: Real> Pair<'_, T> {
     /// The Jacobian of `(L_1, L_2)` in the middle of the box, roughly, by mean differences, and how much both change at most along
     /// u and v; in coordinates that run over the box from 0 to 1.
     pub(super) fn slopes(&self) -> ([[f64; 2]; 2], [f64; 2]) {
         let mut most = [0.0; 2];
         let jacobian = std::array::from_fn(|k| {
             std::array::from_fn(|along| {
-                let r = slope_range(&self.c[k], self.degree, along == 0, 0.0);
+                let r = slope_range(self.c[k], self.degree, along == 0, 0.0);
                 most[along] += greater(r[0].abs(), r[1].abs());
                 0.5 * (r[0] + r[1])
             })
@@ -357,27 +420,27 @@ impl<T: Real> Forms<T> {
         (jacobian, most)
     }
 
-    /// What combinations of the forms tell, given their Jacobian; the lists are used again.
+    /// What combinations of the forms tell, given their Jacobian; `turned` has room for two.
     #[inline]
-    pub(super) fn look(&self, j: &[[f64; 2]; 2], turned: &mut [Vec<T>; 2]) -> Look {
+    pub(super) fn look(&self, j: &[[f64; 2]; 2], turned: [&mut [T]; 2]) -> Look {
         let one_sign = |c: &[T], error: f64| {
             let r = range(c, error);
             r[0] > 0.0 || r[1] < 0.0
         };
-        let told = |none: bool, one_at_most: bool, noise: bool| Look {
+        let told = |none: bool, one_at_most: Option<Contraction>, noise: bool| Look {
             none,
             one_at_most,
             noise,
         };
-        let e = self.combine(combination(j), &mut turned[0]);
-        if one_sign(&turned[0], e) {
-            return told(true, false, false);
+        let e = self.combine(combination(j), turned[0]);
+        if one_sign(turned[0], e) {
+            return told(true, None, false);
         }
-        let noise = largest(&turned[0]) <= NOISE_FACTOR * e;
+        let noise = largest(turned[0]) <= NOISE_FACTOR * e;
         let det = j[0][0] * j[1][1] - j[0][1] * j[1][0];
         let size = (j[0][0].abs() + j[0][1].abs()) * (j[1][0].abs() + j[1][1].abs());
         if !(det.abs() > 64.0 * f64::EPSILON * size) {
-            return told(false, false, noise);
+            return told(false, None, noise);
         }
         let y = [
             [j[1][1] / det, -j[0][1] / det],
@@ -385,23 +448,24 @@ impl<T: Real> Forms<T> {
         ];
         let mut errors = [0.0; 2];
         for k in 0..2 {
-            errors[k] = self.combine(y[k], &mut turned[k]);
-            if one_sign(&turned[k], errors[k]) {
-                return told(true, false, noise);
+            errors[k] = self.combine(y[k], turned[k]);
+            if one_sign(turned[k], errors[k]) {
+                return told(true, None, noise);
             }
         }
-        let [first, second] = &*turned;
+        let [first, second] = turned;
         let e = contraction([(first, errors[0]), (second, errors[1])], self.degree);
-        told(false, e < 1.0, noise)
+        told(false, (e < 1.0).then_some(Contraction { y, e }), noise)
     }
 
-    /// A linear combination of `L_1` and `L_2`, into a list that is used again, and its error.
-    pub(super) fn combine(&self, y: [f64; 2], into: &mut Vec<T>) -> f64 {
+    /// A linear combination of the two, and its error.
+    pub(super) fn combine(&self, y: [f64; 2], into: &mut [T]) -> f64 {
         let [p, q] = y.map(T::from_f64);
-        into.clear();
-        let pairs = self.c[0].iter().zip(&self.c[1]);
-        into.extend(pairs.map(|(a, b)| p * *a + q * *b));
-        let size: f64 = (0..2).map(|k| y[k].abs() * largest(&self.c[k])).sum();
+        let pairs = self.c[0].iter().zip(self.c[1]);
+        for (x, (a, b)) in into.iter_mut().zip(pairs) {
+            *x = p * *a + q * *b;
+        }
+        let size: f64 = (0..2).map(|k| y[k].abs() * largest(self.c[k])).sum();
         let error: f64 = (0..2).map(|k| y[k].abs() * self.error[k]).sum();
         (error + 4.0 * T::UNIT * size) * UP
     }
@@ -415,9 +479,16 @@ pub(super) struct Look {
     /// There is none.
     pub(super) none: bool,
     /// There is one at most: see the module `certify`.
-    pub(super) one_at_most: bool,
+    pub(super) one_at_most: Option<Contraction>,
     /// One of their combinations is all rounding noise.
     pub(super) noise: bool,
+}
+
+/// `K = Y L` with `|I - K'| <= e < 1` over a box, for coordinates that run over it from 0 to 1.
+#[derive(Clone, Copy)]
+pub(super) struct Contraction {
+    pub(super) y: [[f64; 2]; 2],
+    pub(super) e: f64,
 }
 
 /// The combination of the two forms with the least slope, given the Jacobian: a line that passes the patch has one sign there.

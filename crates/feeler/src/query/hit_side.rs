@@ -1,6 +1,5 @@
 //! Whether a hit of a line with a patch is in the face's region.
 
-use super::zeros::Place;
 use crate::numeric::{Ball, Dd};
 use crate::prepare::PreparedBrep;
 use crate::trim::{BoxSide, Side, TrimRegion};
@@ -10,9 +9,9 @@ const UP: f64 = 1.0 + 64.0 * f64::EPSILON;
 
 /// Where a zero is, known within `rho`: first by a box in f64, and where that meets the region's boundary by all digits. It
 /// was found from a node that is known to be inside or not, but may lie beside it.
-pub(super) fn side_at<T>(
+pub(super) fn side_at(
     brep: &PreparedBrep,
-    at: &Place<T>,
+    (face, patch): (usize, usize),
     (local, rho, seam): ([Dd; 2], f64, Option<usize>),
     inside: Option<[[f64; 2]; 2]>,
 ) -> BoxSide {
@@ -23,8 +22,8 @@ pub(super) fn side_at<T>(
     if inside.is_some_and(within) {
         return BoxSide::Inside;
     }
-    let region = brep.region(at.face);
-    let maps = &brep.double(at.face).patches[at.patch].maps;
+    let region = brep.region(face);
+    let maps = &brep.double(face).patches[patch].maps;
     let uv = [0, 1].map(|k| {
         let x = Ball {
             mid: local[k],

@@ -1,7 +1,7 @@
 //! The side of a point in space, and lines near edges.
 
 use super::answer::{LineKind, LineProbe, SideAnswer, Undecided};
-use super::forms::{NOISE_FACTOR, Stabber, range};
+use super::forms::{Forms, NOISE_FACTOR, Stabber, range};
 use super::line::all_hits;
 use super::zeros::{Digits, RawHit, face_hits};
 use crate::numeric::Real;
@@ -202,13 +202,14 @@ fn near_curve<T: Real>(
     budget: &mut usize,
 ) -> bool {
     let mut stack = vec![(stab.forms(space), 0)];
+    let mut turned = Vec::new();
     while let Some((node, depth)) = stack.pop() {
         let w = range(&node.c[3], node.error[3]);
         let clear = (0..2).any(|k| {
             let r = range(&node.c[k], node.error[k]);
             r[0] > reach[k] * w[1] * UP || r[1] < -reach[k] * w[1] * UP
         });
-        if clear || node.beyond(stab) {
+        if clear || node.beyond(stab) || passes(&node, reach, w[1], &mut turned) {
             continue;
         }
         let noise = (0..2).all(|k| largest(&node.c[k]) <= NOISE_FACTOR * node.error[k]);
@@ -219,6 +220,23 @@ fn near_curve<T: Real>(
         stack.extend(node.halves(true).map(|half| (half, depth + 1)));
     }
     false
+}
+
+/// Whether a curve passes the line on the side of its chord.
+///
+/// `a L_1 + b L_2` is the height over the plane with normal `a n_1 + b n_2` through the line, times `w`: where the curve is within the margin of the line
+/// it is at most `|a| reach_1 + |b| reach_2` times `w`. Of all such planes the one along the chord is tried.
+fn passes<T: Real>(node: &Forms<T>, reach: [f64; 2], w: f64, turned: &mut Vec<T>) -> bool {
+    let last = node.c[0].len() - 1;
+    let along = [0, 1].map(|k| {
+        let at = |i: usize| node.c[k][i].approximate() / node.c[3][i].approximate();
+        at(last) - at(0)
+    });
+    let combination = [along[1], -along[0]];
+    let error = node.combine(combination, turned);
+    let r = range(turned, error);
+    let within = (along[1].abs() * reach[0] + along[0].abs() * reach[1]) * w * UP;
+    r[0] > within || r[1] < -within
 }
 
 /// A part of a boundary piece this many halvings deep that is not clear of the line counts as near.

@@ -23,6 +23,7 @@ mod outcome;
 mod overlap;
 mod passages;
 mod past;
+mod plain_zero;
 mod poles;
 mod refine;
 mod round;

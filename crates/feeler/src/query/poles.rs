@@ -228,7 +228,7 @@ impl<'a> Strip<'a> {
             if look.noise {
                 return None;
             }
-            if look.one_at_most
+            if look.one_at_most.is_some()
                 && let Some(zero) = known_zero(self.stab, &at, &node)
             {
                 let settled = within(&zero.zone);

@@ -2,18 +2,42 @@
 
 use super::closed::boxes_side;
 use super::forms::Stabber;
-use super::zeros::{HitAt, RawHit};
+use super::zeros::{Digits, HitAt, RawHit};
 use crate::numeric::{Ball, Dd};
 use crate::prepare::PreparedBrep;
-use crate::prepare::closed::{ClosedHit, ClosedLine, exact};
+use crate::prepare::closed::{Boxes, ClosedHit, ClosedLine, exact};
 use crate::trim::{BoxSide, Side};
 use nalgebra::{Point2, Vector3};
 use std::cmp::Ordering;
 
+/// A parameter in f64 is left to double-double where it is off by more than this part of the face's reach.
+const SHARP: f64 = 1.0 / (1u64 << 44) as f64;
+
 /// The hits with a face in closed form, where formulas tell them.
-pub(super) fn closed_hits(brep: &PreparedBrep, stab: &Stabber, face: usize) -> Option<Vec<RawHit>> {
+///
+/// Of a plane, f64 tells in most cases where the hit is, and whether it is in the region; what is then known of it only is the parameter, to the
+/// digits that are wanted.
+pub(super) fn closed_hits(
+    brep: &PreparedBrep,
+    stab: &Stabber,
+    face: usize,
+    digits: Digits,
+) -> Option<Vec<RawHit>> {
     let form = brep.closed(face)?;
     let b = brep.face_box(face)?;
+    let rough = form
+        .surface
+        .rough_hit(&stab.origin.into(), &stab.direction.into());
+    let side = rough.as_ref().map(|hit| {
+        boxes_side(
+            brep,
+            face,
+            &Boxes::one(hit.uv.map(|x| [x.lower(), x.upper()])),
+        )
+    });
+    if side == Some(BoxSide::Outside) {
+        return Some(Vec::new());
+    }
     // The middle of the face's box as seen along the line, and how far its corners are from there.
     let (o, d) = (stab.origin, stab.direction);
     let center = Vector3::from_fn(|c, _| 0.5 * (b[c][0] + b[c][1])) - o.coords;
@@ -32,6 +56,21 @@ pub(super) fn closed_hits(brep: &PreparedBrep, stab: &Stabber, face: usize) -> O
         middle,
         reach,
     };
+    if let (Some(hit), Some(BoxSide::Inside)) = (&rough, side) {
+        let known = match digits {
+            Digits::Double if hit.t.rad <= SHARP * reach => Some(hit.t.to_dd()),
+            _ => form.surface.plane_parameter(&line),
+        };
+        if let Some(t) = known.filter(|t| !stab.is_at_end(t)) {
+            let within = !stab.is_beyond(&t);
+            let found = within.then(|| {
+                let uv = hit.uv.map(|x| x.mid);
+                let point = [0, 1, 2].map(|c| line.origin[c] + t * line.direction[c]);
+                hit_at(face, HitAt::Closed { uv, point }, t, false)
+            });
+            return Some(found.into_iter().collect());
+        }
+    }
     let mut out = Vec::new();
     for mut hit in form.surface.hits(&line)? {
         if stab.is_beyond(&hit.t) {
@@ -84,16 +123,18 @@ pub(super) fn closed_hits(brep: &PreparedBrep, stab: &Stabber, face: usize) -> O
 }
 
 fn closed_hit(face: usize, hit: &ClosedHit, uv: [f64; 2]) -> RawHit {
+    let point = hit.point;
+    hit_at(face, HitAt::Closed { uv, point }, hit.t, hit.touches)
+}
+
+fn hit_at(face: usize, at: HitAt, t: Ball<Dd>, touches: bool) -> RawHit {
     RawHit {
         face,
-        at: HitAt::Closed {
-            uv,
-            point: hit.point,
-        },
-        t: hit.t,
+        at,
+        t,
         inside: true,
         at_joint: false,
-        touches: hit.touches,
+        touches,
         exact: None,
     }
 }

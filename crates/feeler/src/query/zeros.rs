@@ -16,6 +16,7 @@
 use super::certify::{Solved, certify};
 use super::forms::{Forms, Stabber, restrict};
 use super::hit_side::side_at;
+use super::plain_zero::{Whole, plainly, whole_patch};
 use super::rows::Rows;
 use super::whole_faces::{closed_hits, polygon_hits};
 use super::{joints, poles};
@@ -145,7 +146,7 @@ fn find_hits(
         open: Vec::new(),
         one,
     };
-    if let Some(found) = closed_hits(brep, stab, face) {
+    if let Some(found) = closed_hits(brep, stab, face, digits) {
         out.hits = found;
         return Some(out);
     }
@@ -176,6 +177,21 @@ fn patches_hits(
             .is_some_and(|b| !stab.meets(b))
         {
             continue;
+        }
+        if *budget > 0 {
+            *budget -= 1;
+            match whole_patch(brep, stab, (face, index), &patch.net, digits) {
+                Whole::Missed => continue,
+                Whole::Hit(hit, local, rho) => {
+                    let side = side_at(brep, (face, index), (local, rho, None), None);
+                    accept(stab, hit, side, out);
+                    if out.is_done(stab) {
+                        return;
+                    }
+                    continue;
+                }
+                Whole::Open => {}
+            }
         }
         let root = stab.planes(&patch.net);
         if root.has_no_zero() {
@@ -289,8 +305,9 @@ fn patch_hits<T: Real>(
         if look.none {
             continue;
         }
-        if look.one_at_most
-            && let Some((hit, zone)) = certify(brep, stab, at, &node)
+        if let Some(one) = look.one_at_most
+            && let Some((hit, zone)) =
+                plainly(brep, stab, at, &node, &one).or_else(|| certify(brep, stab, at, &node))
         {
             let settled = within(&zone);
             if let Some((hit, local, rho, seam)) = hit {
@@ -330,7 +347,7 @@ fn patch_hits<T: Real>(
                 }
                 if !known && !listed {
                     let known = inside.then_some([node.u, node.v]);
-                    let side = side_at(brep, at, (local, rho, seam), known);
+                    let side = side_at(brep, (face, patch), (local, rho, seam), known);
                     accept(stab, hit, side, out);
                     if out.is_done(stab) {
                         return;

@@ -1,6 +1,6 @@
 //! Where a line meets a surface in closed form.
 
-use super::form::{V3, along, dot, sub};
+use super::form::{V3, Vector, along, dot, sub};
 use super::plane::PlaneForm;
 use super::quadric::Root;
 use super::revolution::{Profile, RevolutionForm};
@@ -48,7 +48,35 @@ impl ClosedSurface {
     }
 }
 
+/// Where a line meets a plane, in numbers that are f64: `t` and native parameters.
+pub(crate) struct RoughHit {
+    pub(crate) t: Ball<f64>,
+    pub(crate) uv: [Ball<f64>; 2],
+}
+
 impl ClosedSurface {
+    /// The meeting with a plane, to most digits of f64; `None` where there are no digits, or another surface.
+    pub(crate) fn rough_hit(&self, origin: &[f64; 3], direction: &[f64; 3]) -> Option<RoughHit> {
+        let Self::Plane(p) = self else {
+            return None;
+        };
+        let d: Vector<f64> = form::exact(direction);
+        let w: Vector<f64> = sub(&form::exact(origin), &form::exact(&p.origin));
+        let hit = p.rough_hit(&w, &d);
+        let known = hit.t.rad.is_finite() && hit.uv.iter().all(|x| x.rad.is_finite());
+        known.then_some(hit)
+    }
+
+    /// The parameter of the same to the digits of double-double; `None` where they are few, or of another surface.
+    pub(crate) fn plane_parameter(&self, line: &ClosedLine) -> Option<Ball<Dd>> {
+        let Self::Plane(p) = self else {
+            return None;
+        };
+        let [offset, rate] = height_and_rate(p, line);
+        let t = offset / rate;
+        (t.rad <= ENOUGH * line.reach).then_some(t)
+    }
+
     /// Where a hit whose enclosure holds `end` is beside it, exactly; `None` where there is no telling.
     pub(crate) fn order(&self, line: &ClosedLine, hit: &ClosedHit, end: f64) -> Option<Ordering> {
         let Self::Revolution(r) = self else {
@@ -73,14 +101,22 @@ fn stored(line: &ClosedLine) -> [[f64; 3]; 2] {
     [&line.origin, &line.direction].map(|v| v.map(|x| x.mid.hi))
 }
 
+/// Parameters that are less sharp than this, in parts of the reach of a face, have no digits to spare.
+const ENOUGH: f64 = 1.0 / (1u64 << 60) as f64;
+
+/// `n.(P - o)` and `n.d`.
+fn height_and_rate(p: &PlaneForm, line: &ClosedLine) -> [Ball<Dd>; 2] {
+    let rate = dot(&p.normal, &line.direction);
+    let offset = dot(&p.normal, &sub(&form::exact(&p.origin), &line.origin));
+    [offset, rate]
+}
+
 /// `t = n.(P - o) / n.d`.
 fn plane_hits(p: &PlaneForm, line: &ClosedLine) -> Option<Vec<ClosedHit>> {
     let origin = form::exact(&p.origin);
-    let rate = dot(&p.normal, &line.direction);
-    let offset = dot(&p.normal, &sub(&origin, &line.origin));
+    let [offset, rate] = height_and_rate(p, line);
     let t = offset / rate;
-    // Nearly parallel: no digits to spare.
-    const ENOUGH: f64 = 1.0 / (1u64 << 60) as f64;
+    // Nearly parallel.
     if !(t.rad <= ENOUGH * line.reach) {
         // The line stays on one side over all of the face.
         let away = Ball::exact(line.middle) * rate - offset;

@@ -6,6 +6,7 @@ use super::form::{
     Boxes, Critical, Extent, Linear, Minimum, SHARP, Target, V3, Vector, along, at_gap,
     distance_range, dot, exact, lead, least_square, range, rounded, sub,
 };
+use super::line::RoughHit;
 use crate::numeric::{Ball, Dd, Dyadic, Interval, Real, sin_cos};
 use crate::nurbs::{Arc, NurbsSurface, Plane};
 use nalgebra::Vector4;
@@ -129,6 +130,16 @@ impl PlaneForm {
         let [xx, xy, yy, det] = self.gram;
         let coordinates = [(wx * yy - wy * xy) / det, (wy * xx - wx * xy) / det];
         [0, 1].map(|k| self.maps[k].inverse().at(coordinates[k]))
+    }
+
+    /// Where a line meets the plane: `t = -n.w / n.d`, and the foot's coordinates there. `w` is its origin relative to the plane's.
+    pub(super) fn rough_hit(&self, w: &Vector<f64>, d: &Vector<f64>) -> RoughHit {
+        let t = -(dot(w, &self.rough[2]) / dot(d, &self.rough[2]));
+        let at = along(w, t, d);
+        RoughHit {
+            t,
+            uv: [0, 1].map(|k| self.maps[k].inverse().at(dot(&at, &self.rough[k]))),
+        }
     }
 
     /// Whether a line meets the plane at native parameters, exactly; `None` where these are not coordinates themselves or the axes not those of
