@@ -101,14 +101,14 @@ impl TrimRegion {
     }
 
     fn slices(&self, trim_loop: usize) -> Option<(Vec<Slice<'_>>, [f64; 2])> {
-        let own = |part: &&Part| match self.pieces()[part.piece as usize].origin {
+        let own = |part: &&Part| match self.pieces()[part.own.piece as usize].origin {
             PieceOrigin::Trim { trim_loop: l, .. } | PieceOrigin::Join { trim_loop: l, .. } => {
                 l == trim_loop
             }
             PieceOrigin::Domain => false,
         };
         let parts: Vec<&Part> = self.parts().iter().filter(own).collect();
-        let o = parts.first()?.ends[0].map(|r| r[0]);
+        let o = parts.first()?.own.ends[0].map(|r| r[0]);
         if !o.iter().all(|x| x.is_finite()) {
             return None;
         }
@@ -116,10 +116,10 @@ impl TrimRegion {
         let slices: Option<Vec<Slice>> = parts
             .iter()
             .map(|p| {
-                let piece = &self.trim_pieces()[p.piece as usize];
+                let piece = &self.trim_pieces()[p.own.piece as usize];
                 // A part that is flat in both is a point.
                 let monotone = p.trends.into_iter().any(strict) || p.trends == [Trend::Flat; 2];
-                slice(piece, p.t, monotone, o)
+                slice(piece, p.own.t, monotone, o)
             })
             .collect();
         Some((slices?, o))

@@ -157,7 +157,7 @@ impl<'a> Border<'a> {
         let shares = [0, 1].map(|k| {
             signs[k] / (self.part.hull[k][1] - self.part.hull[k][0]).max(f64::MIN_POSITIVE)
         });
-        let ends = self.part.t.map(Dd::from);
+        let ends = self.part.own.t.map(Dd::from);
         // Each end of what is left, with the level there, halved whenever the other end has moved twice.
         let mut known: [(Dd, Dd); 2] = [(ends[0], Dd::ZERO), (ends[1], Dd::ZERO)];
         let mut moved = None;

@@ -7,13 +7,50 @@ use super::decide::{Crossing, Part};
 use super::piece::Piece;
 use super::split::Trend;
 
-/// What a cell knows of its reference point.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Known {
-    /// Its parity, with the vertical leg's count at the reference point folded in.
-    Parity(bool),
-    /// Nothing: it lies on a loop.
-    Nothing,
+/// What a cell knows of its reference point, and the parts that meet it, if they are few: all that most queries read of it.
+///
+/// Two bits say whether the parity is known, and what it is, with the vertical leg's count at the reference point folded in (it is not where the point
+/// lies on a loop); two how many parts there are, up to [`MANY`](Self::MANY); twice [`BITS`](Self::BITS) which.
+#[derive(Clone, Copy, Debug)]
+struct Head(u64);
+
+impl Head {
+    const BITS: u32 = 30;
+    const COUNT: u32 = 2 * Self::BITS;
+    const ODD: u64 = 1 << 62;
+    const KNOWN: u64 = 1 << 63;
+    /// More parts than are in here.
+    const MANY: usize = 3;
+
+    fn new(items: &[u32]) -> Self {
+        let fits = items.len() < Self::MANY && items.iter().all(|k| *k < 1 << Self::BITS);
+        if !fits {
+            return Self((Self::MANY as u64) << Self::COUNT);
+        }
+        let at = |i: usize| items.get(i).copied().map_or(0, u64::from) << (i as u32 * Self::BITS);
+        Self((items.len() as u64) << Self::COUNT | at(0) | at(1))
+    }
+
+    #[inline]
+    fn count(self) -> usize {
+        (self.0 >> Self::COUNT & 3) as usize
+    }
+
+    /// Of which `count` are there.
+    #[inline]
+    fn items(self) -> [u32; 2] {
+        let mask = (1 << Self::BITS) - 1;
+        [self.0 & mask, self.0 >> Self::BITS & mask].map(|k| k as u32)
+    }
+
+    #[inline]
+    fn parity(self) -> Option<bool> {
+        (self.0 & Self::KNOWN != 0).then_some(self.0 & Self::ODD != 0)
+    }
+
+    fn set_parity(&mut self, odd: bool) {
+        self.0 |= Self::KNOWN | if odd { Self::ODD } else { 0 };
+    }
 }
 
 /// A grid of cells. A point belongs to the cell that [`index`](Axis::index) says; that function is
@@ -25,7 +62,7 @@ pub(super) struct Cells {
     /// Items of cell `c` are `items[starts[c]..starts[c + 1]]`; cell `(i, j)` is `j * count_u + i`.
     starts: Vec<u32>,
     items: Vec<u32>,
-    known: Vec<Known>,
+    heads: Vec<Head>,
 }
 
 /// One direction of the grid.
@@ -42,8 +79,10 @@ struct Axis {
 /// Where in its cell the reference point is: off the centre, which symmetric loops like to pass.
 const REFERENCE: [f64; 2] = [0.487_213, 0.518_307];
 
-/// Cells per part, and their least and greatest number.
+/// Cells per part, and their least and greatest number; as long as they are few enough to stay in a cache, more per part.
 const CELLS_PER_PART: usize = 4;
+const CELLS_PER_PART_OF_FEW: usize = 16;
+const FEW_CELLS: usize = 1 << 12;
 const LEAST_CELLS: usize = 256;
 const MOST_CELLS: usize = 1 << 21;
 /// How many items (a part in a cell) are accepted per part, beyond a fixed number; with more the
@@ -106,7 +145,10 @@ impl Cells {
             if r.is_finite() { r.max(1e-3) } else { 1.0 }
         });
         let mut cells = match grid {
-            true => (n * CELLS_PER_PART).clamp(LEAST_CELLS, MOST_CELLS) as f64,
+            true => {
+                let few = (n * CELLS_PER_PART_OF_FEW).min(FEW_CELLS);
+                (n * CELLS_PER_PART).max(few).clamp(LEAST_CELLS, MOST_CELLS) as f64
+            }
             false => 1.0,
         };
         let axes = loop {
@@ -127,7 +169,7 @@ impl Cells {
             axes,
             starts: Vec::new(),
             items: Vec::new(),
-            known: Vec::new(),
+            heads: Vec::new(),
         };
         out.fill(pieces, parts);
         out.settle(pieces, parts);
@@ -136,7 +178,7 @@ impl Cells {
 
     pub(super) fn bytes(&self) -> usize {
         (self.starts.capacity() + self.items.capacity()) * size_of::<u32>()
-            + self.known.capacity() * size_of::<Known>()
+            + self.heads.capacity() * size_of::<Head>()
     }
 
     fn cell(&self, i: usize, j: usize) -> usize {
@@ -151,8 +193,8 @@ impl Cells {
         let mut own: Vec<u32> = Vec::new();
         for (k, part) in parts.iter().enumerate() {
             own.clear();
-            let piece = &pieces[part.piece as usize];
-            let mut stack = vec![(part.t, part.hull, 0)];
+            let piece = &pieces[part.own.piece as usize];
+            let mut stack = vec![(part.own.t, part.hull, 0)];
             while let Some((t, hull, level)) = stack.pop() {
                 let (i0, i1) = (au.index(hull[0][0]), au.index(hull[0][1]));
                 let (j0, j1) = (av.index(hull[1][0]), av.index(hull[1][1]));
@@ -200,6 +242,9 @@ impl Cells {
             items[*at as usize] = k;
             *at += 1;
         }
+        let ends = starts.windows(2);
+        let list = |w: &[u32]| &items[w[0] as usize..w[1] as usize];
+        self.heads = ends.map(|w| Head::new(list(w))).collect();
         self.starts = starts;
         self.items = items;
     }
@@ -215,7 +260,6 @@ impl Cells {
     /// of its box (by the states at its ends alone), and is asked for those within.
     fn settle(&mut self, pieces: &[Piece], parts: &[Part]) {
         let [au, av] = self.axes;
-        self.known = vec![Known::Nothing; au.count * av.count];
         let mut rows: Vec<Vec<u32>> = vec![Vec::new(); av.count];
         for (k, part) in parts.iter().enumerate() {
             // Only rows whose reference height the part may pass.
@@ -238,10 +282,9 @@ impl Cells {
             let mut lost = vec![false; au.count];
             for k in row {
                 let part = &parts[*k as usize];
-                let piece = &pieces[part.piece as usize];
                 let (i0, i1) = (au.index(part.hull[0][0]), au.index(part.hull[0][1]));
                 for i in i0..=i1 {
-                    match part.crossing(piece, self.reference(i, j), 0) {
+                    match part.crossing_in(pieces, self.reference(i, j), 0) {
                         Crossing::Even => {}
                         Crossing::Odd => odd[i] = !odd[i],
                         Crossing::On | Crossing::Unknown => lost[i] = true,
@@ -250,7 +293,7 @@ impl Cells {
                 if i0 > 0 {
                     // All reference points of the cells to the left are left of the part.
                     let left = [part.hull[0][0].next_down(), self.reference(0, j)[1]];
-                    match part.crossing(piece, left, 0) {
+                    match part.crossing_in(pieces, left, 0) {
                         Crossing::Even => {}
                         Crossing::Odd => flips[i0] = !flips[i0],
                         // The part is beyond the cells to the left: their parity is lost.
@@ -272,14 +315,14 @@ impl Cells {
                 let mut good = true;
                 for k in &self.items[self.starts[c] as usize..self.starts[c + 1] as usize] {
                     let part = &parts[*k as usize];
-                    match part.crossing(&pieces[part.piece as usize], r, 1) {
+                    match part.crossing_in(pieces, r, 1) {
                         Crossing::Even => {}
                         Crossing::Odd => parity = !parity,
                         Crossing::On | Crossing::Unknown => good = false,
                     }
                 }
                 if good {
-                    self.known[c] = Known::Parity(parity);
+                    self.heads[c].set_parity(parity);
                 }
             }
         }
@@ -328,26 +371,28 @@ impl Cells {
     pub(super) fn parity(&self, pieces: &[Piece], parts: &[Part], q: [f64; 2]) -> Local {
         let (i, j) = (self.axes[0].index(q[0]), self.axes[1].index(q[1]));
         let c = self.cell(i, j);
-        let items = &self.items[self.starts[c] as usize..self.starts[c + 1] as usize];
-        let Known::Parity(mut odd) = self.known[c] else {
+        let head = self.heads[c];
+        let Some(odd) = head.parity() else {
             return Local::Elsewhere;
         };
-        if items.is_empty() {
-            return Local::Odd(odd);
-        }
+        let few = head.items();
+        let items = match head.count() {
+            0 => return Local::Odd(odd),
+            Head::MANY => &self.items[self.starts[c] as usize..self.starts[c + 1] as usize],
+            count => &few[..count],
+        };
         let corner = [self.axes[0].at(i, REFERENCE[0]), q[1]];
-        let mut lost = false;
+        let (mut odd, mut lost) = (odd, false);
         for k in items {
             let part = &parts[*k as usize];
-            let piece = &pieces[part.piece as usize];
-            match part.crossing(piece, q, 0) {
+            match part.crossing_in(pieces, q, 0) {
                 Crossing::Even => {}
                 Crossing::Odd => odd = !odd,
                 Crossing::On => return Local::On,
                 Crossing::Unknown => lost = true,
             }
             for ray in 0..2 {
-                match part.crossing(piece, corner, ray) {
+                match part.crossing_in(pieces, corner, ray) {
                     Crossing::Even => {}
                     Crossing::Odd => odd = !odd,
                     Crossing::On | Crossing::Unknown => lost = true,

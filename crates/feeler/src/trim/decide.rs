@@ -6,20 +6,33 @@ use crate::numeric::polynomial::{Parameter, Polynomial};
 use crate::numeric::roots::Roots;
 use crate::numeric::{Ball, Dd};
 
-/// A part of a piece between two parameters, with boxes.
+/// A part of a piece between two parameters, with boxes: what most questions about it need is in one line of a processor's cache.
 #[derive(Debug, Clone)]
+#[repr(align(64))]
 pub(super) struct Part {
-    pub(super) piece: u32,
-    /// Whether it joins two ends that do not meet.
-    pub(super) join: bool,
-    pub(super) trends: [Trend; 2],
-    pub(super) t: [f64; 2],
-    /// Enclosures of the two end points, `[end][axis][lo, hi]`.
-    pub(super) ends: [[[f64; 2]; 2]; 2],
     /// Box of the part, rounded outward, `[axis][lo, hi]`.
     pub(super) hull: [[f64; 2]; 2],
     /// Proven range of [`Chord::level`] over the part; unbounded where it is not known.
-    pub(super) band: [f64; 2],
+    band: [f64; 2],
+    /// The rest.
+    pub(super) own: Box<Own>,
+    /// A number farther within the hull's range of a coordinate than this is between the coordinates of the ends; infinite where these are
+    /// not the least and the greatest.
+    margin: f32,
+    /// Whether it joins two ends that do not meet.
+    pub(super) join: bool,
+    pub(super) trends: [Trend; 2],
+}
+
+const _: () = assert!(size_of::<Part>() == 64);
+
+/// What is asked of a part less often.
+#[derive(Debug, Clone)]
+pub(super) struct Own {
+    pub(super) piece: u32,
+    pub(super) t: [f64; 2],
+    /// Enclosures of the two end points, `[end][axis][lo, hi]`.
+    pub(super) ends: [[[f64; 2]; 2]; 2],
 }
 
 /// The line through two points, any two: `level(p) = (u - u0) dv - (v - v0) du`, exactly, is what it says.
@@ -56,6 +69,14 @@ pub(super) enum Crossing {
     Unknown,
 }
 
+/// What is told of a part without its piece.
+enum AtOnce {
+    Told(Crossing),
+    /// Nothing but that a monotone part crosses the height once.
+    Once,
+    Nothing,
+}
+
 impl Crossing {
     pub(super) fn odd(odd: bool) -> Self {
         if odd { Self::Odd } else { Self::Even }
@@ -63,6 +84,55 @@ impl Crossing {
 }
 
 impl Part {
+    pub(super) fn new(
+        own: Own,
+        join: bool,
+        trends: [Trend; 2],
+        hull: [[f64; 2]; 2],
+        piece: &Piece,
+    ) -> Self {
+        let mut out = Self {
+            hull,
+            band: [f64::NEG_INFINITY, f64::INFINITY],
+            own: Box::new(own),
+            margin: f32::INFINITY,
+            join,
+            trends,
+        };
+        if out.is_monotone() {
+            out.set_band(piece);
+            out.margin = out.end_margin();
+        }
+        out
+    }
+
+    /// The margin of a monotone part: its hull is the box of its ends, so each coordinate is least in the enclosure of one end and greatest in
+    /// that of the other.
+    fn end_margin(&self) -> f32 {
+        let mut margin = 0.0f64;
+        for axis in 0..2 {
+            let [a, b] = [0, 1].map(|e| self.own.ends[e][axis]);
+            let (low, high) = if a[0] <= b[0] { (a, b) } else { (b, a) };
+            let [least, most] = self.hull[axis];
+            margin = margin.max(low[1] - least).max(most - high[0]);
+        }
+        // Rounded up, with what the comparisons round; none where the ends are exact.
+        let size = self
+            .hull
+            .iter()
+            .flatten()
+            .fold(0.0, |m: f64, x| m.max(x.abs()));
+        if margin == 0.0 {
+            return 0.0;
+        }
+        let wide = 2.0 * margin + 4.0 * f64::EPSILON * size;
+        if wide > 0.0 && wide < f64::from(f32::MAX) {
+            (wide as f32).next_up()
+        } else {
+            f32::INFINITY
+        }
+    }
+
     /// Whether both coordinates are strictly monotone or constant.
     #[inline]
     pub(super) fn is_monotone(&self) -> bool {
@@ -71,19 +141,61 @@ impl Part {
 
     /// The transitions of `[h(t) > q_h]` at points with `r(t) > q_r`, modulo 2, where `r` is
     /// coordinate `ray` and `h` the other; `On` where the point is on the part (in which case nothing
-    /// else matters). `piece` is the part's piece.
+    /// else matters).
     ///
     /// Transitions over the parts of a closed curve are crossings of the ray at height `q_h + 0`;
     /// a joint on the ray needs no special case, since the state at a joint is the same for
     /// the two parts that share it.
     #[inline]
+    pub(super) fn crossing_in(&self, pieces: &[Piece], q: [f64; 2], ray: usize) -> Crossing {
+        let piece = || &pieces[self.own.piece as usize];
+        match self.at_once(q, ray) {
+            AtOnce::Told(crossing) => crossing,
+            AtOnce::Once => self.crossing_once(piece(), q, ray),
+            AtOnce::Nothing => self.crossing(piece(), q, ray),
+        }
+    }
+
+    /// What the box and the band tell: the first questions of [`crossing`](Self::crossing), from fewer numbers.
+    #[inline]
+    fn at_once(&self, q: [f64; 2], ray: usize) -> AtOnce {
+        let h = 1 - ray;
+        let [low, high] = self.hull[h];
+        if q[h] > high || q[h] < low || q[ray] > self.hull[ray][1] {
+            return AtOnce::Told(Crossing::Even);
+        }
+        let margin = f64::from(self.margin);
+        if !(q[h] > low + margin && q[h] < high - margin) {
+            return AtOnce::Nothing;
+        }
+        // One end is above the height, the other below.
+        if q[ray] < self.hull[ray][0] {
+            return AtOnce::Told(Crossing::Odd);
+        }
+        match self.by_chord(q, ray) {
+            Some(odd) => AtOnce::Told(Crossing::odd(odd)),
+            None => AtOnce::Once,
+        }
+    }
+
+    /// The crossing of a monotone part whose ends are on different sides of the height.
+    #[inline(never)]
+    fn crossing_once(&self, piece: &Piece, q: [f64; 2], ray: usize) -> Crossing {
+        match self.solve(piece.coarse(), q, ray) {
+            Ok(odd) => Crossing::odd(odd),
+            Err(near) => self.crossing_fine(piece, q, ray, near),
+        }
+    }
+
+    /// The same, given the part's piece.
+    #[inline(never)]
     pub(super) fn crossing(&self, piece: &Piece, q: [f64; 2], ray: usize) -> Crossing {
         let h = 1 - ray;
         if q[h] > self.hull[h][1] || q[h] < self.hull[h][0] || q[ray] > self.hull[ray][1] {
             return Crossing::Even;
         }
         let state = |end: usize| {
-            let [lo, hi] = self.ends[end][h];
+            let [lo, hi] = self.own.ends[end][h];
             if q[h] < lo {
                 Some(true)
             } else if q[h] > hi {
@@ -107,11 +219,7 @@ impl Part {
                 if let Some(odd) = self.by_chord(q, ray) {
                     return Crossing::odd(odd);
                 }
-                let first = self.solve(piece.coarse(), q, ray);
-                return match first {
-                    Ok(odd) => Crossing::odd(odd),
-                    Err(near) => self.crossing_fine(piece, q, ray, near),
-                };
+                return self.crossing_once(piece, q, ray);
             }
         }
         self.crossing_exact(piece, q, ray, None)
@@ -132,22 +240,30 @@ impl Part {
             .or_else(|| self.solve(piece.coarse(), q, ray).ok())
     }
 
+    /// The chord, up to the rounding of the ends' enclosures.
     #[inline]
     fn chord(&self) -> Chord {
-        let [a, b] = [0, 1].map(|e| [self.ends[e][0][0], self.ends[e][1][0]]);
+        let ends = [0, 1].map(|axis| {
+            let [low, high] = self.hull[axis];
+            if self.trends[axis] == Trend::Down {
+                [high, low]
+            } else {
+                [low, high]
+            }
+        });
         Chord {
-            base: a,
-            step: [b[0] - a[0], b[1] - a[1]],
+            base: ends.map(|e| e[0]),
+            step: ends.map(|e| e[1] - e[0]),
         }
     }
 
     /// Finds the range of levels over the part from the control points of just this part (blossoms), as a
     /// quotient of positive weights is within the range of its terms.
-    pub(super) fn set_band(&mut self, piece: &Piece) {
+    fn set_band(&mut self, piece: &Piece) {
         let chord = self.chord();
         let exact = Ball::<f64>::exact;
         let mut band = [f64::INFINITY, f64::NEG_INFINITY];
-        for p in piece.sub_points(self.t) {
+        for p in piece.sub_points(self.own.t) {
             let along =
                 |i: usize, k: usize| (p[i] - p[2] * exact(chord.base[i])) * exact(chord.step[k]);
             let level = (along(0, 1) - along(1, 0)) / p[2];
@@ -193,8 +309,9 @@ impl Part {
         const STEPS: usize = 24;
         let h = 1 - ray;
         let (sr, sh) = (sign_of(self.trends[ray]), sign_of(self.trends[h]));
-        let mid =
-            |end: usize, axis: usize| 0.5 * (self.ends[end][axis][0] + self.ends[end][axis][1]);
+        let mid = |end: usize, axis: usize| {
+            0.5 * (self.own.ends[end][axis][0] + self.own.ends[end][axis][1])
+        };
         let (er, eh) = (curve.error[ray], curve.error[h]);
         // Scales that make both coordinates count.
         let scale = |axis: usize| 1.0 / (mid(1, axis) - mid(0, axis)).abs();
@@ -202,8 +319,8 @@ impl Part {
         let f_at = |end: usize| sr * (mid(end, ray) - q[ray]) * kr + sh * (mid(end, h) - q[h]) * kh;
         // The evaluated point belongs to a parameter within 3 units of t: keep clear of the ends.
         let (mut lo, mut hi) = (
-            self.t[0] + 4.0 * f64::EPSILON * self.t[1],
-            self.t[1] - 4.0 * f64::EPSILON * self.t[1],
+            self.own.t[0] + 4.0 * f64::EPSILON * self.own.t[1],
+            self.own.t[1] - 4.0 * f64::EPSILON * self.own.t[1],
         );
         let (mut f_lo, mut f_hi) = (f_at(0), f_at(1));
         let mut t = 0.5 * (lo + hi);
@@ -272,21 +389,27 @@ impl Part {
         if sr == 0.0 || sh == 0.0 {
             return Err(t);
         }
-        let width = self.t[1] - self.t[0];
+        let width = self.own.t[1] - self.own.t[0];
         let scale = |axis: usize| {
-            let [a, b] = [0, 1].map(|e| self.ends[e][axis][0]);
+            let [a, b] = [0, 1].map(|e| self.own.ends[e][axis][0]);
             1.0 / (b - a).abs()
         };
         let (kr, kh) = (scale(ray), scale(h));
         // Slope of the combination by a difference across a millionth of the part.
         let step = width * 1e-6;
-        let (a, b) = ((near - step).max(self.t[0]), (near + step).min(self.t[1]));
+        let (a, b) = (
+            (near - step).max(self.own.t[0]),
+            (near + step).min(self.own.t[1]),
+        );
         let (pa, pb) = (piece.coarse().eval(a), piece.coarse().eval(b));
         let slope = (sr * (pb[ray] - pa[ray]) * kr + sh * (pb[h] - pa[h]) * kh) / (b - a);
         let usable = slope.is_finite() && slope > 0.0;
         // Clear of the ends by more than the parameter's own error, about 2^-101 relative.
-        let margin = Dd::from(self.t[1] * f64::EPSILON * f64::EPSILON * 16.0);
-        let (lo, hi) = (Dd::from(self.t[0]) + margin, Dd::from(self.t[1]) - margin);
+        let margin = Dd::from(self.own.t[1] * f64::EPSILON * f64::EPSILON * 16.0);
+        let (lo, hi) = (
+            Dd::from(self.own.t[0]) + margin,
+            Dd::from(self.own.t[1]) - margin,
+        );
         for _ in 0..STEPS {
             if t <= lo || t >= hi {
                 t = if t <= lo { lo } else { hi };
@@ -330,8 +453,8 @@ impl Part {
         let h = 1 - ray;
         let (gr, gh) = (exact.offset(ray, q[ray])?, exact.offset(h, q[h])?);
         let (lo, hi) = (
-            Parameter::from_f64(self.t[0])?,
-            Parameter::from_f64(self.t[1])?,
+            Parameter::from_f64(self.own.t[0])?,
+            Parameter::from_f64(self.own.t[1])?,
         );
         if self.is_monotone() {
             Some(monotone_crossing(&gr, &gh, lo, hi, near))

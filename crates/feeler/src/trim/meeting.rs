@@ -109,9 +109,9 @@ impl<'a> Link<'a> {
             })
         });
         let span = Span {
-            piece: &region.trim_pieces()[first.piece as usize],
-            from: first.t[0],
-            to: last.t[1],
+            piece: &region.trim_pieces()[first.own.piece as usize],
+            from: first.own.t[0],
+            to: last.own.t[1],
         };
         Some(Self {
             parts,
@@ -132,11 +132,11 @@ impl<'a> Link<'a> {
     /// How many of these parts of one piece to take together: one at least.
     fn length(region: &'a TrimRegion, parts: &'a [Part], origin: PieceOrigin) -> usize {
         let mut n = 1;
-        while n < parts.len() && parts[n].piece == parts[0].piece {
+        while n < parts.len() && parts[n].own.piece == parts[0].own.piece {
             let Some(next) = Self::new(region, &parts[..n + 1], origin) else {
                 break;
             };
-            let tiny = |p: &Part| p.t[1] - p.t[0] <= TURN;
+            let tiny = |p: &Part| p.own.t[1] - p.own.t[0] <= TURN;
             let strict = next.trends.into_iter().any(is_strict);
             let over_a_turn = tiny(&parts[n - 1]) || tiny(&parts[n]);
             if !(strict || (over_a_turn && pair::goes_on(next.span))) {
@@ -255,7 +255,7 @@ impl<'a> Search<'a> {
         let mut last = None;
         let mut at = 0;
         while let Some(part) = region.parts().get(at) {
-            let origin = region.pieces()[part.piece as usize].origin;
+            let origin = region.pieces()[part.own.piece as usize].origin;
             let Some((trim_loop, _, is_join)) = loop_of(origin) else {
                 at += 1;
                 continue;
@@ -460,8 +460,8 @@ impl<'a> Search<'a> {
         let on = |of: usize, other: usize| {
             let (of, other) = (&self.links[of], &self.links[other]);
             let ends = [
-                of.parts.first().map(|p| p.ends[0]),
-                of.parts.last().map(|p| p.ends[1]),
+                of.parts.first().map(|p| p.own.ends[0]),
+                of.parts.last().map(|p| p.own.ends[1]),
             ];
             ends.into_iter().flatten().any(|end| {
                 let is_point = end.iter().all(|r| r[0] == r[1]);

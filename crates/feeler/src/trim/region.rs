@@ -2,7 +2,7 @@
 
 use super::Side;
 use super::cells::{Cells, Local};
-use super::decide::{Crossing, Part};
+use super::decide::{Crossing, Own, Part};
 use super::piece::Piece;
 use super::shape;
 use super::source::{End, Source, segment, trim_runs};
@@ -121,18 +121,13 @@ fn push_piece(region: &mut TrimRegion, origin: PieceOrigin, source: Source, para
                     [a[axis][0].min(b[axis][0]), a[axis][1].max(b[axis][1])]
                 }
             });
-            let mut part = Part {
+            let own = Own {
                 piece: index,
-                join: matches!(origin, PieceOrigin::Join { .. }),
-                trends: *trends,
                 t: [parts.t[i], parts.t[i + 1]],
                 ends: [a, b],
-                hull,
-                band: [f64::NEG_INFINITY, f64::INFINITY],
             };
-            if part.is_monotone() {
-                part.set_band(&piece);
-            }
+            let join = matches!(origin, PieceOrigin::Join { .. });
+            let part = Part::new(own, join, *trends, hull, &piece);
             region.parts.push(part);
         }
     }
@@ -268,14 +263,14 @@ impl TrimRegion {
         let mut near = ArrayVec::<u32, N>::new();
         for k in self.cells().meeting(b).flatten() {
             let part = &self.parts[*k as usize];
-            if near.contains(k) || part.misses(&self.pieces[part.piece as usize], b) {
+            if near.contains(k) || part.misses(&self.pieces[part.own.piece as usize], b) {
                 continue;
             }
             near.try_push(*k).ok()?;
         }
         let part = |k: u32| {
             let part = &self.parts[k as usize];
-            (&self.pieces[part.piece as usize], part)
+            (&self.pieces[part.own.piece as usize], part)
         };
         Some(near.into_iter().map(part).collect())
     }
@@ -333,7 +328,7 @@ impl TrimRegion {
         let boundary = boundary.map(|b| bezier(b.control_points.capacity()));
         self.pieces.capacity() * size_of::<Piece>()
             + self.boundary.capacity() * size_of::<BoundaryPiece>()
-            + self.parts.capacity() * size_of::<Part>()
+            + self.parts.capacity() * (size_of::<Part>() + size_of::<Own>())
             + pieces.chain(boundary).sum::<usize>()
             + self.cells.get().map_or(0, Cells::bytes)
     }
@@ -364,7 +359,7 @@ impl TrimRegion {
         let mut odd = false;
         let mut unknown = false;
         for part in &self.parts {
-            match part.crossing(&self.pieces[part.piece as usize], q, 0) {
+            match part.crossing_in(&self.pieces, q, 0) {
                 Crossing::Even => {}
                 Crossing::Odd => odd = !odd,
                 Crossing::On => return Crossing::On,
@@ -389,7 +384,7 @@ impl TrimRegion {
                 let part = &self.parts[*k as usize];
                 part.join
                     && (0..2).all(|i| q[i] >= part.hull[i][0] && q[i] <= part.hull[i][1])
-                    && self.pieces[part.piece as usize].in_box(q)
+                    && self.pieces[part.own.piece as usize].in_box(q)
             })
     }
 
@@ -419,7 +414,10 @@ impl TrimRegion {
             }
             last = Some(*k);
             let part = &self.parts[*k as usize];
-            let piece = &self.pieces[part.piece as usize];
+            if part.is_clear_of(&[u, v]) {
+                continue;
+            }
+            let piece = &self.pieces[part.own.piece as usize];
             if part.misses(piece, [u, v]) {
                 continue;
             }
@@ -464,10 +462,16 @@ impl TrimRegion {
 const END_INSET: f64 = 1.0 / (1u64 << 20) as f64;
 
 impl Part {
+    /// Whether the part's box does not meet the closed box.
+    #[inline]
+    fn is_clear_of(&self, b: &[[f64; 2]; 2]) -> bool {
+        let h = &self.hull;
+        (0..2).any(|i| b[i][1] < h[i][0] || b[i][0] > h[i][1])
+    }
+
     /// Proven: the part does not meet the closed box.
     pub(super) fn misses(&self, piece: &Piece, b: [[f64; 2]; 2]) -> bool {
-        let h = &self.hull;
-        if (0..2).any(|i| b[i][1] < h[i][0] || b[i][0] > h[i][1]) {
+        if self.is_clear_of(&b) {
             return true;
         }
         if (0..2).any(|i| self.ends_beside(i, &b)) {
@@ -490,7 +494,7 @@ impl Part {
         };
         // A corner at or past an end of the part is moved a little way into its heights. That only makes the
         // box larger, so a proof for the larger box holds.
-        let [lo, hi] = [0, 1].map(|e| self.ends[e][1]);
+        let [lo, hi] = [0, 1].map(|e| self.own.ends[e][1]);
         let (bottom, top) = if lo[0] <= hi[0] { (lo, hi) } else { (hi, lo) };
         let inset = END_INSET * (top[0] - bottom[1]);
         let heights = [b[1][0].min(top[0] - inset), b[1][1].max(bottom[1] + inset)];
@@ -506,7 +510,7 @@ impl Part {
             Trend::Down => [1, 0],
             Trend::Flat | Trend::Mixed => return false,
         }
-        .map(|e: usize| &self.ends[e]);
+        .map(|e: usize| &self.own.ends[e]);
         let elsewhere = |end: &[[f64; 2]; 2]| {
             let j = 1 - i;
             end[j][1] < b[j][0] || end[j][0] > b[j][1]
@@ -517,7 +521,7 @@ impl Part {
     /// Whether a monotone part, at height `q[1]`, is strictly at `u > q[0]` (`Some(false)`: strictly
     /// below), where that is plain in f64. Heights beyond the part's ends give `None`... see `misses`.
     fn beyond(&self, piece: &Piece, q: [f64; 2]) -> Option<bool> {
-        let [lo, hi] = [0, 1].map(|e| self.ends[e][1]);
+        let [lo, hi] = [0, 1].map(|e| self.own.ends[e][1]);
         let (bottom, top) = if lo[0] <= hi[0] { (lo, hi) } else { (hi, lo) };
         if q[1] <= bottom[1] || q[1] >= top[0] {
             return None;
