@@ -14,6 +14,8 @@ use std::sync::OnceLock;
 
 /// So many boxes, or nodes, are below one node.
 const WIDTH: usize = 8;
+/// So many nodes have none above them.
+const TOP: usize = 2;
 /// Levels of a tree with as many leaves as a number of 32 bits counts.
 const LEVELS: usize = 11;
 /// What is added to sums so that nothing which underflows matters.
@@ -111,7 +113,7 @@ pub(crate) enum Known {
 pub(crate) struct BoxTree {
     /// The numbers of the boxes, those near each other together.
     order: Vec<u32>,
-    /// Nodes over boxes, over those nodes, and so on up to one.
+    /// Nodes over boxes, over those nodes, and so on up to [`TOP`].
     levels: Vec<Vec<OnceLock<Node>>>,
 }
 
@@ -123,7 +125,7 @@ impl BoxTree {
         while count > 0 {
             count = count.div_ceil(WIDTH);
             levels.push((0..count).map(|_| OnceLock::new()).collect());
-            if count == 1 {
+            if count <= TOP {
                 break;
             }
         }
@@ -151,8 +153,10 @@ impl BoxTree {
         let mut stack = [(0u8, 0u32); WIDTH * LEVELS];
         let mut waiting = 0;
         if let Some(top) = self.levels.len().checked_sub(1) {
-            stack[0] = (top as u8, 0);
-            waiting = 1;
+            for index in 0..self.levels[top].len() {
+                stack[waiting] = (top as u8, index as u32);
+                waiting += 1;
+            }
         }
         while waiting > 0 {
             waiting -= 1;

@@ -32,8 +32,8 @@ const MOST_CROSSINGS: usize = 64;
 /// A rational Bezier curve with exact control points `(X, w)`, `w > 0`, relative to an origin.
 #[derive(Clone, Debug)]
 pub(crate) struct Stretch<T> {
-    pub(super) points: Vec<[T; 4]>,
-    pub(super) origin: [f64; 3],
+    pub(crate) points: Vec<[T; 4]>,
+    pub(crate) origin: [f64; 3],
     /// How far the image may be from this curve at the same parameter.
     pub(crate) slack: f64,
     /// A box around this curve.

@@ -367,6 +367,22 @@ impl Zone {
     }
 }
 
+/// How far the line's parameter at a point of a patch is from that at a point of it that is off by so much in each local parameter, at most:
+/// the points are no farther apart than the patch's greatest speeds make them, and the parameter is a coordinate over that of the direction.
+pub(super) fn moved(
+    brep: &PreparedBrep,
+    stab: &Stabber,
+    (face, patch): (usize, usize),
+    off: [f64; 2],
+) -> f64 {
+    let speeds = brep.double(face).patch_speeds(patch);
+    (speeds[0] * off[0] + speeds[1] * off[1]) / stab.direction[stab.axis].abs() * UP
+}
+
+/// A bound that widens an enclosure of a parameter more than so many times is worth a better one: speeds say little of patches whose weights differ
+/// by many powers of ten.
+pub(super) const WIDE: f64 = 64.0;
+
 /// That there is one zero near a point: see the module.
 fn prove<T: Real>(
     brep: &PreparedBrep,
@@ -415,9 +431,21 @@ fn prove<T: Real>(
         }
     }
     let t = stab.parameter(&sample.value, &sample.origin);
-    // t moves with the point: bounded by the slopes over the zone.
-    let clock = restrict(&stab.clock(at.net), u, v);
-    let reach = parameter_slope(&clock, stab, t.mid.hi) * rho * UP;
+    // t moves with the point: on the patch by no more than this does, else it is bounded by the slopes over the zone.
+    let on_patch = |k: usize| p[k] - reach(k) >= Dd::ZERO && p[k] + reach(k) <= Dd::ONE;
+    let moved = if on_patch(0) && on_patch(1) {
+        let off = widths.map(|w| rho * w * UP);
+        moved(brep, stab, (face, patch), off)
+    } else {
+        f64::INFINITY
+    };
+    let reach = if moved <= WIDE * t.rad {
+        moved
+    } else {
+        let clock = restrict(&stab.clock(at.net), u, v);
+        let slope = parameter_slope(&clock, stab, t.mid.hi) * rho * UP;
+        if slope <= moved { slope } else { moved }
+    };
     let t = Ball {
         mid: t.mid,
         rad: (t.rad + reach) * UP,

@@ -1,11 +1,11 @@
 //! The side of a point in space, and lines near edges.
 
 use super::answer::{LineKind, LineProbe, SideAnswer, Undecided};
-use super::forms::{Forms, NOISE_FACTOR, Stabber, range};
+use super::forms::{NOISE_FACTOR, Stabber, range};
 use super::line::all_hits;
-use super::zeros::{Digits, RawHit, face_hits};
+use super::zeros::{Digits, FaceHits, RawHit, face_hits};
 use crate::numeric::Real;
-use crate::numeric::bernstein::largest;
+use crate::numeric::bernstein::{greater, largest, lesser};
 use crate::prepare::{Box3, Image, Net, PreparedBrep, SharedEdge, Stretch};
 use crate::trim::Side;
 use nalgebra::{Point3, Vector3};
@@ -103,8 +103,9 @@ fn on_level_face(brep: &PreparedBrep, point: Point3<f64>) -> bool {
             return false;
         };
         let mut budget = PARITY_BUDGET;
-        let found = face_hits(brep, &Stabber::new(&probe), face, Digits::All, &mut budget);
-        found.is_some_and(|f| f.hits.iter().any(|h| h.inside))
+        let (stab, mut found) = (Stabber::new(&probe), FaceHits::new(false));
+        let told = face_hits(brep, &stab, face, Digits::All, &mut budget, &mut found);
+        told.is_some() && found.hits.iter().any(|h| h.inside)
     })
 }
 
@@ -190,7 +191,8 @@ fn near_image<T: Real>(stab: &Stabber, image: &Image<T>, margin: f64, budget: &m
             .map(|r| [(r[0] - margin).next_down(), (r[1] + margin).next_up()]);
         // A place of the curve whose height along the line is beyond an end of it may be within the margin of that end.
         let stab = stab.longer(margin);
-        stab.meets(&wide) && near_curve(&stab, &s.net(), norms.map(|n| margin * n), budget)
+        let reach = norms.map(|n| margin * n);
+        stab.meets(&wide) && !passes(&stab, s, reach) && near_curve(&stab, &s.net(), reach, budget)
     })
 }
 
@@ -202,14 +204,13 @@ fn near_curve<T: Real>(
     budget: &mut usize,
 ) -> bool {
     let mut stack = vec![(stab.forms(space), 0)];
-    let mut turned = Vec::new();
     while let Some((node, depth)) = stack.pop() {
         let w = range(&node.c[3], node.error[3]);
         let clear = (0..2).any(|k| {
             let r = range(&node.c[k], node.error[k]);
             r[0] > reach[k] * w[1] * UP || r[1] < -reach[k] * w[1] * UP
         });
-        if clear || node.beyond(stab) || passes(&node, reach, w[1], &mut turned) {
+        if clear || node.beyond(stab) {
             continue;
         }
         let noise = (0..2).all(|k| largest(&node.c[k]) <= NOISE_FACTOR * node.error[k]);
@@ -222,22 +223,146 @@ fn near_curve<T: Real>(
     false
 }
 
-/// Whether a curve passes the line on the side of its chord.
+/// A curve of so many control points is looked at without lists...
+const ROOM: usize = 8;
+/// ...and halved so often.
+const HALVINGS: u32 = 4;
+
+/// Whether a curve plainly passes the line, part by part on the side of its chord.
 ///
-/// `a L_1 + b L_2` is the height over the plane with normal `a n_1 + b n_2` through the line, times `w`: where the curve is within the margin of the line
-/// it is at most `|a| reach_1 + |b| reach_2` times `w`. Of all such planes the one along the chord is tried.
-fn passes<T: Real>(node: &Forms<T>, reach: [f64; 2], w: f64, turned: &mut Vec<T>) -> bool {
-    let last = node.c[0].len() - 1;
-    let along = [0, 1].map(|k| {
-        let at = |i: usize| node.c[k][i].approximate() / node.c[3][i].approximate();
-        at(last) - at(0)
-    });
-    let combination = [along[1], -along[0]];
-    let error = node.combine(combination, turned);
-    let r = range(turned, error);
-    let within = (along[1].abs() * reach[0] + along[0].abs() * reach[1]) * w * UP;
-    r[0] > within || r[1] < -within
+/// `H = a L_1 + b L_2` is the height over the plane with normal `a n_1 + b n_2` through the line, times `w`; where the curve is within `reach` of the
+/// line, `|H| <= (|a| reach_1 + |b| reach_2) w`. Of all such planes the one along a part's chord is tried, or one next to it: any does. In f64 a
+/// coefficient of `L_k` is off by at most eight roundings of the sum of the magnitudes that make it (the rounding of the curve's points and of the
+/// offset among them), each halving adds one per degree, and `H` three: [`ROUNDINGS`] are more, of the largest such sum. Weights are positive averages
+/// of those of the curve, which are off by as many roundings of themselves at most.
+fn passes<T: Real>(stab: &Stabber, curve: &Stretch<T>, reach: [f64; 2]) -> bool {
+    const ROUNDINGS: f64 = 32.0 * f64::EPSILON;
+    const _: () = assert!(8 + HALVINGS as usize * (ROOM - 1) + 3 < 64);
+    let count = curve.points.len();
+    if !(2..=ROOM).contains(&count) {
+        return false;
+    }
+    let offsets = [0, 1].map(|k| stab.offset(k, &curve.origin).mid.hi);
+    let mut whole = [[0.0; 3]; ROOM];
+    let (mut size, mut weight) = ([0.0; 2], 0.0);
+    for (at, p) in whole.iter_mut().zip(&curve.points) {
+        let x = p.map(|x| x.approximate());
+        for k in 0..2 {
+            let n = &stab.normals[k];
+            let parts = [n[0] * x[0], n[1] * x[1], n[2] * x[2], offsets[k] * x[3]];
+            at[k] = parts[0] + parts[1] + parts[2] + parts[3];
+            let sum = parts.iter().fold(0.0, |sum, x| sum + x.abs());
+            size[k] = greater(size[k], sum);
+        }
+        at[2] = x[3];
+        weight = greater(weight, x[3]);
+    }
+    let clear = |part: &[[f64; 3]]| {
+        let (from, to) = (part[0], part[part.len() - 1]);
+        let [a, b] = [1, 0].map(|k| to[k] / to[2] - from[k] / from[2]);
+        let b = -b;
+        let range = part
+            .iter()
+            .fold([f64::INFINITY, f64::NEG_INFINITY], |r, p| {
+                let height = a * p[0] + b * p[1];
+                [lesser(r[0], height), greater(r[1], height)]
+            });
+        let within = (a.abs() * reach[0] + b.abs() * reach[1]) * weight;
+        let off = a.abs() * size[0] + b.abs() * size[1];
+        let far = (within + ROUNDINGS * off) * UP + f64::MIN_POSITIVE;
+        range[0] > far || range[1] < -far
+    };
+    let mut stack = [(whole, 0); HALVINGS as usize + 1];
+    let mut waiting = 1;
+    while waiting > 0 {
+        waiting -= 1;
+        let (mut part, depth) = stack[waiting];
+        if clear(&part[..count]) {
+            continue;
+        }
+        if depth == HALVINGS {
+            return false;
+        }
+        let mut high = part;
+        for level in 1..count {
+            for i in 0..count - level {
+                for c in 0..3 {
+                    high[i][c] = 0.5 * (high[i][c] + high[i + 1][c]);
+                }
+            }
+            part[level] = high[0];
+        }
+        stack[waiting] = (high, depth + 1);
+        stack[waiting + 1] = (part, depth + 1);
+        waiting += 2;
+    }
+    true
 }
 
 /// A part of a boundary piece this many halvings deep that is not clear of the line counts as near.
 const NEAR_DEPTH: usize = 64;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::numeric::Dd;
+    use nalgebra::Vector3;
+
+    fn random(seed: &mut u64) -> f64 {
+        *seed ^= *seed << 13;
+        *seed ^= *seed >> 7;
+        *seed ^= *seed << 17;
+        (*seed >> 11) as f64 / (1u64 << 53) as f64
+    }
+
+    /// A line through a point of a curve, off it by less than the margin, never passes it; most that are well off it do.
+    #[test]
+    fn lines_that_meet_a_curve_do_not_pass_it() {
+        let mut seed = 0x853c_49e6_748f_ea9b;
+        let mut passed = 0;
+        for k in 0..4000 {
+            let count = 2 + k % 7;
+            let size = 10f64.powi((k % 5) as i32 * 3 - 6);
+            let origin = [0, 1, 2].map(|_| 1e3 * size * (random(&mut seed) - 0.5));
+            let bend = [1.0, 1e-3, 1e-9, 0.0][k % 4];
+            let points: Vec<[Dd; 4]> = (0..count)
+                .map(|i| {
+                    let w = 10f64.powf(2.0 * random(&mut seed) - 1.0);
+                    let x = [0, 1, 2].map(|c| {
+                        let along = i as f64 * [1.0, 0.3, -0.2][c];
+                        size * w * (along + bend * (random(&mut seed) - 0.5))
+                    });
+                    [x[0], x[1], x[2], w].map(Dd::from)
+                })
+                .collect();
+            let curve = Stretch {
+                points,
+                origin,
+                slack: 0.0,
+                bounds: [[0.0; 2]; 3],
+            };
+            let s = random(&mut seed);
+            let value = curve
+                .net()
+                .jet(crate::numeric::Ball::exact(s), crate::numeric::Ball::ZERO)
+                .value;
+            let at = [0, 1, 2].map(|c| (value[c] / value[3]).mid.hi + origin[c]);
+            let d =
+                Vector3::from_fn(|_, _| random(&mut seed) - 0.5) * size.powi((k % 3) as i32 - 1);
+            let back = random(&mut seed) * 100.0;
+            let from = Point3::from(at) - d * (back * size / d.norm());
+            let probe = |by: f64| {
+                let across = d.cross(&Vector3::new(0.3, 0.4, 0.5)).normalize();
+                LineProbe::new(from + across * by, d, LineKind::Line).unwrap()
+            };
+            // The line is off the curve by roundings of its numbers, the margin is many of these.
+            let margin = 1e-9 * size;
+            let stab = Stabber::new(&probe(0.5 * margin));
+            let reach = |stab: &Stabber| [0, 1].map(|k| margin * stab.normals[k].norm() * UP);
+            assert!(!passes(&stab, &curve, reach(&stab)), "{k}");
+            let stab = Stabber::new(&probe(100.0 * count as f64 * size));
+            passed += usize::from(passes(&stab, &curve, reach(&stab)));
+        }
+        assert!(passed > 3500, "{passed}");
+    }
+}

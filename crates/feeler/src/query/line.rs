@@ -6,7 +6,7 @@ use super::answer::{
 use super::forms::Stabber;
 use super::inside::{PARITY_BUDGET, near_edges};
 use super::passages::crossings;
-use super::zeros::{Digits, HitAt, RawHit, face_hits, one_hit};
+use super::zeros::{Digits, FaceHits, HitAt, RawHit, face_hits};
 use super::{Work, Workspace};
 use crate::numeric::{Ball, Dd, Enclosure};
 use crate::prepare::{PreparedBrep, jet};
@@ -121,11 +121,13 @@ pub fn any_hit(
     let mut budget = nodes;
     let mut undecided = None;
     let mut hit = None;
+    let mut found = FaceHits::new(true);
     for face in brep.faces_by_line(&stab.skewer(), |b| !stab.meets(b)) {
-        let Some(found) = one_hit(brep, &stab, face, &mut budget) else {
+        let told = face_hits(brep, &stab, face, Digits::All, &mut budget, &mut found);
+        if told.is_none() {
             undecided = Some(Undecided::Degenerate);
             continue;
-        };
+        }
         let certain = found.hits.iter().find(|h| h.is_certain(&stab));
         hit = certain.and_then(|h| dress(brep, &stab, h));
         if hit.is_some() {
@@ -154,12 +156,13 @@ pub(super) fn all_hits(
     budget: &mut usize,
 ) -> (Vec<RawHit>, Option<Undecided>) {
     let mut raw: Vec<RawHit> = Vec::new();
+    let mut found = FaceHits::new(false);
     let mut undecided = None;
     for face in brep.faces_by_line(&stab.skewer(), |b| !stab.meets(b)) {
-        let Some(found) = face_hits(brep, stab, face, digits, budget) else {
+        if face_hits(brep, stab, face, digits, budget, &mut found).is_none() {
             undecided = Some(Undecided::Degenerate);
             continue;
-        };
+        }
         if !found.open.is_empty() {
             undecided = Some(if *budget == 0 {
                 Undecided::Budget
@@ -170,7 +173,7 @@ pub(super) fn all_hits(
         if found.hits.iter().any(|h| !h.inside) {
             undecided = Some(Undecided::Degenerate);
         }
-        raw.extend(found.hits);
+        raw.append(&mut found.hits);
     }
     raw.sort_by(|a, b| {
         let by_t = a.t.mid.partial_cmp(&b.t.mid);

@@ -7,10 +7,11 @@
 //!
 //! The line's parameter at a point of space next to it is its height over the origin along the longest coordinate of the direction, over that coordinate. It is
 //! taken at `x`; the patch's point at the zero is off that at `x` by no more than `rho` in each parameter times the point's
-//! greatest speed along it (`Net::speeds`), and the parameter by no more than that over the coordinate.
+//! greatest speed along it (`Net::speeds`), and the parameter by no more than that over the coordinate. Where that bound is wide, it is none to be had here.
 
 use super::certify::{
-    Found, NEWTON_STEPS, POLISHED, POLISHING_STEPS, SETTLED, Sample, Solved, Zone, forms_at,
+    Found, NEWTON_STEPS, POLISHED, POLISHING_STEPS, SETTLED, Sample, Solved, WIDE, Zone, forms_at,
+    moved,
 };
 use super::forms::{Contraction, Forms, Pair, Stabber, range};
 use super::zeros::{Digits, HitAt, Place, RawHit};
@@ -71,23 +72,35 @@ pub(super) fn whole_patch(
     if look.none {
         return Whole::Missed;
     }
-    let found = look
-        .one_at_most
-        .and_then(|one| zero_in(brep, stab, at, digits, &pair, [[0.0, 1.0]; 2], &one));
-    found.map_or(Whole::Open, |(hit, local, rho)| Whole::Hit(hit, local, rho))
+    let Some(one) = look.one_at_most else {
+        return Whole::Open;
+    };
+    match zero_in(brep, stab, at, digits, &pair, [[0.0, 1.0]; 2], &one) {
+        Told::Zero((hit, local, rho)) => Whole::Hit(hit, local, rho),
+        Told::Out | Told::Open => Whole::Open,
+    }
 }
 
-/// The zero in a box of a patch; `None` where it is not well inside, or the forms are finer than f64.
+/// What is told of the zero of a box.
+pub(super) enum Told<T> {
+    Zero(T),
+    /// If there is one, it is hardly in the box.
+    Out,
+    /// Nothing.
+    Open,
+}
+
+/// The zero in a box of a patch, if it is well inside, and the forms are of f64.
 pub(super) fn plainly<T: Real>(
     brep: &PreparedBrep,
     stab: &Stabber,
     at: &Place<T>,
     node: &Forms<T>,
     one: &Contraction,
-) -> Option<(Option<Found>, Solved)> {
+) -> Told<(Option<Found>, Solved)> {
     let count = node.c[0].len();
     if T::UNIT < f64::UNIT || count > ROOM || node.degree.v == 0 || !jet::fits(node.degree) {
-        return None;
+        return Told::Open;
     }
     let mut c = [[0.0; ROOM]; 2];
     for k in 0..2 {
@@ -100,7 +113,7 @@ pub(super) fn plainly<T: Real>(
         error: [node.error[0], node.error[1]],
     };
     let (u, v) = (node.u, node.v);
-    let (hit, local, rho) = zero_in(
+    match zero_in(
         brep,
         stab,
         (at.face, at.patch),
@@ -108,9 +121,17 @@ pub(super) fn plainly<T: Real>(
         &pair,
         [u, v],
         one,
-    )?;
-    Some((Some((hit, local, rho, None)), Solved { u, v }))
+    ) {
+        Told::Zero((hit, local, rho)) => {
+            Told::Zero((Some((hit, local, rho, None)), Solved { u, v }))
+        }
+        Told::Out => Told::Out,
+        Told::Open => Told::Open,
+    }
 }
+
+/// A certified zero: the hit, its local parameters, and how far it is from there at most.
+type Zero = (RawHit, [Dd; 2], f64);
 
 /// A zero in a box: where Newton's method ends, in coordinates that run over the box from 0 to 1, how far the zero is from there at most, and
 /// the inverse of the Jacobian there.
@@ -120,7 +141,19 @@ struct Near {
     inverse: [[f64; 2]; 2],
 }
 
-fn newton(pair: &Pair<f64>, one: &Contraction) -> Option<Near> {
+/// Where Newton's method takes the middle of a box.
+enum Led {
+    Inside(Near),
+    /// Plainly out of the box: what the box holds halves of it tell.
+    Out,
+    /// Next to its border, or nowhere.
+    Open,
+}
+
+/// Newton's method is followed this far out of the box, in its widths; a place as far out is plainly out.
+const OUT: f64 = 0.25;
+
+fn newton(pair: &Pair<f64>, one: &Contraction) -> Led {
     let mut pairs = [[0.0; 2]; ROOM];
     for (i, both) in pairs.iter_mut().enumerate().take(pair.c[0].len()) {
         *both = [pair.c[0][i], pair.c[1][i]];
@@ -131,7 +164,7 @@ fn newton(pair: &Pair<f64>, one: &Contraction) -> Option<Near> {
         let [l, ls, lt] = jet::pair_jet1(pairs, pair.degree, x[0], x[1]);
         let det = ls[0] * lt[1] - lt[0] * ls[1];
         if det == 0.0 || !det.is_finite() {
-            return None;
+            return Led::Open;
         }
         let over = 1.0 / det;
         let inverse = [[lt[1] * over, -lt[0] * over], [-ls[1] * over, ls[0] * over]];
@@ -141,17 +174,21 @@ fn newton(pair: &Pair<f64>, one: &Contraction) -> Option<Near> {
         if moved <= f64::EPSILON || (moved < SETTLED && moved >= 0.5 * last) {
             let rho = radius(pair, one, l);
             let inside = |x: f64| x > rho * UP && 1.0 - x > rho * UP;
-            return (inside(x[0]) && inside(x[1])).then_some(Near { x, rho, inverse });
+            return if inside(x[0]) && inside(x[1]) {
+                Led::Inside(Near { x, rho, inverse })
+            } else {
+                Led::Open
+            };
         }
         for k in 0..2 {
             x[k] -= step[k];
-            if !(0.0..=1.0).contains(&x[k]) {
-                return None;
-            }
+        }
+        if x.iter().any(|x| !(-OUT..=1.0 + OUT).contains(x)) {
+            return Led::Out;
         }
         last = moved;
     }
-    None
+    Led::Open
 }
 
 /// `|K(x)| / (1 - e)` from above, given the computed `L(x)`.
@@ -171,13 +208,29 @@ fn radius(pair: &Pair<f64>, one: &Contraction, l: [f64; 2]) -> f64 {
 fn zero_in(
     brep: &PreparedBrep,
     stab: &Stabber,
-    (face, patch): (usize, usize),
+    at: (usize, usize),
     digits: Digits,
     pair: &Pair<f64>,
     node: [[f64; 2]; 2],
     one: &Contraction,
-) -> Option<(RawHit, [Dd; 2], f64)> {
-    let near = newton(pair, one)?;
+) -> Told<Zero> {
+    let near = match newton(pair, one) {
+        Led::Inside(near) => near,
+        Led::Out => return Told::Out,
+        Led::Open => return Told::Open,
+    };
+    proven(brep, stab, at, digits, node, one, &near).map_or(Told::Open, Told::Zero)
+}
+
+fn proven(
+    brep: &PreparedBrep,
+    stab: &Stabber,
+    (face, patch): (usize, usize),
+    digits: Digits,
+    node: [[f64; 2]; 2],
+    one: &Contraction,
+    near: &Near,
+) -> Option<Zero> {
     let widths = node.map(|r| r[1] - r[0]);
     let local = [0, 1].map(|k| node[k][0] + near.x[k] * widths[k]);
     let geometry = brep.double(face);
@@ -222,15 +275,14 @@ fn zero_in(
             (p, off, point, t)
         }
     };
-    let speeds = geometry.patch_speeds(patch);
-    let moved = (speeds[0] * off[0] + speeds[1] * off[1]) / stab.direction[stab.axis].abs();
+    let moved = moved(brep, stab, (face, patch), off);
+    if !(t.rad.is_finite() && moved <= WIDE * t.rad) {
+        return None;
+    }
     let t = Ball {
         mid: t.mid,
         rad: (t.rad + moved) * UP,
     };
-    if !t.rad.is_finite() {
-        return None;
-    }
     let rho = off[0].max(off[1]);
     let hit = RawHit {
         face,

@@ -10,6 +10,12 @@ use crate::trim::{BoxSide, Side};
 use nalgebra::{Point2, Vector3};
 use std::cmp::Ordering;
 
+/// A range of f64 that holds a number: the ends are off by half a unit of rounding of themselves, less than is added.
+fn outward(x: Ball<f64>) -> [f64; 2] {
+    let off = (x.rad + f64::EPSILON * x.mid.abs()) * (1.0 + 8.0 * f64::EPSILON);
+    [x.mid - off, x.mid + off]
+}
+
 /// A parameter in f64 is left to double-double where it is off by more than this part of the face's reach.
 const SHARP: f64 = 1.0 / (1u64 << 44) as f64;
 
@@ -22,21 +28,18 @@ pub(super) fn closed_hits(
     stab: &Stabber,
     face: usize,
     digits: Digits,
-) -> Option<Vec<RawHit>> {
+    hits: &mut Vec<RawHit>,
+) -> Option<()> {
     let form = brep.closed(face)?;
     let b = brep.face_box(face)?;
     let rough = form
         .surface
         .rough_hit(&stab.origin.into(), &stab.direction.into());
-    let side = rough.as_ref().map(|hit| {
-        boxes_side(
-            brep,
-            face,
-            &Boxes::one(hit.uv.map(|x| [x.lower(), x.upper()])),
-        )
-    });
+    let side = rough
+        .as_ref()
+        .map(|hit| boxes_side(brep, face, &Boxes::one(hit.uv.map(outward))));
     if side == Some(BoxSide::Outside) {
-        return Some(Vec::new());
+        return Some(());
     }
     // The middle of the face's box as seen along the line, and how far its corners are from there.
     let (o, d) = (stab.origin, stab.direction);
@@ -62,13 +65,18 @@ pub(super) fn closed_hits(
             _ => form.surface.plane_parameter(&line),
         };
         if let Some(t) = known.filter(|t| !stab.is_at_end(t)) {
-            let within = !stab.is_beyond(&t);
-            let found = within.then(|| {
+            if !stab.is_beyond(&t) {
                 let uv = hit.uv.map(|x| x.mid);
-                let point = [0, 1, 2].map(|c| line.origin[c] + t * line.direction[c]);
-                hit_at(face, HitAt::Closed { uv, point }, t, false)
-            });
-            return Some(found.into_iter().collect());
+                let point = match digits {
+                    Digits::Double => {
+                        let t = Ball::<f64>::from_dd(t.mid, t.rad);
+                        [0, 1, 2].map(|c| (Ball::exact(o[c]) + t * Ball::exact(d[c])).to_dd())
+                    }
+                    Digits::All => [0, 1, 2].map(|c| line.origin[c] + t * line.direction[c]),
+                };
+                hits.push(hit_at(face, HitAt::Closed { uv, point }, t, false));
+            }
+            return Some(());
         }
     }
     let mut out = Vec::new();
@@ -119,7 +127,8 @@ pub(super) fn closed_hits(
             }
         }
     }
-    Some(out)
+    hits.append(&mut out);
+    Some(())
 }
 
 fn closed_hit(face: usize, hit: &ClosedHit, uv: [f64; 2]) -> RawHit {

@@ -16,7 +16,7 @@
 use super::certify::{Solved, certify};
 use super::forms::{Forms, Stabber, restrict};
 use super::hit_side::side_at;
-use super::plain_zero::{Whole, plainly, whole_patch};
+use super::plain_zero::{Told, Whole, plainly, whole_patch};
 use super::rows::Rows;
 use super::whole_faces::{closed_hits, polygon_hits};
 use super::{joints, poles};
@@ -77,6 +77,15 @@ pub(super) struct FaceHits {
 }
 
 impl FaceHits {
+    /// None as yet: of all that are asked for, or of one that is certain, where the others may be missing.
+    pub(super) fn new(one: bool) -> Self {
+        Self {
+            hits: Vec::new(),
+            open: Vec::new(),
+            one,
+        }
+    }
+
     /// Whether what was asked is found: the rest may be left unsearched.
     fn is_done(&self, stab: &Stabber) -> bool {
         self.one && self.hits.iter().any(|h| h.is_certain(stab))
@@ -112,53 +121,29 @@ pub(super) enum Digits {
     All,
 }
 
-/// Finds the hits of a line with one face.
+/// Finds the hits of a line with one face, in a list that is used again; `None` where that is not told.
 pub(super) fn face_hits(
     brep: &PreparedBrep,
     stab: &Stabber,
     face: usize,
     digits: Digits,
     budget: &mut usize,
-) -> Option<FaceHits> {
-    find_hits(brep, stab, face, digits, budget, false)
-}
-
-/// The same, but once one is certain the others may be missing.
-pub(super) fn one_hit(
-    brep: &PreparedBrep,
-    stab: &Stabber,
-    face: usize,
-    budget: &mut usize,
-) -> Option<FaceHits> {
-    find_hits(brep, stab, face, Digits::All, budget, true)
-}
-
-fn find_hits(
-    brep: &PreparedBrep,
-    stab: &Stabber,
-    face: usize,
-    digits: Digits,
-    budget: &mut usize,
-    one: bool,
-) -> Option<FaceHits> {
-    let mut out = FaceHits {
-        hits: Vec::new(),
-        open: Vec::new(),
-        one,
-    };
-    if let Some(found) = closed_hits(brep, stab, face, digits) {
-        out.hits = found;
-        return Some(out);
+    out: &mut FaceHits,
+) -> Option<()> {
+    out.hits.clear();
+    out.open.clear();
+    if closed_hits(brep, stab, face, digits, &mut out.hits).is_some() {
+        return Some(());
     }
     if let Some(found) = polygon_hits(brep, stab, face) {
         out.hits = found;
-        return Some(out);
+        return Some(());
     }
     let mut rows = Rows::default();
-    patches_hits(brep, stab, face, digits, budget, (&mut rows, &mut out));
+    patches_hits(brep, stab, face, digits, budget, (&mut rows, out));
     rows.add_hits(brep, stab, face, &mut out.hits);
     joints::settle(brep, stab, &mut out.hits);
-    Some(out)
+    Some(())
 }
 
 /// The hits with the patches of a face, each by itself.
@@ -305,10 +290,14 @@ fn patch_hits<T: Real>(
         if look.none {
             continue;
         }
-        if let Some(one) = look.one_at_most
-            && let Some((hit, zone)) =
-                plainly(brep, stab, at, &node, &one).or_else(|| certify(brep, stab, at, &node))
-        {
+        let found = look
+            .one_at_most
+            .and_then(|one| match plainly(brep, stab, at, &node, &one) {
+                Told::Zero(found) => Some(found),
+                Told::Out => None,
+                Told::Open => certify(brep, stab, at, &node),
+            });
+        if let Some((hit, zone)) = found {
             let settled = within(&zone);
             if let Some((hit, local, rho, seam)) = hit {
                 let known = solved.iter().any(|s| {

@@ -1,6 +1,6 @@
 //! Where a line meets a surface in closed form.
 
-use super::form::{V3, Vector, along, dot, sub};
+use super::form::{V3, along, dot, sub};
 use super::plane::PlaneForm;
 use super::quadric::Root;
 use super::revolution::{Profile, RevolutionForm};
@@ -60,9 +60,7 @@ impl ClosedSurface {
         let Self::Plane(p) = self else {
             return None;
         };
-        let d: Vector<f64> = form::exact(direction);
-        let w: Vector<f64> = sub(&form::exact(origin), &form::exact(&p.origin));
-        let hit = p.rough_hit(&w, &d);
+        let hit = p.rough_hit(origin, direction);
         let known = hit.t.rad.is_finite() && hit.uv.iter().all(|x| x.rad.is_finite());
         known.then_some(hit)
     }
@@ -240,4 +238,82 @@ fn revolution_hits(
         })
     };
     Some(roots.iter().filter_map(hit).collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::numeric::Interval;
+    use crate::nurbs::Plane;
+    use nalgebra::{Point3, Vector3};
+
+    fn random(seed: &mut u64) -> f64 {
+        *seed ^= *seed << 13;
+        *seed ^= *seed >> 7;
+        *seed ^= *seed << 17;
+        (*seed >> 11) as f64 / (1u64 << 53) as f64
+    }
+
+    /// What f64 says of a meeting with a plane holds what double-double says: axes skew and of different lengths, lines nearly along the
+    /// plane, origins far away.
+    #[test]
+    fn rough_hits_hold_fine_ones() {
+        let mut seed = 0x853c_49e6_748f_ea9b;
+        let mut sharp = 0;
+        for k in 0..20_000 {
+            let vector = |seed: &mut u64| Vector3::from_fn(|_, _| random(seed) - 0.5);
+            let size = 10f64.powi(k % 7 * 4 - 12);
+            let far = [0.0, 1.0, 1e9][(k % 3) as usize];
+            let x = vector(&mut seed) * [1.0, 1e-3, 1e4][(k % 5 % 3) as usize];
+            let y = vector(&mut seed) + x * [0.0, 3.0, 1e3][(k % 11 % 3) as usize];
+            let wide = Interval::new(-10.0, 10.0).unwrap();
+            let to = if k % 2 == 0 {
+                wide
+            } else {
+                Interval::new(-0.3, 7.0).unwrap()
+            };
+            let plane = Plane {
+                origin: Point3::from(vector(&mut seed) * size * far),
+                x: x * size,
+                y: y * size,
+                domain: [wide; 2],
+                extents: [to; 2],
+            };
+            let Some(form) = PlaneForm::new(&plane) else {
+                continue;
+            };
+            let surface = ClosedSurface::Plane(Box::new(form));
+            let at = plane.origin + plane.x * random(&mut seed) + plane.y * random(&mut seed);
+            let flat = [0.0, 1e-3, 1e-9][(k % 13 % 3) as usize];
+            let d = vector(&mut seed) * (if flat == 0.0 { 1.0 } else { flat })
+                + (x + y) * if flat == 0.0 { 0.0 } else { 1.0 };
+            let from = at - d * size * 10f64.powf(8.0 * random(&mut seed) - 4.0);
+            let Some(rough) = surface.rough_hit(&from.into(), &d.into()) else {
+                continue;
+            };
+            let line = ClosedLine {
+                origin: form::exact(from.coords.as_slice()),
+                direction: form::exact(d.as_slice()),
+                middle: 0.0,
+                reach: f64::MAX,
+            };
+            let fine = &surface.hits(&line).unwrap()[0];
+            let off =
+                |a: Ball<f64>, b: Ball<Dd>| (Dd::from(a.mid) - b.mid).hi.abs() - b.rad <= a.rad;
+            assert!(off(rough.t, fine.t), "{k} {:?} {:?}", rough.t, fine.t);
+            let ClosedSurface::Plane(p) = &surface else {
+                unreachable!()
+            };
+            let w = along(
+                &sub(&line.origin, &form::exact(&p.origin)),
+                fine.t,
+                &line.direction,
+            );
+            for (a, b) in rough.uv.iter().zip(p.parameters(&w)) {
+                assert!(off(*a, b), "{k} {a:?} {b:?}");
+            }
+            sharp += usize::from(rough.uv.iter().all(|x| x.rad < 1e-9));
+        }
+        assert!(sharp > 5000, "{sharp}");
+    }
 }
