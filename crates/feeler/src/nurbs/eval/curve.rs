@@ -2,7 +2,7 @@
 
 use super::Scalar;
 use super::parameter::{Limit, Parameter};
-use super::spline::{Span, binomial};
+use super::spline::{Span, binomial, value};
 use crate::numeric::{Ball, Dd, Interval, sin_cos};
 use crate::nurbs::{Arc, Curve, NurbsCurve};
 use nalgebra::{Point, SVector};
@@ -11,6 +11,11 @@ impl<const D: usize, const H: usize> Curve<D, H> {
     /// The point at `t` (clamped to the domain), in f64, with the a-priori error stated
     /// [here](super).
     pub fn point(&self, t: f64) -> Point<f64, D> {
+        if let Self::Nurbs(curve) = self
+            && let Some(point) = nurbs_point(curve, t)
+        {
+            return point;
+        }
         let derivatives = self.derivatives_in::<f64>(t, 0, Limit::FromAbove);
         Point::from(SVector::from(derivatives[0]))
     }
@@ -164,6 +169,25 @@ fn nurbs<S: Scalar, const D: usize, const H: usize>(
         });
     }
     out
+}
+
+/// The point as [`nurbs`] has it, to the same bits; `None` where [`value`] has none.
+fn nurbs_point<const D: usize, const H: usize>(
+    curve: &NurbsCurve<H>,
+    t: f64,
+) -> Option<Point<f64, D>> {
+    let t = Parameter::new(t, curve.domain(), Limit::FromAbove);
+    let all = curve.control_points();
+    let (h, first) = value(curve.knots(), all, &t)?;
+    let active = &all[first..=first + curve.degree()];
+    let weight = active[0][D];
+    let by = if active.iter().all(|p| p[D] == weight) {
+        weight
+    } else {
+        h[D]
+    };
+    // The quotient by 1 is the number itself.
+    Some(Point::from(SVector::from_fn(|c, _| h[c] / by)))
 }
 
 /// An exact vector, times a power of two that brings its largest coordinate near 1. Coordinates below

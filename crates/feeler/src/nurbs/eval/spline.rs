@@ -3,6 +3,7 @@
 use super::Scalar;
 use super::parameter::Parameter;
 use crate::nurbs::KnotVector;
+use nalgebra::SVector;
 
 /// One knot difference of the triangle: where the parameter lies within it.
 #[derive(Clone, Copy)]
@@ -102,6 +103,51 @@ impl<S: Scalar> Span<S> {
         }
         out
     }
+}
+
+/// Up to this degree [`value`] serves: what files hold, with few exceptions.
+const SHORT: usize = 7;
+
+/// The homogeneous value in f64 and the index of the first active control point: [`Span::derivatives`] of order 0, by the same
+/// operations and so to the same bits, but without memory of its own, which takes most of the time there. `None` above degree [`SHORT`].
+pub(super) fn value<const N: usize>(
+    knots: &KnotVector,
+    points: &[SVector<f64, N>],
+    t: &Parameter,
+) -> Option<([f64; N], usize)> {
+    let p = knots.degree();
+    if p > SHORT {
+        return None;
+    }
+    let index = t.find_span(knots);
+    let k = knots.knots();
+    let (mut below, mut above) = ([0.0; SHORT], [0.0; SHORT]);
+    for j in 0..p {
+        below[j] = t.minus(k[index - j]);
+        above[j] = -t.minus::<f64>(k[index + 1 + j]);
+    }
+    let mut triangle = [[0.0; N]; SHORT + 1];
+    for (own, q) in triangle.iter_mut().zip(&points[index - p..=index]) {
+        *own = (*q).into();
+    }
+    for level in (1..=p).rev() {
+        for i in 0..level {
+            let m = index + 1 - level + i;
+            let width = k[m + level] - k[m];
+            let (from, to) = (below[level - 1 - i], above[i]);
+            let low = from <= to;
+            let smaller = if low { from } else { to } / width;
+            for c in 0..N {
+                let (p, q) = (triangle[i][c], triangle[i + 1][c]);
+                triangle[i][c] = if low {
+                    p + smaller * (q - p)
+                } else {
+                    q + smaller * (p - q)
+                };
+            }
+        }
+    }
+    Some((triangle[0], index - p))
 }
 
 /// `n! / (k! (n - k)!)`, exact up to n = 56.

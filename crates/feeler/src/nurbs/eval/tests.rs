@@ -113,3 +113,55 @@ fn mapped_parameters_on_knots() {
         assert!((slope(Limit::FromBelow) - 5.0).abs() < 1e-14);
     }
 }
+
+/// Points by the short way are those of the long one, to the last bit: at knots, at ends and beyond them, with weights and without.
+#[test]
+fn points_have_the_bits_of_derivatives() {
+    let mut state = 1_u64;
+    let mut random = || {
+        state = state
+            .wrapping_mul(6_364_136_223_846_793_005)
+            .wrapping_add(1);
+        (state >> 11) as f64 / (1_u64 << 53) as f64
+    };
+    let mut compared = 0;
+    for degree in 1..=9 {
+        for weights in 0..3 {
+            let mut inner: Vec<f64> = (0..6).map(|_| random()).collect();
+            inner.sort_by(f64::total_cmp);
+            if degree > 1 {
+                inner[3] = inner[2];
+            }
+            let clamped = weights > 0;
+            let mut knots = Vec::new();
+            if clamped {
+                knots.extend(vec![0.0; degree + 1]);
+                knots.extend(&inner);
+                knots.extend(vec![1.0; degree + 1]);
+            } else {
+                knots.extend((0..=degree).map(|k| k as f64 - degree as f64));
+                knots.extend(&inner);
+                knots.extend((0..=degree).map(|k| 1.0 + k as f64));
+            }
+            let count = knots.len() - degree - 1;
+            let points = (0..count).map(|_| {
+                let w = [1.0, 0.5, 0.25 + random()][weights];
+                Vector4::new(random() * w, (random() - 0.5) * w, -3.0 * random() * w, w)
+            });
+            let nurbs = NurbsCurve::new(degree, points.collect(), knots.clone()).unwrap();
+            let curve: Curve3 = Curve::Nurbs(nurbs);
+            let at = (0..50).map(|_| random()).chain(knots).chain([f64::NAN]);
+            for t in at {
+                let long = curve.derivatives_in::<f64>(t, 0, Limit::FromAbove)[0];
+                let short = curve.point(t);
+                assert_eq!(
+                    short.coords.map(f64::to_bits),
+                    Vector3::from(long).map(f64::to_bits),
+                    "degree {degree} at {t}"
+                );
+                compared += 1;
+            }
+        }
+    }
+    assert!(compared > 1500, "{compared}");
+}
