@@ -147,8 +147,14 @@ impl Builder {
             let Some(curve) = self.parts.curves2.get(u.curve) else {
                 continue;
             };
-            for k in 0..SAMPLES {
-                let s = f64::from(k) / f64::from(SAMPLES);
+            // A straight one is its ends, and the next starts where it ends.
+            let samples = if matches!(curve, Curve::Line(_)) {
+                1
+            } else {
+                SAMPLES
+            };
+            for k in 0..samples {
+                let s = f64::from(k) / f64::from(samples);
                 points.push(nearly(
                     curve,
                     u.span.lerp(if u.reversed { 1.0 - s } else { s }),
