@@ -287,7 +287,7 @@ fn is_below(curve: &NurbsCurve<3>, c: usize, sign: f64, limit: f64, slack: f64) 
 }
 
 /// Whether a curve is seen to stay within `domain`, give or take `slack`, in coordinate `c`.
-fn stays(curve: &Curve2, c: usize, domain: Interval, slack: f64) -> bool {
+pub(crate) fn stays(curve: &Curve2, c: usize, domain: Interval, slack: f64) -> bool {
     // A quarter of it is for rounding.
     let (off, rounding) = (0.75 * slack, 0.25 * slack);
     match curve {

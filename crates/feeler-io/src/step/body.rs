@@ -10,7 +10,7 @@ use crate::occt::builder::{Builder, EdgeUse};
 use crate::occt::curves::{Budget, Form};
 use crate::occt::motion::{Motion, Place};
 use crate::occt::surfaces::{Form3, wide};
-use crate::sheets::{ROUNDING, jumps, kinds, reach};
+use crate::sheets::{ROUNDING, jumps, kinds, reach, stays};
 use crate::step_problem::StepProblem;
 use feeler::brep::{Brep, Edge, Vertex};
 use feeler::numeric::Interval;
@@ -687,7 +687,16 @@ impl Body<'_, '_> {
             }
         }
         let (size, tolerance) = (self.size, self.tolerance);
-        made(edge_id, chart, &piece.curve, piece.span, size, tolerance)
+        let pieces = &mut self.geometry.pieces;
+        made(
+            edge_id,
+            chart,
+            &piece.curve,
+            piece.span,
+            size,
+            tolerance,
+            pieces,
+        )
     }
 
     /// Puts a face's loops into the BREP.
@@ -701,7 +710,8 @@ impl Body<'_, '_> {
     ) -> Result<(), ReadError> {
         let has_loops = !done.is_empty();
         let mut loops: Vec<Vec<EdgeUse>> = Vec::new();
-        let mut trim = self.b.parts.trims.len();
+        // Of each trim, whether it is proven, and what a proof costs.
+        let mut proofs = Vec::new();
         // The degree of an image, against that on a bicubic patch; products of polynomials cost its square.
         let weight = match surface {
             Form3::Spline([u, v], _) => ((u.degree + v.degree).pow(2)).div_ceil(36),
@@ -711,12 +721,8 @@ impl Body<'_, '_> {
             let mut own = Vec::with_capacity(uses.len());
             for u in uses {
                 let curve = self.b.parts.curves2.len();
-                let cost = u.curve.breaks().len().saturating_mul(weight);
+                proofs.push((u.proven, u.curve.breaks().len().saturating_mul(weight)));
                 self.b.parts.curves2.push(u.curve);
-                if !u.proven {
-                    self.unbounded.push((trim, cost));
-                }
-                trim += 1;
                 own.push(EdgeUse {
                     shape: u.key.unwrap_or(usize::MAX),
                     place: Place::HERE,
@@ -741,8 +747,24 @@ impl Body<'_, '_> {
             reach(curves, c).map(wide)
         });
         let part = surface.part(reach, &Motion::identity(), &mut self.geometry.numbers);
-        self.b.parts.surfaces.push(part.map_err(form(id))?);
+        let part = part.map_err(form(id))?;
+        let domain = part.domain();
+        self.b.parts.surfaces.push(part);
         let index = self.b.parts.surfaces.len() - 1;
+        let first = self.b.parts.trims.len();
+        for (k, (u, (is_proven, cost))) in loops.iter().flatten().zip(proofs).enumerate() {
+            // How far fitted curves reach was searched for, not proven, and what leaves the domain is not where it was proven to be.
+            let is_within = match self.b.parts.curves2.get(u.curve) {
+                Some(curve @ Curve::Nurbs(_)) => (0..2).all(|c| {
+                    let slack = ROUNDING * domain[c].start.abs().max(domain[c].end.abs());
+                    stays(curve, c, domain[c], slack)
+                }),
+                _ => true,
+            };
+            if !(is_proven && is_within) {
+                self.unbounded.push((first + k, cost));
+            }
+        }
         self.b.face(index, has_loops, loops, reversed);
         Ok(())
     }

@@ -4,6 +4,7 @@
 //! two. The searches carry no proof: what is made with them is measured afterwards.
 
 use super::entities::form;
+use super::smooth::Disc;
 use crate::error::ReadError;
 use crate::occt::curves::{Budget, Form};
 use crate::occt::surfaces::{Axes, Form3};
@@ -295,6 +296,35 @@ impl Chart {
             self.kind,
             Kind::Turned(_, Meridian::Line { .. } | Meridian::Circle { .. })
         )
+    }
+
+    /// How long the part of the surface's points that is no polynomial in u and v is at most, where these run over complex discs: see
+    /// [`smooth`](super::smooth). `None` where the surface is not elementary.
+    pub(super) fn most_in(&self, u: Disc, v: Disc) -> Option<f64> {
+        let turned = libm::exp(u.off);
+        match self.kind {
+            Kind::Turned(_, Meridian::Line { radius, sin, .. }) => {
+                Some((radius.abs() + v.most * sin.abs()) * turned)
+            }
+            Kind::Turned(_, Meridian::Circle { major, minor }) => {
+                let own = minor.abs() * libm::exp(v.off);
+                Some((major.abs() + own) * turned + own)
+            }
+            _ => None,
+        }
+    }
+
+    /// No number that is met on the way to a point with this v is larger, where the surface is elementary.
+    pub(super) fn far(&self, v: f64) -> f64 {
+        match &self.kind {
+            Kind::Turned(a, Meridian::Line { radius, .. }) => {
+                a.origin.coords.amax() + radius.abs() + v.abs()
+            }
+            Kind::Turned(a, Meridian::Circle { major, minor }) => {
+                a.origin.coords.amax() + major.abs() + minor.abs()
+            }
+            _ => f64::INFINITY,
+        }
     }
 
     /// Whether its meridians are straight.

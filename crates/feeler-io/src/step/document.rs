@@ -20,6 +20,8 @@ const NUMBERS_PER_BYTE: usize = 8;
 
 /// How much proof of images there may be: see [`Geometry::proofs`]. Beyond, the model's report says for how many there is none yet.
 const PROOFS: usize = 2048;
+/// And of the quick proofs: see [`Geometry::pieces`].
+const PIECES: usize = 1 << 16;
 
 /// A file's tolerance counts no further than to this part of the model's size.
 const MOST_TOLERANCE: f64 = 1.0 / (1 << 14) as f64;
@@ -73,6 +75,7 @@ pub fn read_step(bytes: &[u8]) -> Result<Document, ReadError> {
         entities: &entities,
         angle: 1.0,
         proofs: PROOFS,
+        pieces: PIECES,
         numbers: Budget::new(NUMBERS.saturating_add(NUMBERS_PER_BYTE.saturating_mul(bytes.len()))),
     };
     let products = Products::read(&geometry)?;

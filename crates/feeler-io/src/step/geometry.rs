@@ -33,6 +33,8 @@ pub(super) struct Geometry<'e> {
     pub(super) numbers: Budget,
     /// How much proof the kernel may still be asked for, in pieces of cubics on bicubic patches: some 1 ms each.
     pub(super) proofs: usize,
+    /// How many pieces of curves on elementary surfaces may still be proven here: some 25 us each.
+    pub(super) pieces: usize,
 }
 
 /// The curve of an edge: in space, whether the file's runs with it, and the curves in uv beside it.
@@ -569,6 +571,7 @@ mod tests {
                 entities: &Entities::new(graph),
                 angle: 1.0,
                 proofs: 0,
+                pieces: 0,
                 numbers: Budget::new(0),
             };
             let a = geometry.axes(4, 4).unwrap();

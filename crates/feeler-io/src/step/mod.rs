@@ -9,6 +9,7 @@
 //! | `geometry` | placements, curves, surfaces |
 //! | `chart` | uv of a point |
 //! | `pcurve` | curves in uv of edges, with a bound |
+//! | `smooth` | how far images on elementary surfaces are off, without composing them |
 //! | `loops` | sheets, poles, seams |
 //! | `body` | a solid or a set of faces as a BREP |
 //! | `products` | assemblies, placements, units, names |
@@ -23,5 +24,6 @@ mod loops;
 mod part21;
 mod pcurve;
 mod products;
+mod smooth;
 
 pub use document::read_step;

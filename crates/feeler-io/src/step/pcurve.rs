@@ -12,11 +12,13 @@
 //!   `D = a + b cos t + c sin t`, each of the two being so. From `D` at three angles 120 degrees apart follow a (their mean), b and c
 //!   (`2/3` of the sums with cos and sin), and `|D| <= |a| + |b cos t + c sin t| <= |a| + sqrt(|b|^2 + |c|^2)`.
 //!
-//! On a plane the distance is at most that of the farthest control point from it (convex hull; weights are positive). All others are bounded by
+//! On a plane the distance is at most that of the farthest control point from it (convex hull; weights are positive). Of other curves on elementary
+//! surfaces it is bounded from points on them and what their series leave out ([`smooth`]), where no curve is rational. All others are bounded by
 //! the kernel once the BREP is there ([`feeler::prepare::trim_offsets`]).
 
 use super::chart::{Chart, Located};
 use super::entities::form;
+use super::smooth;
 use crate::error::ReadError;
 use crate::occt::projection::projected;
 use feeler::numeric::Interval;
@@ -37,7 +39,7 @@ const MOST_SAMPLES: usize = 2048;
 const HALVINGS: u32 = 7;
 const MOST_PIECES: usize = 512;
 /// Roundings of points by formula, relative to the size: trigonometric functions and a dozen operations.
-const FORMULA: f64 = 64.0 * f64::EPSILON;
+pub(super) const FORMULA: f64 = 64.0 * f64::EPSILON;
 
 /// What rounding leaves of a rate of 1.
 const RATE: f64 = 8.0 * f64::EPSILON;
@@ -161,7 +163,7 @@ fn fits(chart: &Chart, curve: &Curve3, trace: &Trace, made: &Curve2, slack: f64)
     })
 }
 
-/// The curve in uv of an edge's curve over its `span`.
+/// The curve in uv of an edge's curve over its `span`. `pieces`: how many may still be proven by points, see [`smooth::bound`].
 pub(super) fn made(
     entity: u64,
     chart: &Chart,
@@ -169,6 +171,7 @@ pub(super) fn made(
     span: Interval,
     size: f64,
     tolerance: f64,
+    pieces: &mut usize,
 ) -> Result<Made, ReadError> {
     let most = (2.0 * tolerance).max(FAR * size);
     if let Some(axes) = chart.plane() {
@@ -233,6 +236,7 @@ pub(super) fn made(
         } else {
             None
         };
+        let bound = bound.or_else(|| smooth::bound(chart, curve, &line, span, size, pieces));
         return Ok(Made {
             curve: line,
             bound,
@@ -243,8 +247,8 @@ pub(super) fn made(
     let fitted = fitted(chart, curve, &trace, size, most)
         .ok_or_else(|| super::entities::shape(entity, "an edge that could not be projected"))?;
     Ok(Made {
+        bound: smooth::bound(chart, curve, &fitted, span, size, pieces),
         curve: fitted,
-        bound: None,
         fitted: true,
         on_axis: trace.on_axis,
     })

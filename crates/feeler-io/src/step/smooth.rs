@@ -1,0 +1,359 @@
+//! How far images of curves in uv are off, proven without composing them: on cylinders, cones, spheres and tori.
+//!
+//! Let `f(x) = S(c(t)) - C(t)` over a piece of the parameter, `t = m + h x` and `x` in `[-1, 1]`, on which the curve in uv `c` and the edge
+//! `C` are polynomials, or `C` an arc.
+//!
+//! **What is left out.** `f` is the sum of its Taylor series about 0, with coefficients that are vectors. With `u(x) = u_0 + d(x)`, and
+//! `D = sum_(i>0) |u_i| r^i`, it is `|d(z)| <= D` where `|z| <= r`, there `|Im(u_0 + d)| <= D`, and the complex vector
+//! `(cos u, sin u)` has length `sqrt(cosh(2 Im u)) <= e^D`. Likewise for v. So the part of `S` that is no polynomial has at most the length
+//! - `(|R| + V |sin|) e^D` of a cylinder or cone, `V` as `D` but with `|v_0|` (along the axis it is a polynomial of c's own degree);
+//! - `(R + r' e^E) e^D + r' e^E` of a torus with the radii `R` and `r'`, `E` being `D` of v; a sphere is one with `R = 0`;
+//!
+//! and an arc of radius `rho` and `a` radians over half the piece `rho e^(a r)`. With `M` the sum of these, Cauchy's estimate is
+//! `|f_k| <= M r^-k` for every k above the degrees of the polynomials. With `n` no less than these, `p` the series up to `x^n`, and `q = 1 / r`,
+//! `|f - p| <= e = M q^(n+1) / (1 - q)` on `[-1, 1]`.
+//!
+//! **What is left.** A polynomial of degree n that is largest at `cos a` is there in absolute value at most
+//! `1 / cos(n pi / 2 N)` times its largest value at the `N + 1` points `cos(j pi / N)`, `N > n`, as one of these is within `pi / 2 N` of `a` as an
+//! angle, and a trigonometric polynomial `g` of degree n that is largest at `a` has `g(b) >= g(a) cos(n (a - b))` for `|a - b| <= pi / n` (M. Riesz;
+//! H. Ehlich and K. Zeller, "Schwankung von Polynomen zwischen Gitterpunkten", Math. Z. 86, 1964). It serves for vectors: take the component
+//! along the largest. Here `N = 3 n`, so the factor is `1 / cos(pi / 6)`, and
+//! `|f| <= (max_j |f(x_j)| + e) / cos(pi / 6) + e`.
+//!
+//! **Roundings.** What is computed of positive numbers alone has a thousandth to spare, which is also room for a middle that is off by `2 PLACE h`. The Taylor coefficients of `c` come from its derivatives at the middle. The difference quotients in the k-th derivative are over
+//! spans no shorter than the piece, `2 h`, so that `h^k / k!` times it is off by less than `C(p, k)` times some 40 units of the largest control
+//! point: [`COEFFICIENT`] has room for degrees up to 3. `f` is evaluated by de Boor's triangles of degree 16 at most, 96 roundings of half a unit of the
+//! largest control point, and some dozen for the surface, of numbers up to [`Chart::far`]; an angle that is off moves the point by as much times that:
+//! [`FORMULA`], twice, times 1 and the largest angles. The points `x_j` are hit at the ends of the piece, elsewhere to `2 PLACE`: as
+//! angles to 2^-20, as the sine is at least sin(pi / 48) there; [`FACTOR`] has room for that.
+//!
+//! **The domain.** The image is that of the curve clamped to the surface's domain, which is made to hold it; a curve in uv is at most `2^-40`
+//! of the domain's ends outside ([`stays`](crate::sheets::stays)), or the bound is not used. That moves a point by no more than [`STRAY`] times
+//! the same numbers as roundings do.
+
+use super::chart::Chart;
+use super::pcurve::{FIT, FORMULA};
+use feeler::numeric::Interval;
+use feeler::nurbs::{Curve, Curve2, Curve3};
+use std::f64::consts::PI;
+
+/// The least degree that is kept; edges of a higher degree have their own, up to [`MOST_DEGREE`].
+const DEGREE: usize = 8;
+const MOST_DEGREE: usize = 16;
+/// Curves in uv: straight, or fitted cubics.
+const DEGREE_UV: usize = 3;
+/// What is left out is to be no more than this part of what fitted curves come near, ...
+const LEFT_OUT: f64 = FIT / 16.0;
+/// ...or pieces are halved, so often and so many.
+const HALVINGS: u32 = 10;
+const MOST_PIECES: usize = 1024;
+/// Discs of radius 2^1 to 2^this are tried.
+const RADII: i32 = 6;
+/// Roundings of a Taylor coefficient, relative to the largest control point.
+const COEFFICIENT: f64 = 1.0 / (1_u64 << 44) as f64;
+/// See the [module](self).
+const STRAY: f64 = 1.0 / (1_u64 << 39) as f64;
+/// A place on a piece is hit to this part of the piece, or there is no bound.
+const PLACE: f64 = 1.0 / (1_u64 << 26) as f64;
+/// `1 / cos(pi / 6)`, 1.1547006, and room for places that are not hit: `16 tan(pi / 6) 2^-20` is a part of 1e-5.
+const FACTOR: f64 = 1.154_75;
+
+/// Bounds on what a coordinate does where `|x| <= r`: from its value in the middle, and in absolute value.
+#[derive(Clone, Copy)]
+pub(super) struct Disc {
+    pub(super) off: f64,
+    pub(super) most: f64,
+}
+
+/// A bound on the distance of the image of `made` from `curve` at the same parameter all over `span`; `None` of other surfaces, of rational
+/// curves, of poly-curves, and where pieces would have to be too small or too many. `pieces`: how many there may still be of the file; some 25 points
+/// are evaluated on each.
+pub(super) fn bound(
+    chart: &Chart,
+    curve: &Curve3,
+    made: &Curve2,
+    span: Interval,
+    size: f64,
+    pieces: &mut usize,
+) -> Option<f64> {
+    if !chart.is_elementary() || polynomial(made)? > DEGREE_UV {
+        return None;
+    }
+    let (degree, arc) = match curve {
+        Curve::Arc(a) => (0, Some([a.radius, a.angle.length() / a.domain.length()])),
+        _ => (polynomial(curve)?, None),
+    };
+    if degree > MOST_DEGREE {
+        return None;
+    }
+    let n = degree.max(DEGREE);
+    let nodes: Vec<f64> = (1..3 * n)
+        .map(|j| libm::cos(PI * j as f64 / (3 * n) as f64))
+        .collect();
+    let mut ends: Vec<f64> = curve.breaks();
+    ends.extend(made.breaks());
+    ends.retain(|t| span.start < *t && *t < span.end);
+    ends.extend([span.start, span.end]);
+    ends.sort_by(f64::total_cmp);
+    ends.dedup();
+    let mut open: Vec<([f64; 2], u32)> = ends.windows(2).map(|w| ([w[0], w[1]], 0)).collect();
+    let angles = 1.0
+        + largest(made, 0)
+        + if chart.is_ruled() {
+            0.0
+        } else {
+            largest(made, 1)
+        };
+    let far = chart.far(largest(made, 1)).max(size);
+    let far = (0..3).fold(far, |a: f64, c| a.max(largest(curve, c)));
+    let rounding = (2.0 * FORMULA + STRAY) * far * angles;
+    let (mut worst, mut own_pieces) = (0.0_f64, 0);
+    while let Some(([a, b], depth)) = open.pop() {
+        own_pieces += 1;
+        *pieces = pieces.checked_sub(1)?;
+        let (m, h) = (0.5 * (a + b), 0.5 * (b - a));
+        let is_clear = PLACE * h > f64::EPSILON * a.abs().max(b.abs());
+        if own_pieces > MOST_PIECES || !is_clear {
+            return None;
+        }
+        let left_out = left_out(chart, made, m, h, arc, n)?;
+        if !(left_out <= LEFT_OUT * size) {
+            if depth == HALVINGS {
+                return None;
+            }
+            open.extend([([a, m], depth + 1), ([m, b], depth + 1)]);
+            continue;
+        }
+        let at = nodes.iter().map(|x| m + h * x).chain([a, b]);
+        let mut own: f64 = 0.0;
+        for t in at {
+            let uv = made.point(t);
+            let off = (chart.point(&uv) - curve.point(t)).norm();
+            // No number is no bound.
+            if !(off < f64::INFINITY) {
+                return None;
+            }
+            own = own.max(off);
+        }
+        worst = worst.max((own + rounding + left_out) * FACTOR + left_out);
+    }
+    (worst < f64::INFINITY).then_some(worst)
+}
+
+/// The degree of a curve that is a polynomial on each of its pieces.
+fn polynomial<const D: usize, const H: usize>(curve: &Curve<D, H>) -> Option<usize> {
+    match curve {
+        Curve::Line(_) => Some(1),
+        Curve::Nurbs(n) => {
+            let mut weights = n.control_points().iter().map(|p| p[H - 1]);
+            let first = weights.next()?;
+            weights.all(|w| w == first).then(|| n.degree())
+        }
+        Curve::Arc(_) | Curve::Polyline(_) | Curve::Poly(_) => None,
+    }
+}
+
+/// No point of the curve has a larger coordinate `c`.
+fn largest<const D: usize, const H: usize>(curve: &Curve<D, H>, c: usize) -> f64 {
+    match curve {
+        Curve::Nurbs(n) => {
+            let points = n.control_points().iter();
+            points.fold(0.0, |a: f64, p| a.max((p[c] / p[H - 1]).abs()))
+        }
+        Curve::Line(l) => l.from[c].abs().max(l.to[c].abs()),
+        Curve::Arc(a) => a.center[c].abs() + a.radius,
+        Curve::Polyline(_) | Curve::Poly(_) => f64::INFINITY,
+    }
+}
+
+/// The least `e` of the discs that are tried.
+fn left_out(
+    chart: &Chart,
+    made: &Curve2,
+    m: f64,
+    h: f64,
+    arc: Option<[f64; 2]>,
+    n: usize,
+) -> Option<f64> {
+    let derivatives = made.derivatives(m, DEGREE_UV);
+    let rounding = [0, 1].map(|c| COEFFICIENT * largest(made, c));
+    let mut least = f64::INFINITY;
+    for e in 1..=RADII {
+        let r = f64::from(1 << e);
+        let disc = |c: usize| {
+            let mut off = 0.0;
+            let mut scale = 1.0;
+            for (k, d) in derivatives.iter().enumerate().skip(1) {
+                scale *= h * r / k as f64;
+                off += d[c].abs() * scale + rounding[c] * r.powi(k as i32);
+            }
+            let start = derivatives.first().map_or(0.0, |d| d[c].abs());
+            let most = start + rounding[c] + off;
+            Disc { off, most }
+        };
+        let mut most = chart.most_in(disc(0), disc(1))?;
+        if let Some([radius, rate]) = arc {
+            most += radius * libm::exp((rate * h).abs() * r);
+        }
+        let left = most * r.powi(-(n as i32 + 1)) / (1.0 - 1.0 / r) * 1.001;
+        // What is no number is no bound.
+        if left < least {
+            least = left;
+        }
+    }
+    Some(least)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::occt::curves::Budget;
+    use crate::occt::surfaces::{Axes, Form3};
+    use feeler::nurbs::{Arc, Line, NurbsCurve};
+    use nalgebra::{Point2, Point3, Vector3, Vector4};
+
+    fn axes() -> Axes {
+        Axes {
+            origin: Point3::new(1.0, -2.0, 0.5),
+            x: Vector3::new(0.6, 0.8, 0.0),
+            y: Vector3::new(-0.8, 0.6, 0.0),
+            z: Vector3::z(),
+        }
+    }
+
+    fn charts() -> [(&'static str, Chart); 4] {
+        let made = |form: Form3| Chart::new(1, &form, 10.0, &mut Budget::new(1000)).unwrap();
+        [
+            ("cylinder", made(Form3::Cylinder(axes(), 2.0))),
+            ("cone", made(Form3::Cone(axes(), 2.0, 0.4))),
+            ("sphere", made(Form3::Sphere(axes(), 2.0))),
+            ("torus", made(Form3::Torus(axes(), [3.0, 1.0]))),
+        ]
+    }
+
+    fn interval(a: f64, b: f64) -> Interval {
+        Interval::new(a, b).unwrap()
+    }
+
+    /// What a thousand samples see.
+    fn seen(chart: &Chart, curve: &Curve3, made: &Curve2, span: Interval) -> f64 {
+        (0..=1000)
+            .map(|k| span.lerp(f64::from(k) / 1000.0))
+            .map(|t| (chart.point(&made.point(t)) - curve.point(t)).norm())
+            .fold(0.0, f64::max)
+    }
+
+    /// A cubic with a joint in uv, and edges of many shapes near it or far from it: the bound is above what samples see, and not by much.
+    #[test]
+    fn bounds_are_above_samples_and_close() {
+        let span = interval(-1.0, 2.0);
+        let knots = vec![-1.0, -1.0, -1.0, -1.0, 0.5, 2.0, 2.0, 2.0, 2.0];
+        let uv = [[0.1, 0.2], [0.5, 0.3], [1.1, -0.2], [1.3, 0.4], [2.0, 0.7]];
+        let uv = uv.map(|[u, v]| Vector3::new(u, v, 1.0)).to_vec();
+        let cubic: Curve2 = Curve::Nurbs(NurbsCurve::new(3, uv, knots.clone()).unwrap());
+        let line = Line::new(Point2::new(0.3, -0.2), Point2::new(1.9, 0.6), span).unwrap();
+        for (name, chart) in charts() {
+            for made in [cubic.clone(), Curve::Line(line.clone())] {
+                let near = |t: f64| chart.point(&made.point(t)).coords;
+                // A spline through points of the image at parameters that are not its own: off by some hundredths.
+                let through = |wave: f64| {
+                    let points = (0..5).map(|k| {
+                        let t = span.lerp(f64::from(k) / 4.0);
+                        let p = near(t) + Vector3::new(wave, -wave, wave) * f64::from(k % 2);
+                        Vector4::new(p.x, p.y, p.z, 1.0)
+                    });
+                    let spline = NurbsCurve::new(3, points.collect(), knots.clone());
+                    Curve::Nurbs(spline.unwrap())
+                };
+                let arc = Arc {
+                    center: Point3::new(1.0, -2.0, 1.0),
+                    x: Vector3::x(),
+                    y: Vector3::y(),
+                    z: Vector3::z(),
+                    radius: 2.5,
+                    angle: interval(0.5, 4.0),
+                    domain: span,
+                };
+                let ends = [span.start, span.end].map(|t| Point3::from(near(t)));
+                let chord = Line::new(ends[0], ends[1], span).unwrap();
+                let edges: [Curve3; 4] = [
+                    through(0.0),
+                    through(0.25),
+                    Curve::Arc(Arc::new(arc).unwrap()),
+                    Curve::Line(chord),
+                ];
+                for (i, edge) in edges.iter().enumerate() {
+                    let proven =
+                        bound(&chart, edge, &made, span, 10.0, &mut 10_000).expect("a bound");
+                    let seen = seen(&chart, edge, &made, span);
+                    assert!(seen > 1e-3, "{name} {i}: {seen}");
+                    assert!(proven >= seen, "{name} {i}: {proven} < {seen}");
+                    assert!(proven <= 1.16 * seen, "{name} {i}: {proven} > {seen}");
+                }
+            }
+        }
+    }
+
+    /// A meridian of a torus is a circle: the image is the edge, and only rounding is left.
+    #[test]
+    fn what_is_exact_is_known_to_rounding() {
+        let charts = charts();
+        let torus = &charts[3].1;
+        let span = interval(0.0, 3.0);
+        let made = Line::new(Point2::new(0.0, 0.0), Point2::new(0.0, 3.0), span).unwrap();
+        let a = axes();
+        let arc = Arc {
+            center: a.origin + a.x * 3.0,
+            x: a.x,
+            y: a.z,
+            z: a.x.cross(&a.z),
+            radius: 1.0,
+            angle: span,
+            domain: span,
+        };
+        let arc: Curve3 = Curve::Arc(Arc::new(arc).unwrap());
+        let proven =
+            bound(torus, &arc, &Curve::Line(made), span, 10.0, &mut 10_000).expect("a bound");
+        assert!(proven <= 3.0 * LEFT_OUT * 10.0, "{proven:e}");
+    }
+
+    /// A peak between the samples: what is off at one place alone, by a knot span that samples pass over, is seen.
+    #[test]
+    fn narrow_peaks_are_seen() {
+        let span = interval(0.0, 1.0);
+        let (a, b) = (0.400_1, 0.400_3);
+        let knots = vec![0.0, 0.0, 0.0, a, 0.5 * (a + b), b, 1.0, 1.0, 1.0];
+        let [(_, cylinder), ..] = charts();
+        let at = |u: f64, v: f64| Vector3::new(u, v, 1.0);
+        let mut uv: Vec<_> = (0..6).map(|k| at(0.5, f64::from(k) / 5.0)).collect();
+        uv[2].x += 0.1;
+        let made: Curve2 = Curve::Nurbs(NurbsCurve::new(2, uv, knots).unwrap());
+        let ends = [0.0, 1.0].map(|t| cylinder.point(&made.point(t)));
+        let edge: Curve3 = Curve::Line(Line::new(ends[0], ends[1], span).unwrap());
+        let proven = bound(&cylinder, &edge, &made, span, 10.0, &mut 10_000).expect("a bound");
+        let peak = (0..=1000)
+            .map(|k| interval(a, b).lerp(f64::from(k) / 1000.0))
+            .map(|t| (cylinder.point(&made.point(t)) - edge.point(t)).norm())
+            .fold(0.0, f64::max);
+        assert!(proven >= peak && peak > 0.05, "{proven} {peak}");
+    }
+
+    /// Of rational curves in uv, of those of a high degree and of other surfaces nothing is said.
+    #[test]
+    fn others_have_no_bound_here() {
+        let span = interval(0.0, 1.0);
+        let [(_, cylinder), ..] = charts();
+        let plane = Chart::new(1, &Form3::Plane(axes()), 10.0, &mut Budget::new(1000)).unwrap();
+        let knots = vec![0.0, 0.0, 0.0, 1.0, 1.0, 1.0];
+        let conic = |w: f64| {
+            let uv = [[0.0, 0.0, 1.0], [0.5 * w, 0.0, w], [1.0, 1.0, 1.0]].map(Vector3::from);
+            Curve::Nurbs(NurbsCurve::new(2, uv.to_vec(), knots.clone()).unwrap())
+        };
+        let edge: Curve3 =
+            Curve::Line(Line::new(Point3::origin(), Point3::new(1.0, 0.0, 0.0), span).unwrap());
+        assert!(bound(&cylinder, &edge, &conic(1.0), span, 10.0, &mut 10_000).is_some());
+        assert!(bound(&cylinder, &edge, &conic(2.0), span, 10.0, &mut 10_000).is_none());
+        assert!(bound(&plane, &edge, &conic(1.0), span, 10.0, &mut 10_000).is_none());
+        assert!(bound(&cylinder, &edge, &conic(1.0), span, 10.0, &mut 0).is_none());
+    }
+}
