@@ -3,6 +3,7 @@
 use crate::document::Document;
 use crate::error::{FileError, FileProblem, ReadError};
 use crate::occt::{self, read_brep};
+#[cfg(feature = "step")]
 use crate::step::read_step;
 use crate::threedm::{self, read_3dm};
 use std::fs::File;
@@ -16,7 +17,7 @@ pub const MAX_FILE_SIZE: u64 = 1 << 30;
 const STEP: &[u8] = b"ISO-10303-21;";
 const STEP_WITHIN: usize = 512;
 
-/// Reads the file at `path`, by its content: see [`read_3dm`], [`read_brep`] and [`read_step`]. Where the content is
+/// Reads the file at `path`, by its content: see [`read_3dm`], [`read_brep`] and `read_step`. Where the content is
 /// none of these, the name says what it was meant to be.
 ///
 /// # Errors
@@ -28,6 +29,12 @@ pub fn read_file(path: impl AsRef<Path>) -> Result<Document, FileError> {
         path: path.to_path_buf(),
         problem,
     })
+}
+
+#[cfg(not(feature = "step"))]
+fn read_step(_: &[u8]) -> Result<Document, ReadError> {
+    let problem = crate::step_problem::StepProblem::NotBuilt;
+    Err(ReadError::Step(Box::new(problem)))
 }
 
 fn load(path: &Path) -> Result<Document, FileProblem> {
@@ -64,4 +71,15 @@ fn read(bytes: &[u8], path: &Path) -> Result<Document, ReadError> {
         return read_brep(bytes);
     }
     read_3dm(bytes)
+}
+
+#[cfg(all(test, not(feature = "step")))]
+mod tests {
+    use super::{Path, read};
+
+    #[test]
+    fn step_files_are_refused_by_name() {
+        let error = read(b"ISO-10303-21;\nHEADER;", Path::new("part")).expect_err("not built in");
+        assert!(error.to_string().contains("feature `step`"), "{error}");
+    }
 }

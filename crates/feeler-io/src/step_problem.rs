@@ -6,6 +6,11 @@ use feeler::brep::BrepError;
 /// What is wrong with a STEP file or one of its entities.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum StepProblem {
+    /// The program was built without the reader.
+    #[error(
+        "a STEP file, and this program reads none: build feeler-io with its feature `step`, or export the model as .brep or .3dm"
+    )]
+    NotBuilt,
     /// Not the syntax of ISO 10303-21.
     #[error("{message}; the file is damaged or no STEP file: export the model again")]
     Syntax {
