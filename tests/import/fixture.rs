@@ -267,6 +267,7 @@ pub(crate) const CURVE_ON_SURFACE: &str = common!("4ED7D4D8-E947-11D3-BFE5");
 pub(crate) const PLANE: &str = common!("4ED7D4DF-E947-11D3-BFE5");
 pub(crate) const REV: &str = common!("A16220D3-163B-11D4-8000");
 pub(crate) const REV_ALIAS: &str = "0A8401B6-4D34-4B99-8615-1B4E723DC4E5";
+pub(crate) const EXTRUSION: &str = "36F53175-72B8-4D47-BF1F-B4E6FC24F4B9";
 pub(crate) const SUM: &str = "C4CD5359-446D-4690-9FF5-29059732472B";
 pub(crate) const SUM_ALIAS: &str = "665F6331-2A66-4CCE-81D0-B5EEBD9B5417";
 pub(crate) const NURBS_SURFACE: &str = common!("4ED7D4DE-E947-11D3-BFE5");

@@ -352,3 +352,66 @@ fn files_are_named() {
         .to_string();
     assert_eq!(folder.lines().count(), 1);
 }
+
+/// What a query takes grows with the turns of circles and of what is turned: over two they are refused wherever they stand, as the profile of an
+/// extrusion too.
+#[test]
+fn many_turns_are_refused_wherever_they_stand() {
+    type Write = fn(&mut Writer, f64);
+    fn arc(w: &mut Writer, dim: i32, to: f64) {
+        w.u8(0x10);
+        w.f64s(&[0.0; 3]);
+        w.f64s(&[1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0]);
+        w.f64s(&[0.0, 0.0, 1.0, 0.0, 1.0]);
+        w.f64s(&[1.0, 0.0, 0.0, -1.0, 0.0, 0.0, 1.0, 0.0, 0.0]);
+        w.f64s(&[0.0, to, 0.0, 1.0]);
+        w.i32s(&[dim]);
+    }
+    let places: [(&str, Write); 4] = [
+        (f::ARC, |w, to| arc(w, 3, to)),
+        (f::POLY_CURVE, |w, to| {
+            w.u8(0x10);
+            w.i32s(&[1, 0, 0]);
+            w.f64s(&[0.0; 6]);
+            w.f64_array(&[0.0, 1.0]);
+            w.object(f::ARC, |w| arc(w, 3, to));
+        }),
+        (f::REV, |w, to| {
+            w.u8(0x10);
+            w.f64s(&[0.0, 0.0, 0.0, 0.0, 0.0, 1.0]);
+            w.f64s(&[0.0, to]);
+            w.f64s(&[0.0; 6]);
+            w.i32s(&[0]);
+            w.u8(1);
+            let ends = [[1.0, 0.0, 0.0], [1.0, 0.0, 1.0]];
+            w.object(f::LINE, |w| f::line(w, ends[0], ends[1], [0.0, 1.0], 3));
+        }),
+        (f::EXTRUSION, |w, to| {
+            w.chunk(f::ANONYMOUS, |w| {
+                w.i32s(&[1, 2]);
+                w.object(f::ARC, |w| arc(w, 2, to));
+                w.f64s(&[0.0, 0.0, 0.0, 0.0, 0.0, 3.0]);
+                w.f64s(&[0.0, 1.0]);
+                w.f64s(&[0.0, 1.0, 0.0]);
+                w.raw(&[0, 0]);
+                w.f64s(&[0.0; 6]);
+                w.f64s(&[0.0, 1.0]);
+                w.u8(0);
+                w.i32s(&[1]);
+                w.raw(&[1, 1]);
+            });
+        }),
+    ];
+    for (id, write) in places {
+        let turn = std::f64::consts::TAU;
+        for (to, is_read) in [(turn, true), (3.0 * turn, false), (522_133_279.0, false)] {
+            let document = one(id, |w| write(w, to));
+            let told = match &document.objects[0].kind {
+                ObjectKind::Refused { reason, .. } => reason.to_string(),
+                read => read.name().to_owned(),
+            };
+            assert_eq!(told.contains("2 turns at most"), !is_read, "{id}: {told}");
+            assert_eq!(!told.contains("expected"), is_read, "{id}: {told}");
+        }
+    }
+}
