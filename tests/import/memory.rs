@@ -23,9 +23,6 @@ const BREP_FACTOR: usize = 64;
 /// from their edges, are in no file: parts of the corpus take up to 28.
 const STEP_FACTOR: usize = 64;
 
-/// What the proof of curves on a torus takes besides, whatever the file's size: its 32 by 32 patches, one face at a time.
-const TORUS: usize = 32 * 32 * 5120;
-
 /// And what every document takes.
 const FIXED: usize = 1 << 16;
 
@@ -151,15 +148,12 @@ fn of_step() {
         "bored_bare.step",
         "assembly_bare.step",
         "revolution_part_bare.step",
+        "drilled_torus_bare.step",
+        "ball_and_cone_bare.step",
     ] {
         let bytes = std::fs::read(folder.join(part)).expect("a file of the corpus");
         let factor = taken(read_step, &bytes, STEP_FACTOR);
         println!("{part}: {factor:.1} bytes a byte");
-    }
-    for part in ["drilled_torus_bare.step", "ball_and_cone_bare.step"] {
-        let bytes = std::fs::read(folder.join(part)).expect("a file of the corpus");
-        let used = peak(read_step, &bytes);
-        assert!(used <= STEP_FACTOR * bytes.len() + TORUS, "{part}: {used}");
     }
     let text = std::fs::read_to_string(folder.join("cylinder.step")).expect("a file of the corpus");
     let words: Vec<&str> = text.split_inclusive(['(', ',', ')']).collect();

@@ -1,6 +1,6 @@
 """Damaged files through other readers, each file in a process of its own: how many crash, hang, use memory without bound.
 
-    python3 tests/import/peers.py --feeler target/release/feeler [--count 1000] corpora/models
+    python3 tests/import/peers.py --feeler target/release/feeler [--count 1000] [--start 0] [--seconds 10] corpora/models
 
 The damage is that of `mutated.rs`, from the same random numbers: truncated, bits flipped, numbers replaced, pieces moved, said
 twice or blanked. .3dm files go through rhino3dm, .brep and STEP files through OCCT (cadquery-ocp), where these can be imported; all
@@ -20,7 +20,7 @@ from collections import Counter
 from pathlib import Path
 
 SMALL = 50_000
-# Of the processor, so that other work beside counts little; of the clock eight times as many.
+# Of the processor, so that other work beside counts little; of the clock eight times as many. `--seconds` sets it.
 SECONDS = 10
 # A process that wants more than this is told that there is no more.
 MEMORY = 4 << 30
@@ -177,13 +177,17 @@ def available(read, good):
 
 
 def main():
+    global SECONDS
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--one", nargs=2, metavar=("ENDING", "FILE"), help=argparse.SUPPRESS)
     parser.add_argument("--feeler", type=Path, default=Path("target/release/feeler"))
     parser.add_argument("--count", type=int, default=1000)
+    parser.add_argument("--start", type=int, default=0, help="the first file's number")
+    parser.add_argument("--seconds", type=int, default=SECONDS)
     parser.add_argument("--only", default="")
     parser.add_argument("models", type=Path, nargs="?", default=Path("corpora/models"))
     args = parser.parse_args()
+    SECONDS = args.seconds
     kinds = [("3dm", "rhino3dm", rhino, 0), ("brep", "OCCT", brep, 1 << 32), ("step", "OCCT", step, 1 << 33)]
     if args.one:
         read = next(k[2] for k in kinds if k[0] == args.one[0])
@@ -200,7 +204,7 @@ def main():
         theirs, own = Counter(), Counter()
         with tempfile.TemporaryDirectory() as folder:
             path = os.path.join(folder, f"damaged.{ending}")
-            for i in range(args.count):
+            for i in range(args.start, args.start + args.count):
                 r = Random(base + i)
                 r.next()
                 data = damage(contents[r.below(len(contents))], r)
@@ -213,7 +217,9 @@ def main():
                         found = alone(ending, path)
                     theirs[found] += 1
                 if sys.stderr.isatty():
-                    print(f"\r{ending} {i + 1}/{args.count}\x1b[K", end="", file=sys.stderr)
+                    print(f"\r{ending} {i + 1 - args.start}/{args.count}\x1b[K", end="", file=sys.stderr)
+                elif (i + 1 - args.start) % 100 == 0:
+                    print(f"{ending} {i + 1 - args.start}: {dict(own)}; {dict(theirs)}", file=sys.stderr, flush=True)
         print(f".{ending}: {args.count} files; feeler: {dict(own)}; {name}: {dict(theirs)}", flush=True)
 
 
