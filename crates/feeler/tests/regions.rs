@@ -41,6 +41,19 @@ fn turn(a: [f64; 2], b: [f64; 2], q: [f64; 2]) -> i32 {
     (&(&off(b, 0) * &off(q, 1)) - &(&off(b, 1) * &off(q, 0))).signum()
 }
 
+/// A rectangle, a hole with corners at `(-10 + k + 0.487213, -6 + k + 0.518307)`, rounded, and a sliver, so that the grid is not square.
+fn loops_through_references() -> [Vec<[f64; 2]>; 3] {
+    let corner = |k: i32| {
+        let k = f64::from(k);
+        [-10.0 + (k + 0.487_213), -6.0 + (k + 0.518_307)]
+    };
+    let outer = vec![[-10.0, -6.0], [10.0, -6.0], [10.0, 6.0], [-10.0, 6.0]];
+    let mut hole: Vec<[f64; 2]> = (2..9).map(corner).collect();
+    hole.extend([[2.0, 3.75], [-5.0, -3.75]]);
+    let sliver = vec![[7.0, -5.0], [7.25, 4.75], [7.125, -5.0]];
+    [outer, hole, sliver]
+}
+
 proptest! {
     #![proptest_config(ProptestConfig { cases: 96, failure_persistence: None, ..ProptestConfig::default() })]
 
@@ -107,6 +120,44 @@ proptest! {
         }
         let q = [from[0].next_down(), from[1]];
         prop_assert!(!side(&region, q).in_gap, "{:?}", q);
+    }
+
+    /// The grid of these loops has 20 by 12 cells of side 1, and a row of corners of the inner one lies exactly on the reference points of cells, as the
+    /// unit test of cells says: no such cell tells a side by its reference.
+    #[test]
+    fn loops_through_the_reference_points_of_cells(
+        at in prop::collection::vec((0..7usize, prop::array::uniform2(-0.5..0.5f64)), 64),
+    ) {
+        let loops = loops_through_references();
+        let trims = |c: &Vec<[f64; 2]>| -> Vec<Curve2> {
+            (0..c.len()).map(|i| line(c[i], c[(i + 1) % c.len()])).collect()
+        };
+        let region = TrimRegion::new(&face_within(loops.iter().map(trims).collect()), 0);
+        for (k, off) in at {
+            let corner = loops[1][k];
+            for scale in [1.0, 2f64.powi(-30), 2f64.powi(-51)] {
+                let q = [0, 1].map(|i| corner[i] + scale * off[i]);
+                // Crossings of the ray along u, each told exactly; on a side or at its corners it is the boundary.
+                let (mut odd, mut on) = (false, false);
+                for c in &loops {
+                    for i in 0..c.len() {
+                        let (a, b) = (c[i], c[(i + 1) % c.len()]);
+                        let side = turn(a, b, q);
+                        let between = |k: usize| a[k].min(b[k]) <= q[k] && q[k] <= a[k].max(b[k]);
+                        on |= side == 0 && between(0) && between(1);
+                        if (a[1] > q[1]) != (b[1] > q[1]) {
+                            odd ^= (side > 0) == (b[1] > a[1]);
+                        }
+                    }
+                }
+                let expected = match (on, odd) {
+                    (true, _) => Side::Boundary,
+                    (_, true) => Side::Inside,
+                    _ => Side::Outside,
+                };
+                prop_assert_eq!(side(&region, q).side, Some(expected), "{:?}", q);
+            }
+        }
     }
 
     /// Points as near to the sides of a triangle as there are numbers.

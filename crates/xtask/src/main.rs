@@ -4,6 +4,7 @@ mod agree;
 mod fuzz;
 mod generate;
 mod instructions;
+mod mutants;
 mod plant;
 mod random;
 mod sanitize;
@@ -41,6 +42,8 @@ enum Task {
     Fuzz(fuzz::Args),
     /// Put mistakes into the kernel, one at a time, and tell which tests notice.
     Plant(plant::Args),
+    /// Ask the kernel's tests about a seeded sample of small changes to some of its modules.
+    Mutants(mutants::Args),
     /// Run the oracle's tests with its C++ under the address, undefined-behaviour and thread sanitizers.
     Sanitize(sanitize::Args),
     /// Count the instructions of some queries under valgrind, and hold them against the stored counts.
@@ -67,6 +70,7 @@ fn main() -> ExitCode {
         Task::Agree(args) => agree::run(&args),
         Task::Fuzz(args) => fuzz::run(&args),
         Task::Plant(args) => plant::run(&args),
+        Task::Mutants(args) => mutants::run(&args),
         Task::Sanitize(args) => sanitize::run(&args),
         Task::Instructions(args) => instructions::run(&args),
         Task::Tidy(args) => tidy::run(&args),

@@ -17,6 +17,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::time::Instant;
 use text::{Form, Plant, plants};
+pub(crate) use watch::{MEMORY, artifacts};
 use watch::{SWITCH, WATCHERS, Watcher};
 
 #[derive(Debug, clap::Args)]
@@ -114,7 +115,10 @@ fn build<'a>(
     chosen: impl IntoIterator<Item = (&'a Plant<'a>, Form)>,
 ) -> Result<Vec<Watcher>, String> {
     let tree = place.join("tree");
-    lay(&tree, chosen)?;
+    let mut planted = text::planted(chosen, read)?;
+    const KERNEL: &str = "crates/feeler/src/lib.rs";
+    planted.insert(KERNEL, read(KERNEL)? + &switch());
+    lay(&tree, &planted)?;
     watch::build(&tree, &place.join("build"), args.inputs)
 }
 
@@ -149,17 +153,14 @@ fn summary<'a>(table: &[(&'a str, Noticed)]) -> (String, Vec<&'a str>) {
     (text.trim_end_matches(';').to_owned() + ".\n", few)
 }
 
-/// Lays out the tracked files, and those not yet tracked, with mistakes in them. A file that is the same stays as it is, so that nothing is built for it.
-fn lay<'a>(
-    tree: &Path,
-    chosen: impl IntoIterator<Item = (&'a Plant<'a>, Form)>,
-) -> Result<(), String> {
+/// A file of the tree as it is.
+pub(crate) fn read(name: &str) -> Result<String, String> {
+    std::fs::read_to_string(root().join(name)).map_err(|e| format!("{name}: {e}"))
+}
+
+/// Lays out the tracked files, and those not yet tracked, with some changed. A file that is the same stays as it is, so that nothing is built for it.
+pub(crate) fn lay(tree: &Path, changed: &BTreeMap<&str, String>) -> Result<(), String> {
     let root = root();
-    let read =
-        |name: &str| std::fs::read_to_string(root.join(name)).map_err(|e| format!("{name}: {e}"));
-    let mut planted = text::planted(chosen, read)?;
-    const KERNEL: &str = "crates/feeler/src/lib.rs";
-    planted.insert(KERNEL, read(KERNEL)? + &switch());
     let listed = Command::new("git")
         .args([
             "ls-files",
@@ -171,9 +172,10 @@ fn lay<'a>(
         .current_dir(&root)
         .output()
         .map_err(|e| format!("git cannot be started: {e}"))?;
-    for name in String::from_utf8_lossy(&listed.stdout).split('\0') {
+    let listed = String::from_utf8_lossy(&listed.stdout);
+    for name in listed.split('\0').filter(|n| !n.is_empty()) {
         let to = tree.join(name);
-        let bytes = match planted.get(name) {
+        let bytes = match changed.get(name) {
             Some(text) => text.clone().into_bytes(),
             None => match std::fs::read(root.join(name)) {
                 Ok(bytes) => bytes,

@@ -220,7 +220,7 @@ impl BoxTree {
 /// multiples of whole nodes.
 fn order(points: &[[f64; 3]]) -> Vec<u32> {
     let mut order: Vec<u32> = (0..points.len() as u32).collect();
-    let mut runs = vec![0..points.len()];
+    let mut runs = Vec::from_iter(std::iter::once(0..points.len()));
     while let Some(run) = runs.pop() {
         if run.len() <= WIDTH {
             continue;

@@ -288,3 +288,45 @@ fn zero(stab: &Stabber, brep: &PreparedBrep, face: usize, b: &Beside) -> Option<
         })
     })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::brep::Brep;
+    use crate::nurbs::{NurbsSurface, Surface};
+    use crate::query::zeros::{FaceHits, face_hits};
+    use crate::query::{LineKind, LineProbe};
+    use nalgebra::{Point3, Vector3, Vector4};
+
+    /// `z = -|x|`, of two patches: a line through the top is one hit, which is certain; of one that stays above there is none that is.
+    #[test]
+    fn what_is_known_of_hits_at_a_kink() {
+        let rows = [-1.0, 0.0, 1.0f64];
+        let net = rows
+            .iter()
+            .flat_map(|x| [-1.0, 1.0].map(|y| Vector4::new(*x, y, -x.abs(), 1.0)));
+        let knots = [vec![0.0, 0.0, 0.5, 1.0, 1.0], vec![0.0, 0.0, 1.0, 1.0]];
+        let surface = NurbsSurface::new([1, 1], [3, 2], net.collect(), knots).unwrap();
+        let brep = PreparedBrep::new(Brep::from_surface(Surface::Nurbs(surface)).unwrap());
+        for (direction, passes) in [
+            ([0.0, 0.0, 1.0], true),
+            ([0.5, 0.25, 1.0], true),
+            ([1.0, 0.0, 0.0], false),
+            ([1.0, 0.5, 0.25], false),
+            ([-1.0, 2.0, 0.75], false),
+        ] {
+            let top = Point3::new(0.0, 0.25, 0.0);
+            let probe = LineProbe::new(top, Vector3::from(direction), LineKind::Line);
+            let stab = Stabber::new(&probe.unwrap());
+            let mut found = FaceHits::new(false);
+            face_hits(&brep, &stab, 0, Digits::All, &mut 10_000, &mut found).unwrap();
+            let certain = found.hits.iter().filter(|h| h.is_certain(&stab)).count();
+            let open = found.hits.len() - certain + found.open.len();
+            assert_eq!(
+                (certain, open == 0),
+                (usize::from(passes), passes),
+                "{direction:?}"
+            );
+        }
+    }
+}

@@ -506,3 +506,6 @@ fn clamp(x: Dd, range: [f64; 2]) -> Dd {
         x
     }
 }
+
+#[cfg(test)]
+mod tests;

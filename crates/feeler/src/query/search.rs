@@ -93,28 +93,7 @@ pub(crate) fn minimize(
     memory: &mut Memory,
     mut front: Option<&mut Front>,
 ) -> Outcome {
-    let mut search = Search {
-        brep,
-        objective,
-        target: objective.target(),
-        goal,
-        out: Outcome {
-            lo: Dd::from(f64::INFINITY),
-            hi: Dd::from(f64::INFINITY),
-            foot: None,
-            settled: std::mem::take(&mut memory.settled),
-            nodes: 0,
-            budget_spent: false,
-            left_open: false,
-            used_closed: false,
-        },
-        noisy: std::mem::take(&mut memory.noisy),
-        memory,
-        unsettled: Dd::from(f64::INFINITY),
-        order: 0,
-        recording: false,
-        known_enough: std::cell::Cell::new((Dd::from(f64::NAN), Dd::ZERO)),
-    };
+    let mut search = Search::new(brep, objective, goal, memory);
     if !brep.shortcuts().double_first {
         search.run_all::<Dd>();
     } else if let Some(front) = front.as_deref_mut() {
@@ -138,6 +117,37 @@ pub(crate) fn minimize(
 }
 
 impl<'a> Search<'a> {
+    /// One that has not begun.
+    pub(super) fn new(
+        brep: &'a PreparedBrep,
+        objective: &'a Objective,
+        goal: Goal,
+        memory: &'a mut Memory,
+    ) -> Self {
+        Self {
+            brep,
+            objective,
+            target: objective.target(),
+            goal,
+            out: Outcome {
+                lo: Dd::from(f64::INFINITY),
+                hi: Dd::from(f64::INFINITY),
+                foot: None,
+                settled: std::mem::take(&mut memory.settled),
+                nodes: 0,
+                budget_spent: false,
+                left_open: false,
+                used_closed: false,
+            },
+            noisy: std::mem::take(&mut memory.noisy),
+            memory,
+            unsettled: Dd::from(f64::INFINITY),
+            order: 0,
+            recording: false,
+            known_enough: std::cell::Cell::new((Dd::from(f64::NAN), Dd::ZERO)),
+        }
+    }
+
     /// The bound of what is not known at all.
     fn nothing(&self) -> Dd {
         if self.objective.is_squared() {

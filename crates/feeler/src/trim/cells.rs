@@ -405,3 +405,37 @@ impl Cells {
         Local::Odd(odd)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::trim::TrimRegion;
+    use crate::trim::tests::shapes::{face, polygon};
+
+    /// Corners of the hole are reference points, to the last digit; of these cells nothing is known, though the rays from such a point that
+    /// half-open rules leave are even each: `tests/regions.rs` asks about points in them.
+    #[test]
+    fn nothing_is_known_of_a_reference_on_a_loop() {
+        let corner = |k: usize| {
+            let k = k as f64;
+            [-10.0 + (k + REFERENCE[0]), -6.0 + (k + REFERENCE[1])]
+        };
+        let outer = [[-10.0, -6.0], [10.0, -6.0], [10.0, 6.0], [-10.0, 6.0]];
+        let mut hole: Vec<[f64; 2]> = (2..9).map(corner).collect();
+        hole.extend([[2.0, 3.75], [-5.0, -3.75]]);
+        let sliver = [[7.0, -5.0], [7.25, 4.75], [7.125, -5.0]];
+        let loops = vec![polygon(&outer), polygon(&hole), polygon(&sliver)];
+        let region = TrimRegion::new(&face([-10.0, 10.0, -10.0, 10.0], Some(loops)), 0);
+        let cells = region.cells();
+        assert_eq!(
+            cells.axes.map(|a| (a.count, a.rate)),
+            [(20, 1.0), (12, 1.0)]
+        );
+        for k in 2..9 {
+            assert_eq!(cells.reference(k, k), corner(k));
+            assert_eq!(cells.heads[cells.cell(k, k)].parity(), None, "{k}");
+        }
+        let told = cells.heads.iter().filter(|h| h.parity().is_some());
+        assert_eq!(told.count(), 240 - 7);
+    }
+}

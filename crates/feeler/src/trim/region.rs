@@ -333,7 +333,7 @@ impl TrimRegion {
             + self.cells.get().map_or(0, Cells::bytes)
     }
 
-    fn cells(&self) -> &Cells {
+    pub(super) fn cells(&self) -> &Cells {
         self.cells
             .get_or_init(|| Cells::new(&self.pieces, &self.parts, self.grid))
     }

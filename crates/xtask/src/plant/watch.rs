@@ -14,7 +14,7 @@ pub(super) const WATCHERS: [&str; 4] = ["unit", "property", "fuzz", "gate"];
 pub(super) const SWITCH: &str = "FEELER_PLANTED";
 
 /// A mistake may make a program ask for ever more memory: what it may have, in KiB.
-const MEMORY: u64 = 8 << 20;
+pub(crate) const MEMORY: u64 = 8 << 20;
 
 /// A suite that is not asked: its lists of contacts take as long as all others.
 const LEFT_OUT: &str = "contacts";
@@ -36,8 +36,8 @@ pub(super) struct Watcher {
     usual: Duration,
 }
 
-/// What was built.
-fn artifacts(cargo: &mut Command) -> Result<Vec<(String, String, PathBuf)>, String> {
+/// What was built: its kind, its name and where it is.
+pub(crate) fn artifacts(cargo: &mut Command) -> Result<Vec<(String, String, PathBuf)>, String> {
     let done = cargo
         .stderr(Stdio::inherit())
         .output()

@@ -1,0 +1,148 @@
+//! Lines next to where faces end: beside the cracks of edges, and beside trims by less than f64 tells.
+
+use feeler::brep::{BrepBuilder, TrimSpec};
+use feeler::numeric::Interval;
+use feeler::nurbs::{Curve, Line, NurbsSurface, Plane, Surface};
+use feeler::prepare::PreparedBrep;
+use feeler::query::{LineAnswer, LineKind, LineProbe, Options, Workspace, line};
+use nalgebra::{Point2, Point3, Vector3, Vector4};
+
+fn ask(brep: &PreparedBrep, origin: [f64; 3], direction: [f64; 3]) -> LineAnswer {
+    let probe = LineProbe::new(
+        Point3::from(origin),
+        Vector3::from(direction),
+        LineKind::Line,
+    );
+    let (options, mut workspace) = (Options::default(), Workspace::default());
+    line(brep, &probe.unwrap(), &options, &mut workspace)
+}
+
+fn trim(vertices: [usize; 2], [a, b]: [[f64; 2]; 2], edge: Option<usize>) -> TrimSpec {
+    let unit = Interval::new(0.0, 1.0).unwrap();
+    let line = Line::new(Point2::from(a), Point2::from(b), unit);
+    TrimSpec {
+        vertices,
+        curve: Curve::Line(line.unwrap()),
+        edge,
+    }
+}
+
+/// Two slopes down from a ridge along y that should be one line: of the one at `z = 0`, of the other at `z = gap`. They fall by 4 on 3.
+fn roof(gap: f64) -> PreparedBrep {
+    let mut b = BrepBuilder::new();
+    let points = [
+        [0.0, -1.0, 0.0],
+        [0.0, 1.0, 0.0],
+        [-0.6, 1.0, -0.8],
+        [-0.6, -1.0, -0.8],
+        [0.6, -1.0, gap - 0.8],
+        [0.6, 1.0, gap - 0.8],
+    ];
+    let v = points.map(|p| b.vertex(p));
+    let edge = b.straight_edge([v[0], v[1]]).unwrap();
+    let domain = Interval::new(-2.0, 2.0).unwrap();
+    let slope = |z: f64, x: f64| {
+        Surface::Plane(
+            Plane::new(Plane {
+                origin: Point3::new(0.0, 0.0, z),
+                x: Vector3::new(x, 0.0, -0.8),
+                y: Vector3::y(),
+                domain: [domain; 2],
+                extents: [domain; 2],
+            })
+            .unwrap(),
+        )
+    };
+    let [a, z, y, x] = [[0.0, -1.0], [0.0, 1.0], [1.0, 1.0], [1.0, -1.0]];
+    let left = [
+        trim([v[0], v[1]], [a, z], Some(edge)),
+        trim([v[1], v[2]], [z, y], None),
+        trim([v[2], v[3]], [y, x], None),
+        trim([v[3], v[0]], [x, a], None),
+    ];
+    let right = [
+        trim([v[1], v[0]], [z, a], Some(edge)),
+        trim([v[0], v[4]], [a, x], None),
+        trim([v[4], v[5]], [x, y], None),
+        trim([v[5], v[1]], [y, z], None),
+    ];
+    b.face_with_trims(slope(0.0, -0.6), vec![left.to_vec()])
+        .unwrap();
+    b.face_with_trims(slope(gap, 0.6), vec![right.to_vec()])
+        .unwrap();
+    PreparedBrep::new(b.build().unwrap())
+}
+
+/// Across a roof at `z = -h`, all lengths in widths of the ridge's crack: the left slope is met at `h / 0.8` from its end, the right one at `3/4 (h + 1)` aside of that. The line is
+/// in the crack where `h` is below 1; the hits that are within 1 of an end are in that passage, and count once.
+#[test]
+fn hits_beside_a_crack_count_once_within_its_width_alone() {
+    for k in [10, 20, 30] {
+        let gap = 0.5f64.powi(k);
+        let brep = roof(gap);
+        let width = [brep.least_crack_width(0), brep.fine_crack_width(0)];
+        assert!(
+            width[0] > 0.99 * gap && width[1] < 1.01 * gap,
+            "{gap} {width:?}"
+        );
+        for (h, hits, crossings, in_crack) in [
+            (-0.4, 1, 1, false),
+            // 0.25 and 0.92 from the left slope's end.
+            (0.2, 2, 1, false),
+            // 0.63 and 1.23.
+            (0.5, 2, 2, false),
+            // 1.13 and 1.69: neither is in the passage.
+            (0.9, 2, 2, true),
+            (1.2, 2, 2, false),
+            (3.0, 2, 2, false),
+        ] {
+            let answer = ask(&brep, [0.0, 0.25, -h * gap], [1.0, 0.0, 0.0]);
+            let told = (answer.undecided, answer.hits.len(), answer.crossings);
+            assert_eq!(told, (None, hits, Some(crossings)), "{k} {h}");
+            assert_eq!(answer.in_crack, in_crack, "{k} {h}");
+        }
+    }
+}
+
+/// Of `z = x^2` over `[-1, 1] x [0, 1]` what is left of `x = 1/2 - y`: along `y = 1/2` that is `x < 0`. A steep line at `x = e` meets it where `e` is negative, and
+/// nowhere where it is positive, however small it is: or that is said to be open.
+#[test]
+fn lines_beside_a_trim() {
+    let net = [(-1.0, 1.0), (0.0, -1.0), (1.0, 1.0)];
+    let net = net
+        .iter()
+        .flat_map(|(x, z)| [0.0, 1.0].map(|y| Vector4::new(*x, y, *z, 1.0)));
+    let knots = [vec![0.0, 0.0, 0.0, 1.0, 1.0, 1.0], vec![0.0, 0.0, 1.0, 1.0]];
+    let surface = NurbsSurface::new([2, 1], [3, 2], net.collect(), knots).unwrap();
+    let corners = [[0.0, 0.0], [0.75, 0.0], [0.25, 1.0], [0.0, 1.0]];
+    let mut b = BrepBuilder::new();
+    let v = corners.map(|[u, v]| {
+        let x = 2.0 * u - 1.0;
+        b.vertex([x, v, x * x])
+    });
+    let next = |i: usize| (i + 1) % 4;
+    let loops = (0..4).map(|i| trim([v[i], v[next(i)]], [corners[i], corners[next(i)]], None));
+    b.face_with_trims(Surface::Nurbs(surface), vec![loops.collect()])
+        .unwrap();
+    let brep = PreparedBrep::new(b.build().unwrap());
+    let mut told = 0;
+    for k in 1..130 {
+        for d in [[0.0, 0.0, 1.0], [0.0, 0.25, 1.0], [0.0, -0.5, 2.0]] {
+            for sign in [1.0, -1.0] {
+                let e = sign * 0.5f64.powi(k);
+                // At z = e^2 where the line is at y = 1/2; on it the trim is at x = 0 there, exactly.
+                let answer = ask(&brep, [e, 0.5, 0.0], d);
+                // Elsewhere than at y = 1/2 the face ends elsewhere: by what y moves.
+                let shift = e * e * d[1] / d[2];
+                let inside = e + shift < 0.0;
+                if answer.undecided.is_some() {
+                    continue;
+                }
+                told += 1;
+                assert_eq!(answer.hits.len(), usize::from(inside), "{e:e} {d:?}");
+            }
+        }
+    }
+    // What f64 tells is told.
+    assert!(told > 6 * 45, "{told}");
+}
