@@ -293,9 +293,14 @@ impl<T: Real> Net<T> {
         Some(out)
     }
 
-    /// How fast the point moves along s and t, in units of length, at most; infinite where nothing is known:
-    /// `|S_s| <= p (max w / min w)^2 max |P_(i+1,j) - P_(i,j)|`, likewise in t (M. Floater, *Derivatives of rational
-    /// Bezier curves*, CAGD 9 (1992)).
+    /// How fast the point moves along s and t, in units of length, at most; infinite where nothing is known.
+    ///
+    /// For a fixed t the patch is a curve in s with the points `Q_i` of its rows and weights between the least and the greatest, so
+    /// `|S_s| <= p (max w / min w)^2 max |Q_(i+1) - Q_i|` (M. Floater, *Derivatives of rational Bezier curves*, CAGD 9 (1992)). `Q_i` is an average
+    /// of its row, `sum l_j P_ij`, and `Q_(i+1)` one of the next, `sum l'_j P_(i+1,j)`, of the same Bernstein polynomials with other weights:
+    /// `l'_j / l_j = r_j / r`, where `r_j = w_(i+1,j) / w_ij` and `r` is an average of these. So `Q_(i+1) - Q_i = sum l'_j (P_(i+1,j) - P_ij) + sum
+    /// (l'_j - l_j) P_ij`; in the last sum positive factors are, together, at most 1 and at most `max r_j / min r_j - 1`, and negative ones as much:
+    /// it is no longer than that times the row's diameter. Likewise in t.
     pub(crate) fn speeds(&self) -> [f64; 2] {
         const UP: f64 = 1.0 + 64.0 * f64::EPSILON;
         let (mut w_min, mut w_max) = (f64::INFINITY, 0.0f64);
@@ -306,28 +311,46 @@ impl<T: Real> Net<T> {
         if !(w_min > 0.0) {
             return [f64::INFINITY; 2];
         }
-        let row = self.degree.v + 1;
-        let gap = |i: usize, j: usize| {
-            let (p, q) = (&self.points[i], &self.points[j]);
-            let squares = (0..3).map(|c| {
-                let d = p[c] / p[3] - q[c] / q[3];
-                d.magnitude().powi(2)
-            });
-            squares.sum::<f64>().sqrt() * UP
+        let place = |i: usize| {
+            let p = &self.points[i];
+            [0, 1, 2].map(|c| p[c] / p[3])
         };
-        let (mut along_u, mut along_v) = (0.0f64, 0.0f64);
-        for i in 0..self.points.len() {
-            if i + row < self.points.len() {
-                along_u = along_u.max(gap(i, i + row));
+        // What is no number is more than any.
+        let most = |a: f64, b: f64| if b <= a { a } else { b };
+        // Of two lines of points, the first and the next, given by their places.
+        let gap = |line: &mut dyn Iterator<Item = (usize, usize)>| {
+            let (mut step, mut ratios) = (0.0f64, [f64::INFINITY, 0.0f64]);
+            let mut around = [[f64::INFINITY, f64::NEG_INFINITY]; 3];
+            for (from, to) in line {
+                let (p, q) = (place(from), place(to));
+                let squares = (0..3).map(|c| (q[c] - p[c]).magnitude().powi(2));
+                step = most(step, squares.sum::<f64>().sqrt() * UP);
+                let (w, next) = (&self.points[from][3], &self.points[to][3]);
+                ratios[0] = ratios[0].min(next.lower() / w.upper());
+                ratios[1] = ratios[1].max(next.upper() / w.lower());
+                for (range, x) in around.iter_mut().zip(&p) {
+                    *range = [range[0].min(x.lower()), range[1].max(x.upper())];
+                }
             }
-            if (i + 1) % row != 0 {
-                along_v = along_v.max(gap(i, i + 1));
-            }
-        }
+            let wide = around.map(|[low, high]| (high - low).powi(2));
+            let diameter = wide.iter().sum::<f64>().sqrt() * UP;
+            let share = (ratios[1] / ratios[0] * UP - 1.0).min(1.0);
+            (step + share * diameter) * UP
+        };
+        let (rows, row) = (self.degree.u + 1, self.degree.v + 1);
+        let along_u = (1..rows).map(|i| {
+            let (low, high) = ((i - 1) * row, i * row);
+            gap(&mut (0..row).map(|j| (low + j, high + j)))
+        });
+        let along_v = (1..row).map(|j| gap(&mut (0..rows).map(|i| (i * row + j - 1, i * row + j))));
         let ratio = (w_max / w_min).powi(2) * UP;
+        let speed = |gap: f64, degree: usize| {
+            let speed = ratio * gap * degree as f64 * UP;
+            if speed.is_nan() { f64::INFINITY } else { speed }
+        };
         [
-            ratio * along_u * self.degree.u as f64 * UP,
-            ratio * along_v * self.degree.v as f64 * UP,
+            speed(along_u.fold(0.0, most), self.degree.u),
+            speed(along_v.fold(0.0, most), self.degree.v),
         ]
     }
 
@@ -403,4 +426,26 @@ pub(crate) fn curve_jet<T: Real, const H: usize>(
         std::array::from_fn(|c| s * d[0][c] + t * d[1][c]),
         std::array::from_fn(|c| degree * (d[1][c] - d[0][c])),
     )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Weights that are no products: at (0, 1/2) rows of one length are averaged unlike, and the point moves along them.
+    #[test]
+    fn speeds_hold_where_weights_are_no_products() {
+        for e in [0.1, 0.001] {
+            let weighted = |x: f64, y: f64, w: f64| [x * w, y * w, 0.0, w].map(Ball::exact);
+            let points = vec![
+                weighted(0.0, 0.0, 1.0),
+                weighted(0.0, 10.0, 1.0),
+                weighted(e, 0.0, 1.0),
+                weighted(e, 10.0, 2.0),
+            ];
+            let net = Net::<f64>::new(Bidegree { u: 1, v: 1 }, points, [0.0; 3]);
+            // w = 1 and w_s = (0 + 1) / 2 there, y w = 5 and (y w)_s = (0 + 10) / 2: y_s = 5 - 5 / 2.
+            assert!(net.speeds()[0] >= 2.5, "{:?}", net.speeds());
+        }
+    }
 }

@@ -232,8 +232,8 @@ const HALVINGS: u32 = 4;
 ///
 /// `H = a L_1 + b L_2` is the height over the plane with normal `a n_1 + b n_2` through the line, times `w`; where the curve is within `reach` of the
 /// line, `|H| <= (|a| reach_1 + |b| reach_2) w`. Of all such planes the one along a part's chord is tried, or one next to it: any does. In f64 a
-/// coefficient of `L_k` is off by at most eight roundings of the sum of the magnitudes that make it (the rounding of the curve's points and of the
-/// offset among them), each halving adds one per degree, and `H` three: [`ROUNDINGS`] are more, of the largest such sum. Weights are positive averages
+/// coefficient of `L_k` is off by at most eight roundings of the sum of the magnitudes that make it (the rounding of the curve's points and that of
+/// the offset to f64 among them), each halving adds one per degree, and `H` three: [`ROUNDINGS`] are more, of the largest such sum. Weights are positive averages
 /// of those of the curve, which are off by as many roundings of themselves at most.
 fn passes<T: Real>(stab: &Stabber, curve: &Stretch<T>, reach: [f64; 2]) -> bool {
     const ROUNDINGS: f64 = 32.0 * f64::EPSILON;
@@ -242,7 +242,9 @@ fn passes<T: Real>(stab: &Stabber, curve: &Stretch<T>, reach: [f64; 2]) -> bool 
     if !(2..=ROOM).contains(&count) {
         return false;
     }
-    let offsets = [0, 1].map(|k| stab.offset(k, &curve.origin).mid.hi);
+    let known = [0, 1].map(|k| stab.offset(k, &curve.origin));
+    // What the offsets themselves are off: their parts may cancel.
+    let (offsets, rad) = (known.map(|x| x.mid.hi), known.map(|x| x.rad));
     let mut whole = [[0.0; 3]; ROOM];
     let (mut size, mut weight) = ([0.0; 2], 0.0);
     for (at, p) in whole.iter_mut().zip(&curve.points) {
@@ -269,7 +271,8 @@ fn passes<T: Real>(stab: &Stabber, curve: &Stretch<T>, reach: [f64; 2]) -> bool 
             });
         let within = (a.abs() * reach[0] + b.abs() * reach[1]) * weight;
         let off = a.abs() * size[0] + b.abs() * size[1];
-        let far = (within + ROUNDINGS * off) * UP + f64::MIN_POSITIVE;
+        let inherited = (a.abs() * rad[0] + b.abs() * rad[1]) * weight;
+        let far = (within + inherited + ROUNDINGS * off) * UP + f64::MIN_POSITIVE;
         range[0] > far || range[1] < -far
     };
     let mut stack = [(whole, 0); HALVINGS as usize + 1];

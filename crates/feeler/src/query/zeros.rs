@@ -300,12 +300,13 @@ fn patch_hits<T: Real>(
         if let Some((hit, zone)) = found {
             let settled = within(&zone);
             if let Some((hit, local, rho, seam)) = hit {
-                let known = solved.iter().any(|s| {
-                    s.u[0] <= local[0].hi
-                        && local[0].hi <= s.u[1]
-                        && s.v[0] <= local[1].hi
-                        && local[1].hi <= s.v[1]
-                });
+                // All of where it may be: next to a zone there may be another.
+                let around = Dd::from(rho * UP);
+                let lies = |x: Dd, zone: [f64; 2]| {
+                    Dd::from(zone[0]) <= x - around && x + around <= Dd::from(zone[1])
+                };
+                let mut zones = solved.iter();
+                let known = zones.any(|s| lies(local[0], s.u) && lies(local[1], s.v));
                 // Or an earlier pass found it, if that is in the zone that holds one zero only.
                 let mut listed = false;
                 let mut may_be = false;

@@ -158,7 +158,8 @@ impl PlaneForm {
         let t = -(height / rate);
         let left = rate.abs() - e_rate;
         let e_t = if left > 0.0 {
-            ((e + t.abs() * e_rate) / left + 2.0 * U * t.abs()) * UP
+            // (What underflows of `t` and of its error included.)
+            ((e + t.abs() * e_rate) / left + 2.0 * U * t.abs()) * UP + f64::MIN_POSITIVE
         } else {
             f64::INFINITY
         };
