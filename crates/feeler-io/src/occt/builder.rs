@@ -147,14 +147,14 @@ impl Builder {
             let Some(curve) = self.parts.curves2.get(u.curve) else {
                 continue;
             };
-            // A straight one is its ends, and the next starts where it ends.
-            let samples = if matches!(curve, Curve::Line(_)) {
-                1
+            // A straight one is its ends: where there are gaps, the next does not start where it ends.
+            let (count, steps) = if matches!(curve, Curve::Line(_)) {
+                (2, 1)
             } else {
-                SAMPLES
+                (SAMPLES, SAMPLES)
             };
-            for k in 0..samples {
-                let s = f64::from(k) / f64::from(samples);
+            for k in 0..count {
+                let s = f64::from(k) / f64::from(steps);
                 points.push(nearly(
                     curve,
                     u.span.lerp(if u.reversed { 1.0 - s } else { s }),

@@ -52,7 +52,7 @@ const RADII: i32 = 6;
 /// Roundings of a Taylor coefficient, relative to the largest control point.
 const COEFFICIENT: f64 = 1.0 / (1_u64 << 44) as f64;
 /// See the [module](self).
-const STRAY: f64 = 1.0 / (1_u64 << 39) as f64;
+const STRAY: f64 = 1.0 / (1_u64 << 36) as f64;
 /// A place on a piece is hit to this part of the piece, or there is no bound.
 const PLACE: f64 = 1.0 / (1_u64 << 26) as f64;
 /// `1 / cos(pi / 6)`, 1.1547006, and room for places that are not hit: `16 tan(pi / 6) 2^-20` is a part of 1e-5.

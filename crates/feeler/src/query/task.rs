@@ -28,7 +28,7 @@ pub(crate) struct Memory {
 /// Nodes that are done with, for their lists.
 pub(super) type Spare<T> = Vec<Box<Node<T>>>;
 
-/// No more nodes are kept for their lists: of a bicubic patch so many hold 100 kB.
+/// No more nodes are kept for their lists: of rational bicubic patches so many hold 200 kB, of the highest degrees some megabytes.
 const MOST_SPARE: usize = 256;
 
 impl Memory {
