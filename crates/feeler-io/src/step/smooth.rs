@@ -28,8 +28,9 @@
 //! angles to 2^-20, as the sine is at least sin(pi / 48) there; [`FACTOR`] has room for that.
 //!
 //! **The domain.** The image is that of the curve clamped to the surface's domain, which is made to hold it; a curve in uv is at most `2^-40`
-//! of the domain's ends outside ([`stays`](crate::sheets::stays)), or the bound is not used. That moves a point by no more than [`STRAY`] times
-//! the same numbers as roundings do.
+//! of the domain's larger end outside ([`stays`](crate::sheets::stays)), or the bound is not used. An angle's domain ends within two turns, 4 pi, and
+//! one along v, as it is made to hold the curve, within three times the numbers that roundings are of: both together move a point by no more than
+//! [`STRAY`], 16 times `2^-40`, times those numbers.
 
 use super::chart::Chart;
 use super::pcurve::{FIT, FORMULA};
