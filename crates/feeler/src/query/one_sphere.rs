@@ -12,7 +12,7 @@ use crate::numeric::{Ball, Dd, Enclosure, Real};
 use crate::prepare::PreparedBrep;
 use crate::prepare::closed::{SphereFoot, SphereForm, distance_range};
 use crate::trim::BoxSide;
-use nalgebra::{Point2, Point3, Vector3};
+use nalgebra::{Point2, Vector3};
 
 /// A bound that is off by a few roundings.
 const UP: f64 = 1.0 + 16.0 * f64::EPSILON;
@@ -31,38 +31,32 @@ pub(super) fn contact(
     }
     let q: &[f64; 3] = ball.center.coords.as_ref();
     let foot = form.foot(q)?;
-    let [u, v] = foot.around;
-    if brep.region(0).classify_box(u, v) != BoxSide::Inside {
-        return None;
-    }
-    let rough = foot.distance - Ball::exact(form.radius);
-    let told = |gap: Ball<Dd>| {
-        let distance = Distance::new(gap, form.slack)?;
-        let s = distance.separation(ball.radius, false);
-        let enough = s.bounds.width() <= target_width(width, &s, ball.radius, false);
-        enough.then_some((distance, s))
-    };
-    let known = if width.is_full() {
-        None
-    } else {
-        told(rough.to_dd())
-    };
-    let (gap, (distance, mut separation)) = match known {
-        Some(known) => (rough, known),
-        None => {
-            let gap = form.gap(q);
-            (Ball::from_dd(gap.mid, gap.rad), told(gap)?)
-        }
-    };
-    let mut material = false;
-    if brep.brep().is_closed() {
-        let squared = distance_range(gap, form.slack)[0];
-        material = in_material(brep, ball.center, squared, workspace)?;
-        separation = distance.separation(ball.radius, material);
-        if separation.bounds.width() > target_width(width, &separation, ball.radius, material) {
+    let region = brep.region(0);
+    if !region.is_untrimmed() {
+        let [u, v] = form.around(&foot);
+        if region.classify_box(u, v) != BoxSide::Inside {
             return None;
         }
     }
+    let rough = rough_gap(&foot, form.radius);
+    let material = brep.brep().is_closed() && {
+        let squared = distance_range(rough, form.slack)[0];
+        in_material(brep, ball.center, squared, workspace)?
+    };
+    let is_enough =
+        |s: &Separation| s.bounds.width() <= target_width(width, s, ball.radius, material);
+    let coarse = match width.is_full() {
+        true => None,
+        false => rough_separation(rough, form.slack, ball.radius, material).filter(is_enough),
+    };
+    let (gap, separation) = match coarse {
+        Some(separation) => (rough, separation),
+        None => {
+            let gap = form.gap(q);
+            let fine = separation(gap, form.slack, ball.radius, material).filter(is_enough)?;
+            (Ball::from_dd(gap.mid, gap.rad), fine)
+        }
+    };
     let mut answer = ContactAnswer {
         separation,
         continuum: false,
@@ -74,9 +68,9 @@ pub(super) fn contact(
     }
     // Within `psi` of the foot the squared distance grows by `R D psi^2`.
     let slack = continuum_slack(brep, options);
-    let growth = slack * (2.0 * distance.mid.hi + slack);
-    let reach = (growth * form.radius / foot.distance.mid).sqrt();
-    answer.continuum = reach > CONTINUUM_REACH * brep.size();
+    let growth = slack * (2.0 * gap.mid.abs() + slack);
+    let reach = CONTINUUM_REACH * brep.size();
+    answer.continuum = growth * form.radius > reach * reach * foot.distance;
     if separation.bounds.lo <= options.prediction {
         let contact = make_contact(ball, form, &foot, gap, separation, material);
         let hidden = answer.continuum;
@@ -90,36 +84,43 @@ pub(super) fn contact(
     Some(answer)
 }
 
-/// The distance of a point from the surface.
-struct Distance {
-    mid: Dd,
-    /// Of what it is off.
-    off: f64,
+/// How far a foot's point is outside of the sphere: its distance less the radius, in f64.
+fn rough_gap(foot: &SphereFoot, radius: f64) -> Ball<f64> {
+    let mid = foot.distance - radius;
+    let rad = (foot.error + f64::EPSILON * mid.abs()) * UP;
+    Ball { mid, rad }
 }
 
-impl Distance {
-    /// From how far outside of the sphere it is; `None` where it may be on the surface.
-    fn new(gap: Ball<Dd>, slack: f64) -> Option<Self> {
-        let off = (gap.rad + slack) * UP;
-        let mid = if gap.mid.hi < 0.0 { -gap.mid } else { gap.mid };
-        (mid.hi > 2.0 * off).then_some(Self { mid, off })
-    }
+/// The separation from f64 alone; `None` where the point may be on the surface.
+fn rough_separation(gap: Ball<f64>, slack: f64, radius: f64, material: bool) -> Option<Separation> {
+    let off = (gap.rad + slack) * UP;
+    let distance = gap.mid.abs();
+    let value = if material { -distance } else { distance } - radius;
+    // The difference, and those below, are off by half a unit each; what they have of `off` is in its share of `UP`.
+    let off = (off + 2.0 * f64::EPSILON * value.abs()) * UP;
+    let bounds = Enclosure {
+        lo: value - off,
+        hi: value + off,
+    };
+    (distance > 2.0 * off).then_some(Separation { value, bounds })
+}
 
-    /// Less a radius; of what is in material the negative.
-    fn separation(&self, radius: f64, material: bool) -> Separation {
-        let mid = if material { -self.mid } else { self.mid };
-        let mid = mid - Dd::from(radius);
-        // The difference, and those below, are off by two units each at most.
-        let off = Dd::from((self.off + 8.0 * Dd::UNIT * mid.hi.abs()) * UP);
-        let bounds = Enclosure {
-            lo: (mid - off).floor_f64(),
-            hi: (mid + off).ceil_f64(),
-        };
-        Separation {
-            value: mid.hi.clamp(bounds.lo, bounds.hi),
-            bounds,
-        }
+/// The separation in double-double; `None` where the point may be on the surface.
+fn separation(gap: Ball<Dd>, slack: f64, radius: f64, material: bool) -> Option<Separation> {
+    let off = (gap.rad + slack) * UP;
+    let distance = if gap.mid.hi < 0.0 { -gap.mid } else { gap.mid };
+    if !(distance.hi > 2.0 * off) {
+        return None;
     }
+    let mid = if material { -distance } else { distance } - Dd::from(radius);
+    // The difference, and those below, are off by two units each at most.
+    let off = Dd::from((off + 8.0 * Dd::UNIT * mid.hi.abs()) * UP);
+    let bounds = Enclosure {
+        lo: (mid - off).floor_f64(),
+        hi: (mid + off).ceil_f64(),
+    };
+    let value = mid.hi.clamp(bounds.lo, bounds.hi);
+    Some(Separation { value, bounds })
 }
 
 fn make_contact(
@@ -132,30 +133,29 @@ fn make_contact(
 ) -> Contact {
     let q = ball.center;
     // From the centre of the ball towards that of the sphere, or away from it.
-    let step = gap / foot.distance;
-    let point: [Ball<f64>; 3] = std::array::from_fn(|c| Ball::exact(q[c]) - step * foot.off[c]);
+    let step = gap.mid / foot.distance;
+    let off = Vector3::from(foot.off);
+    let on_brep = q - off * step;
     let outward = (gap.mid > 0.0) != material;
-    let length = if outward {
-        foot.distance.mid
-    } else {
-        -foot.distance.mid
-    };
-    let normal = Vector3::from_fn(|c, _| foot.off[c].mid / length);
-    let rounded = point.iter().map(|x| x.rad * x.rad).sum::<f64>().sqrt();
-    let shift = form.shift(foot.distance.mid);
-    let turned = foot.off.iter().map(|x| x.rad).sum::<f64>() / foot.distance.mid;
+    let normal = off * (if outward { 1.0 } else { -1.0 } / foot.distance);
+    // The unit vector is off by both errors over the length; the step by what the gap is, and a quotient, products and differences by half a unit each
+    // of what they are.
+    let turned = 2.0 * foot.error / foot.distance;
+    let sizes = on_brep.coords.abs().sum();
+    let rounded = gap.rad + gap.mid.abs() * (turned + 2.0 * f64::EPSILON) + f64::EPSILON * sizes;
+    let shift = form.shift(foot.distance);
     let apart = gap.mid.abs() - gap.rad - form.slack;
     // The angle at the ball's centre between the sphere's nearest point and the surface's: its sine is `shift / apart` at most, and
     // asin x <= 1.6 x.
     let angle = 1.6 * shift / apart + 2.0 * turned + 4.0 * f64::EPSILON;
     Contact {
-        on_brep: Point3::from(point.map(|x| x.mid)),
+        on_brep,
         on_probe: q - normal * ball.radius,
         normal,
         separation,
         feature: Feature::Face(0),
         face: 0,
-        uv: Point2::from(foot.uv),
+        uv: Point2::from(form.uv(foot)),
         position_bound: Some((rounded + shift) * UP).filter(|x| x.is_finite()),
         normal_bound: (shift < apart).then_some(angle * UP),
     }

@@ -388,6 +388,11 @@ impl TrimRegion {
             })
     }
 
+    /// Whether it is the whole of its domain, without loops.
+    pub(crate) fn is_untrimmed(&self) -> bool {
+        self.untrimmed
+    }
+
     /// Where the closed box `[u[0], u[1]] x [v[0], v[1]]` lies. Conservative: `Inside` and `Outside` are
     /// proven; `Mixed` where a loop meets the box (other than along the border of the domain, for `Inside`), or
     /// comes as close as f64 can tell.

@@ -23,7 +23,9 @@ use crate::numeric::{Ball, Dd, Real, atan2};
 #[derive(Clone, Debug)]
 pub(crate) struct SphereForm {
     center: V3,
-    rough: Vector<f64>,
+    rough: [f64; 3],
+    /// How far `rough` may be from the centre.
+    rough_off: f64,
     pub(crate) radius: f64,
     /// How far points of the surface may be from the sphere, and from those of the same parameters.
     pub(crate) slack: f64,
@@ -41,20 +43,23 @@ const ON_AXIS: f64 = 1e-30;
 const ANGLE: f64 = 1.0 / (1u64 << 36) as f64;
 /// ...which is so where the vector from the centre, its part across the axis included, is known to this part of its length.
 const DIRECTION: f64 = 1.0 / (1u64 << 40) as f64;
+/// Below this the squares of vectors lose digits to underflow.
+const LEAST_SQUARE: f64 = f64::MIN_POSITIVE / (f64::EPSILON * f64::EPSILON);
 
 /// Angles beyond this lose digits by whole turns.
 const MOST_ANGLE: f64 = 64.0;
+const TURN: f64 = std::f64::consts::TAU;
 
 /// Where the sphere's nearest point to a point is.
 pub(crate) struct SphereFoot {
     /// From the centre.
-    pub(crate) off: Vector<f64>,
+    pub(crate) off: [f64; 3],
     /// The length of that.
-    pub(crate) distance: Ball<f64>,
-    /// A box of native parameters that holds those of the foot, in the domain, and others all around.
-    pub(crate) around: [[f64; 2]; 2],
-    /// One of them, next to the foot's to f64.
-    pub(crate) uv: [f64; 2],
+    pub(crate) distance: f64,
+    /// How far the true vector's end may be from that of `off`, and the true length from `distance`.
+    pub(crate) error: f64,
+    /// The angles about the axis and along the profile; within [`ANGLE`] of the foot's, and all within that of them is in the domain.
+    angles: [f64; 2],
 }
 
 impl SphereForm {
@@ -83,8 +88,10 @@ impl SphereForm {
         let at: V3 = std::array::from_fn(|c| model.origin[c] + center[2] * model.axis[c]);
         let off = off_axis + center[1].magnitude();
         let mid = |v: &V3| v.map(|x| x.mid.hi);
+        let rough = rounded(&at);
         Some(Self {
-            rough: rounded(&at),
+            rough: rough.map(|x| x.mid),
+            rough_off: rough.iter().map(|x| x.rad).sum::<f64>() * (1.0 + 8.0 * f64::EPSILON),
             center: at,
             radius: *radius,
             slack: (form.slack + form.skew + 2.0 * off) * (1.0 + 8.0 * f64::EPSILON),
@@ -104,39 +111,65 @@ impl SphereForm {
 
     /// The foot of a point; `None` where f64 does not tell, or where its parameters are next to the border of the domain.
     ///
+    /// With `U = EPSILON / 2` the differences are off by `U` of their magnitudes, whose sum is at most `3^(1/2)` times the length: with the centre's own
+    /// error by `rough_off + EPSILON D`, and so is the length. Squares, sums and root add `5/2 U D`, and what is of the second order is below the half
+    /// `EPSILON` that is left of the three.
+    ///
     /// Products and sums for one component along the frame are off by six roundings of the vector's length, and the frame's vectors, known
     /// as well as `twist` says, by as much again: so all parts of a direction by less than `DIRECTION`, and angles by twice that,
     /// [`ATAN_ERROR`](crate::numeric::ATAN_ERROR) and `twist`: all told below `ANGLE / 2`. The other half is for whole turns and for what the nearest
     /// point is off.
     pub(crate) fn foot(&self, q: &[f64; 3]) -> Option<SphereFoot> {
-        let off: Vector<f64> = std::array::from_fn(|c| Ball::exact(q[c]) - self.rough[c]);
-        let distance = length(&off);
-        let w = off.map(|x| x.mid);
+        let w: [f64; 3] = std::array::from_fn(|c| q[c] - self.rough[c]);
+        let squared = w[0] * w[0] + w[1] * w[1] + w[2] * w[2];
+        let distance = squared.sqrt();
         let [e, b, h] = self
             .frame
             .each_ref()
             .map(|f| w[0] * f[0] + w[1] * f[1] + w[2] * f[2]);
         let rho = (e * e + b * b).sqrt();
-        // Of the least vectors the squares are lost, which the length's own bound says.
-        let known = off.iter().map(|x| x.rad).sum::<f64>() + distance.rad + 4.0 * self.slack;
-        let error = known + 16.0 * f64::EPSILON * distance.mid;
-        if !(error < DIRECTION * rho && distance.mid > f64::MIN_POSITIVE / f64::EPSILON) {
+        let error = self.rough_off + 3.0 * f64::EPSILON * distance;
+        let known = 2.0 * error + 4.0 * self.slack + 16.0 * f64::EPSILON * distance;
+        if !(known < DIRECTION * rho && squared > LEAST_SQUARE) {
             return None;
         }
         let [x, y] = self.profile.map(|a| rho * a[0] + h * a[1]);
-        let (u, us) = turned(atan2(b, e), &self.angular)?;
-        let (v, vs) = turned(atan2(y, x), &self.meridian)?;
-        let (uv, around) = if self.transposed {
-            ([v, u], [vs, us])
-        } else {
-            ([u, v], [us, vs])
-        };
+        let angles = [
+            turned(atan2(b, e), &self.angular)?,
+            turned(atan2(y, x), &self.meridian)?,
+        ];
         Some(SphereFoot {
-            off,
+            off: w,
             distance,
-            around,
-            uv,
+            error,
+            angles,
         })
+    }
+
+    /// The native parameters of a foot, to f64, and in the domain.
+    pub(crate) fn uv(&self, foot: &SphereFoot) -> [f64; 2] {
+        let native = |map: &Linear, at: f64| map.rough(at).clamp(map.to.start, map.to.end);
+        self.in_order([
+            native(&self.angular, foot.angles[0]),
+            native(&self.meridian, foot.angles[1]),
+        ])
+    }
+
+    /// A box of native parameters that holds those of the foot, and others all around.
+    pub(crate) fn around(&self, foot: &SphereFoot) -> [[f64; 2]; 2] {
+        let range = |map: &Linear, at: f64| map.range([at - ANGLE, at + ANGLE]);
+        self.in_order([
+            range(&self.angular, foot.angles[0]),
+            range(&self.meridian, foot.angles[1]),
+        ])
+    }
+
+    fn in_order<T>(&self, [angular, meridian]: [T; 2]) -> [T; 2] {
+        if self.transposed {
+            [meridian, angular]
+        } else {
+            [angular, meridian]
+        }
     }
 
     /// How far the nearest point of the surface may be from the sphere's, in units of the slack.
@@ -149,9 +182,9 @@ fn length<T: Real>(w: &Vector<T>) -> Ball<T> {
     (w[0].square() + w[1].square() + w[2].square()).sqrt()
 }
 
-/// The native parameter of an angle, moved into a range by whole turns, and a box about it; `None` if the box is not in the domain.
-fn turned(at: f64, map: &Linear) -> Option<(f64, [f64; 2])> {
-    const TURN: f64 = std::f64::consts::TAU;
+/// An angle moved into a range by whole turns; `None` if what is within [`ANGLE`] of it is not in there. The roundings of numbers up
+/// to [`MOST_ANGLE`], ten in number, are below another `ANGLE`.
+fn turned(at: f64, map: &Linear) -> Option<f64> {
     let range = map.from;
     let mut at = at;
     while at - TURN >= range.start {
@@ -160,7 +193,5 @@ fn turned(at: f64, map: &Linear) -> Option<(f64, [f64; 2])> {
     while at < range.start {
         at += TURN;
     }
-    let around = map.range([at - ANGLE, at + ANGLE]);
-    let inside = around[0] > map.to.start && around[1] < map.to.end;
-    inside.then(|| (map.rough(at), around))
+    (at > range.start + 2.0 * ANGLE && at < range.end - 2.0 * ANGLE).then_some(at)
 }
