@@ -102,7 +102,7 @@ impl Shell {
     }
 
     /// How thick it is.
-    pub(super) fn thickness(&self) -> f64 {
+    pub(crate) fn thickness(&self) -> f64 {
         (self.high - self.low).next_up()
     }
 

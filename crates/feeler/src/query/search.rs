@@ -50,6 +50,7 @@ use super::leaf::Cell;
 use super::node::Node;
 use super::objective::Objective;
 use super::outcome::{Goal, Outcome, Settled, Source, Spread};
+use super::round::Approach;
 use super::shape::Shape;
 use super::task::{Arithmetic, Kind, Memory, Noisy, Task};
 use crate::numeric::{Ball, Dd, Real, Td};
@@ -82,6 +83,8 @@ pub(super) struct Search<'a> {
 const LEAST_WIDTH: f64 = 1.0 / (1u64 << 50) as f64;
 /// Which share of the width a search aims at: rounding the ends to f64 may add an ulp each.
 pub(super) const QUARTER: f64 = 0.25;
+/// A whole patch, and that nothing is known of what is on it.
+pub(super) const WHOLE: ([[f64; 2]; 2], f64) = ([[0.0, 1.0]; 2], f64::NEG_INFINITY);
 /// A bound that is off by a few roundings.
 const UP: f64 = 1.0 + 32.0 * f64::EPSILON;
 
@@ -392,23 +395,36 @@ impl<'a> Search<'a> {
             self.leave(lo, covered, Part::Face(face));
             covered = true;
         }
+        let round = shell.filter(|s| s.is_sphere());
+        // Of a coarser answer the sphere itself tells enough as a rule.
+        let first = round.filter(|_| self.goal.width.is_full());
+        let first = first.and_then(|s| self.approach(s, face, lo, covered));
         // A good place to start is better than the best of a few.
         let hinted = self.goal.hint.is_some_and(|h| h.face == face);
-        if !(hinted && self.out.foot.is_some()) {
-            self.try_seed(face);
+        let started = hinted && self.out.foot.is_some();
+        let start = first.as_ref().and_then(Approach::start);
+        let served = first.as_ref().is_none_or(|a| a.serves(self.out.hi));
+        if !(started && served) {
+            match start {
+                Some((index, place)) => {
+                    self.look_down(Source::Patch { face, index }, place, WHOLE);
+                }
+                None => self.try_seed(face),
+            }
         }
         let enough = lo >= self.enough();
-        let near = (!enough).then(|| self.near_half_space(face, covered));
-        let near = near.flatten();
-        for (index, b) in geometry.patch_boxes.iter().enumerate() {
-            let own = b.as_ref().map_or(self.nothing(), |b| self.box_bound(b));
-            let lo = if own > lo { own } else { lo };
-            match &near {
-                Some(half) => self.push_boxes_in(heap, (face, index), half, lo, covered),
-                None => {
-                    let source = Source::Patch { face, index };
-                    self.push(heap, lo, covered, Kind::Root(source));
-                }
+        let hi = self.out.hi;
+        let first = first.filter(|a| a.serves(hi));
+        let again = round.filter(|_| !enough && first.is_none() && hi.hi.is_finite());
+        let again = again.and_then(|s| self.approach(s, face, hi, covered));
+        if let Some(approach) = first.as_ref().or(again.as_ref()).filter(|_| !enough) {
+            self.push_near(heap, face, approach, lo, covered);
+        } else {
+            for (index, b) in geometry.patch_boxes.iter().enumerate() {
+                let own = b.as_ref().map_or(self.nothing(), |b| self.box_bound(b));
+                let lo = if own > lo { own } else { lo };
+                let source = Source::Patch { face, index };
+                self.push(heap, lo, covered, Kind::Root(source));
             }
         }
         self.push_pieces::<T>(heap, face, lo, covered, |_| true);
