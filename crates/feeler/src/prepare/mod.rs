@@ -448,17 +448,18 @@ impl PreparedBrep {
         })
     }
 
-    /// The faces whose boxes a line may meet, in order. `misses` as in [`edges_by_line`](Self::edges_by_line).
+    /// The faces whose boxes a line may meet, in order, in a list that is used again. `misses` as in [`edges_by_line`](Self::edges_by_line).
     pub(crate) fn faces_by_line(
         &self,
         line: &Skewer,
         misses: impl Fn(&Box3) -> bool,
-    ) -> Vec<usize> {
+        out: &mut Vec<usize>,
+    ) {
         let tree = self.face_tree.get_or_init(|| {
             let middle = |b: &Option<Box3>| b.map_or([0.0; 3], |b| b.map(|r| 0.5 * (r[0] + r[1])));
             BoxTree::new(&self.boxes.iter().map(middle).collect::<Vec<_>>())
         });
-        let mut out = Vec::new();
+        out.clear();
         let known = |face: usize| Known::Box(self.boxes[face]);
         tree.any(line, known, |face| {
             if !(line.has_ends && self.boxes[face].as_ref().is_some_and(&misses)) {
@@ -467,7 +468,6 @@ impl PreparedBrep {
             false
         });
         out.sort_unstable();
-        out
     }
 
     fn far_box(&self, trims: &[usize]) -> Option<Box3> {

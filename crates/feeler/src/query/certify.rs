@@ -16,6 +16,8 @@ use crate::prepare::{Net, PreparedBrep, jet};
 const UP: f64 = 1.0 + 64.0 * f64::EPSILON;
 /// Steps of Newton's method.
 pub(super) const NEWTON_STEPS: usize = 12;
+/// Newton's method stays in here: zeros farther off the patch are of no use.
+const REACH: [f64; 2] = [-0.5 * EXTENSION, 1.0 + 0.5 * EXTENSION];
 /// Steps in double-double with the Jacobian in f64: each gains about 50 bits.
 pub(super) const POLISHING_STEPS: usize = 3;
 
@@ -76,8 +78,7 @@ fn newton(
         let mut moved: f64 = 0.0;
         for k in 0..2 {
             let step = y[k][0] * l[0] + y[k][1] * l[1];
-            // Stay near the patch: zeros far off are of no use.
-            p[k] = (p[k] - step).clamp(-0.5 * EXTENSION, 1.0 + 0.5 * EXTENSION);
+            p[k] = (p[k] - step).clamp(REACH[0], REACH[1]);
             moved = moved.max(step.abs());
         }
         // In the end rounding moves it to and fro.
@@ -119,7 +120,7 @@ fn newton_fine(
     offsets: &[Ball<Dd>; 2],
     start: [f64; 2],
 ) -> Option<([Dd; 2], [[f64; 2]; 2])> {
-    let mut p = start.map(Dd::from);
+    let (mut p, mut last) = (start.map(Dd::from), f64::INFINITY);
     let mut y = [[0.0; 2]; 2];
     for _ in 0..NEWTON_STEPS {
         let jet = net.jet(ball(p[0]), ball(p[1]));
@@ -138,18 +139,20 @@ fn newton_fine(
         for k in 0..2 {
             let step = -(y[k][0] * l[0].mid.hi + y[k][1] * l[1].mid.hi);
             let next = p[k] + Dd::from(step);
-            p[k] = if next.hi < -0.5 * EXTENSION {
-                Dd::from(-0.5 * EXTENSION)
-            } else if next.hi > 1.0 + 0.5 * EXTENSION {
-                Dd::from(1.0 + 0.5 * EXTENSION)
+            p[k] = if next.hi < REACH[0] {
+                Dd::from(REACH[0])
+            } else if next.hi > REACH[1] {
+                Dd::from(REACH[1])
             } else {
                 next
             };
             moved = moved.max(step.abs());
         }
-        if moved < f64::EPSILON * f64::EPSILON {
+        // In the end rounding moves it to and fro.
+        if moved < f64::EPSILON * f64::EPSILON || (moved < f64::EPSILON && moved >= 0.5 * last) {
             break;
         }
+        last = moved;
     }
     Some((p, y))
 }
@@ -176,8 +179,10 @@ pub(super) fn certify<T: Real>(
     let near = newton(stab, coarse, &offsets(&coarse.origin), middle);
     // What f64 does not tell about a line near to tangent, and what it left open, is looked at more finely below.
     let last = T::UNIT >= f64::UNIT && near.as_ref().is_some_and(|n| !n.tangent);
+    // Held back at the end of what is looked at, it is not at a zero.
+    let held = |p: &[f64; 2]| p.iter().any(|x| *x <= REACH[0] || *x >= REACH[1]);
     let zone = near.as_ref().and_then(|n| Zone::new(at, node, n.p, n.y));
-    if last && zone.is_none() {
+    if last && (zone.is_none() || near.as_ref().is_some_and(|n| held(&n.p))) {
         return None;
     }
     let on_patch = |p: &[f64; 2]| p.iter().all(|x| (0.0..=1.0).contains(x));

@@ -65,18 +65,20 @@ pub fn inside(
             continue;
         }
         let on_surface = |hits: &[RawHit]| hits.iter().any(|h| h.t.lower() <= 0.0);
-        let (mut hits, mut undecided) = all_hits(brep, &stab, Digits::Double, &mut budget);
-        if undecided.is_some() || on_surface(&hits) {
+        let lines = &mut workspace.lines;
+        let mut undecided = all_hits(brep, &stab, Digits::Double, &mut budget, lines);
+        if undecided.is_some() || on_surface(&lines.hits) {
             // f64 sees only so far.
-            (hits, undecided) = all_hits(brep, &stab, Digits::All, &mut budget);
+            undecided = all_hits(brep, &stab, Digits::All, &mut budget, lines);
         }
+        let hits = &lines.hits;
         let off_edges = |h: &RawHit| h.exact.as_ref().is_none_or(|m| m.on.is_empty());
         let plain = |h: &RawHit| h.crosses() && !h.is_row() && off_edges(h);
         if undecided.is_some() || !hits.iter().all(plain) {
             why = Undecided::Degenerate;
             continue;
         }
-        if on_surface(&hits) {
+        if on_surface(hits) {
             // On the surface, up to the enclosure: no direction will tell.
             return answer(None, Some(Undecided::Degenerate));
         }
@@ -103,7 +105,7 @@ fn on_level_face(brep: &PreparedBrep, point: Point3<f64>) -> bool {
             return false;
         };
         let mut budget = PARITY_BUDGET;
-        let (stab, mut found) = (Stabber::new(&probe), FaceHits::new(false));
+        let (stab, mut found) = (Stabber::new(&probe), FaceHits::default());
         let told = face_hits(brep, &stab, face, Digits::All, &mut budget, &mut found);
         told.is_some() && found.hits.iter().any(|h| h.inside)
     })

@@ -318,7 +318,7 @@ mod tests {
             let top = Point3::new(0.0, 0.25, 0.0);
             let probe = LineProbe::new(top, Vector3::from(direction), LineKind::Line);
             let stab = Stabber::new(&probe.unwrap());
-            let mut found = FaceHits::new(false);
+            let mut found = FaceHits::default();
             face_hits(&brep, &stab, 0, Digits::All, &mut 10_000, &mut found).unwrap();
             let certain = found.hits.iter().filter(|h| h.is_certain(&stab)).count();
             let open = found.hits.len() - certain + found.open.len();

@@ -15,6 +15,15 @@ use nalgebra::{Point2, Vector3};
 /// A node of the search for hits costs about as much as this many of the search for contacts.
 const NODE_COST: usize = 4;
 
+/// Lists that queries of lines use again.
+#[derive(Debug, Default)]
+pub(crate) struct LineMemory {
+    faces: Vec<usize>,
+    face: FaceHits,
+    /// The hits of the last line, in order.
+    pub(super) hits: Vec<RawHit>,
+}
+
 /// All hits of a line with the trimmed faces.
 ///
 /// `hits` holds every parameter where the line meets a face, in order of `t`, each with a proven
@@ -41,7 +50,9 @@ pub fn line(
     } else {
         options.accuracy
     };
-    let (raw, mut undecided) = hits_within(brep, &stab, accuracy, &mut budget);
+    let lines = &mut workspace.lines;
+    let mut undecided = hits_within(brep, &stab, accuracy, &mut budget, lines);
+    let raw = &lines.hits;
     // A closed range of t: a hit whose enclosure holds an end of it is not settled.
     let at_end = |h: &RawHit| h.exact.is_none() && stab.is_at_end(&h.t);
     if raw.iter().any(at_end) {
@@ -52,7 +63,7 @@ pub fn line(
     let mut count = Some(raw.iter().filter(|h| h.crosses()).count());
     let mut in_crack = false;
     if near_edge && undecided.is_none() {
-        let found = crossings(brep, &stab, &raw, &mut near);
+        let found = crossings(brep, &stab, raw, &mut near);
         if (found.count.is_none() && !lies_in) || found.in_crack.is_none() {
             undecided = Some(Undecided::Crack);
         }
@@ -63,11 +74,9 @@ pub fn line(
         count = None;
     }
     // Only what is certain is listed.
-    let hits: Vec<Hit> = raw
-        .iter()
-        .filter(|h| h.inside)
-        .filter_map(|h| dress(brep, &stab, h))
-        .collect();
+    let mut hits = Vec::with_capacity(raw.len());
+    let certain = raw.iter().filter(|h| h.inside);
+    hits.extend(certain.filter_map(|h| dress(brep, &stab, h)));
     workspace.work = Work {
         nodes: nodes - budget + PARITY_BUDGET - near,
         contacts: hits.len(),
@@ -87,20 +96,22 @@ fn hits_within(
     stab: &Stabber,
     accuracy: Accuracy,
     budget: &mut usize,
-) -> (Vec<RawHit>, Option<Undecided>) {
+    lines: &mut LineMemory,
+) -> Option<Undecided> {
     if let Accuracy::Length(length) = accuracy {
         // Half of what may be spent: the rest is for what f64 leaves open.
         let mut own = *budget / 2;
-        let found = all_hits(brep, stab, Digits::Double, &mut own);
+        let undecided = all_hits(brep, stab, Digits::Double, &mut own, lines);
         // The norm, the products and the ends are off by a few roundings: the share that is left covers them.
         let widest = 0.5 * ROUNDED * length / stab.direction.norm();
         let value = |h: &RawHit| 4.0 * f64::EPSILON * h.t.mid.hi.abs();
-        if found.1.is_none() && found.0.iter().all(|h| h.t.rad + value(h) <= widest) {
+        let is_narrow = |h: &RawHit| h.t.rad + value(h) <= widest;
+        if undecided.is_none() && lines.hits.iter().all(is_narrow) {
             *budget -= *budget / 2 - own;
-            return found;
+            return None;
         }
     }
-    all_hits(brep, stab, Digits::All, budget)
+    all_hits(brep, stab, Digits::All, budget, lines)
 }
 
 /// What an enclosure may take up of the accuracy asked for before its ends are rounded to f64.
@@ -121,9 +132,13 @@ pub fn any_hit(
     let mut budget = nodes;
     let mut undecided = None;
     let mut hit = None;
-    let mut found = FaceHits::new(true);
-    for face in brep.faces_by_line(&stab.skewer(), |b| !stab.meets(b)) {
-        let told = face_hits(brep, &stab, face, Digits::All, &mut budget, &mut found);
+    let LineMemory {
+        faces, face: found, ..
+    } = &mut workspace.lines;
+    found.one = true;
+    brep.faces_by_line(&stab.skewer(), |b| !stab.meets(b), faces);
+    for face in faces.iter().copied() {
+        let told = face_hits(brep, &stab, face, Digits::All, &mut budget, found);
         if told.is_none() {
             undecided = Some(Undecided::Degenerate);
             continue;
@@ -148,18 +163,25 @@ pub fn any_hit(
     AnyHit { hit, undecided }
 }
 
-/// The hits with all faces in order of t.
+/// The hits with all faces in order of t, as the memory's own.
 pub(super) fn all_hits(
     brep: &PreparedBrep,
     stab: &Stabber,
     digits: Digits,
     budget: &mut usize,
-) -> (Vec<RawHit>, Option<Undecided>) {
-    let mut raw: Vec<RawHit> = Vec::new();
-    let mut found = FaceHits::new(false);
+    lines: &mut LineMemory,
+) -> Option<Undecided> {
+    let LineMemory {
+        faces,
+        face: found,
+        hits: raw,
+    } = lines;
+    raw.clear();
+    found.one = false;
     let mut undecided = None;
-    for face in brep.faces_by_line(&stab.skewer(), |b| !stab.meets(b)) {
-        if face_hits(brep, stab, face, digits, budget, &mut found).is_none() {
+    brep.faces_by_line(&stab.skewer(), |b| !stab.meets(b), faces);
+    for face in faces.iter().copied() {
+        if face_hits(brep, stab, face, digits, budget, found).is_none() {
             undecided = Some(Undecided::Degenerate);
             continue;
         }
@@ -188,7 +210,7 @@ pub(super) fn all_hits(
     for run in raw.chunk_by_mut(equal) {
         run.sort_by_key(|h| h.face);
     }
-    (raw, undecided)
+    undecided
 }
 
 fn dress(brep: &PreparedBrep, stab: &Stabber, h: &RawHit) -> Option<Hit> {

@@ -60,6 +60,7 @@ use nalgebra::Point2;
 pub struct Workspace {
     pub(crate) work: Work,
     pub(crate) memory: task::Memory,
+    pub(crate) lines: line::LineMemory,
 }
 
 impl Workspace {

@@ -68,24 +68,16 @@ pub(super) enum HitAt {
 }
 
 /// All hits with one face's patches, or what could not be settled.
+#[derive(Debug, Default)]
 pub(super) struct FaceHits {
     pub(super) hits: Vec<RawHit>,
     /// Local boxes that may hold hits that could not be settled: patch, u, v.
     pub(super) open: Vec<(usize, [f64; 2], [f64; 2])>,
-    /// Whether one certain hit is enough: see [`FaceHits::is_done`].
-    one: bool,
+    /// Whether one certain hit is enough, where the others may be missing: see [`FaceHits::is_done`].
+    pub(super) one: bool,
 }
 
 impl FaceHits {
-    /// None as yet: of all that are asked for, or of one that is certain, where the others may be missing.
-    pub(super) fn new(one: bool) -> Self {
-        Self {
-            hits: Vec::new(),
-            open: Vec::new(),
-            one,
-        }
-    }
-
     /// Whether what was asked is found: the rest may be left unsearched.
     fn is_done(&self, stab: &Stabber) -> bool {
         self.one && self.hits.iter().any(|h| h.is_certain(stab))
