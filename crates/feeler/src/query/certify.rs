@@ -476,7 +476,7 @@ fn prove<T: Real>(
 }
 
 /// How far the polynomials of a patch are followed past its border, in local parameters.
-const EXTENSION: f64 = 1.0 / 1024.0;
+pub(super) const EXTENSION: f64 = 1.0 / 1024.0;
 
 fn ball(x: Dd) -> Ball<Dd> {
     Ball { mid: x, rad: 0.0 }

@@ -10,8 +10,8 @@
 //! greatest speed along it (`Net::speeds`), and the parameter by no more than that over the coordinate. Where that bound is wide, it is none to be had here.
 
 use super::certify::{
-    Found, NEWTON_STEPS, POLISHED, POLISHING_STEPS, SETTLED, Sample, Solved, WIDE, Zone, forms_at,
-    moved,
+    EXTENSION, Found, NEWTON_STEPS, POLISHED, POLISHING_STEPS, SETTLED, Sample, Solved, WIDE, Zone,
+    forms_at, moved,
 };
 use super::forms::{Contraction, Forms, Pair, Stabber, range};
 use super::zeros::{Digits, HitAt, Place, RawHit};
@@ -144,7 +144,7 @@ struct Near {
 /// Where Newton's method takes the middle of a box.
 enum Led {
     Inside(Near),
-    /// Plainly out of the box: what the box holds halves of it tell.
+    /// Plainly out of the box, or off the patch: what the box holds halves of it tell.
     Out,
     /// Next to its border, or nowhere.
     Open,
@@ -153,7 +153,7 @@ enum Led {
 /// Newton's method is followed this far out of the box, in its widths; a place as far out is plainly out.
 const OUT: f64 = 0.25;
 
-fn newton(pair: &Pair<f64>, one: &Contraction) -> Led {
+fn newton(pair: &Pair<f64>, one: &Contraction, node: [[f64; 2]; 2]) -> Led {
     let mut pairs = [[0.0; 2]; ROOM];
     for (i, both) in pairs.iter_mut().enumerate().take(pair.c[0].len()) {
         *both = [pair.c[0][i], pair.c[1][i]];
@@ -174,8 +174,14 @@ fn newton(pair: &Pair<f64>, one: &Contraction) -> Led {
         if moved <= f64::EPSILON || (moved < SETTLED && moved >= 0.5 * last) {
             let rho = radius(pair, one, l);
             let inside = |x: f64| x > rho * UP && 1.0 - x > rho * UP;
+            let off_patch = |k: usize| {
+                let at = node[k][0] + x[k] * (node[k][1] - node[k][0]);
+                !(-EXTENSION..=1.0 + EXTENSION).contains(&at)
+            };
             return if inside(x[0]) && inside(x[1]) {
                 Led::Inside(Near { x, rho, inverse })
+            } else if off_patch(0) || off_patch(1) {
+                Led::Out
             } else {
                 Led::Open
             };
@@ -214,7 +220,7 @@ fn zero_in(
     node: [[f64; 2]; 2],
     one: &Contraction,
 ) -> Told<Zero> {
-    let near = match newton(pair, one) {
+    let near = match newton(pair, one, node) {
         Led::Inside(near) => near,
         Led::Out => return Told::Out,
         Led::Open => return Told::Open,
