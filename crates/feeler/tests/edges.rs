@@ -1,10 +1,12 @@
-//! Lines next to where faces end: beside the cracks of edges, and beside trims by less than f64 tells.
+//! Lines next to where faces end: beside the cracks of edges, and beside trims by less than f64 tells; balls next to where a trim leaves its surface.
 
 use feeler::brep::{BrepBuilder, TrimSpec};
 use feeler::numeric::Interval;
-use feeler::nurbs::{Curve, Line, NurbsSurface, Plane, Surface};
+use feeler::nurbs::{Curve, Line, NurbsCurve, NurbsSurface, Plane, Surface};
 use feeler::prepare::PreparedBrep;
-use feeler::query::{LineAnswer, LineKind, LineProbe, Options, Workspace, line};
+use feeler::query::{
+    Accuracy, LineAnswer, LineKind, LineProbe, Options, Probe, Sphere, Workspace, contact, line,
+};
 use nalgebra::{Point2, Point3, Vector3, Vector4};
 
 fn ask(brep: &PreparedBrep, origin: [f64; 3], direction: [f64; 3]) -> LineAnswer {
@@ -145,4 +147,56 @@ fn lines_beside_a_trim() {
     }
     // What f64 tells is told.
     assert!(told > 6 * 45, "{told}");
+}
+
+/// A trim along `u = t' (1 - 2048 t')` but for `off`, with `t' = 1 - t`, leaves the domain at `t' = 1/2048`, which halving reaches, before that by next to
+/// nothing: what goes on from there is all outside. The nearest point is where it leaves; v has few digits, so that no point of f64 is near it.
+#[test]
+fn a_ball_is_nearest_to_where_a_trim_leaves_the_domain() {
+    let far = 2f64.powi(40);
+    let b = 1433.0 / 4096.0;
+    for (off, weight) in [(-98, 0), (-85, 0), (-60, 0), (-82, -30)] {
+        let (e, w) = (2f64.powi(off + 22), 2f64.powi(weight));
+        let net = [[0.0, 0.0], [0.0, 1.0], [1.0, 0.0], [1.0, 1.0]];
+        let net = net.map(|[x, y]| Vector4::new(x, y, 0.5 * x * y, 1.0));
+        let ends = |a: f64| vec![a, a, a + 1.0, a + 1.0];
+        let surface = NurbsSurface::new([1, 1], [2, 2], net.to_vec(), [ends(0.0), ends(far)]);
+        let points = [[-e, far + 2.0 * b], [-1023.5, far + b], [1.0, far]];
+        let curve = NurbsCurve::new(
+            2,
+            points.map(|[u, v]| Vector3::new(u * w, v * w, w)).to_vec(),
+            vec![0.0, 0.0, 0.0, 1.0, 1.0, 1.0],
+        );
+        let mut builder = BrepBuilder::new();
+        let v = [[1.0, 0.0, 0.0], [1.0, 1.0, 0.5], [0.0, 2.0 * b, 0.0]].map(|p| builder.vertex(p));
+        let trims = vec![
+            trim([v[0], v[1]], [[1.0, far], [1.0, far + 1.0]], None),
+            trim([v[1], v[2]], [[1.0, far + 1.0], points[0]], None),
+            TrimSpec {
+                vertices: [v[2], v[0]],
+                curve: Curve::Nurbs(curve.unwrap()),
+                edge: None,
+            },
+        ];
+        let surface = Surface::Nurbs(surface.unwrap());
+        builder.face_with_trims(surface, vec![trims]).unwrap();
+        let brep = PreparedBrep::new(builder.build().unwrap());
+        let (center, radius) = (Point3::new(-1.0, -1.0, 0.0), 0.5);
+        let probe = Probe::Sphere(Sphere::new(center, radius).unwrap());
+        // It leaves within `off` of that.
+        let truth = (1.0 + (1.0 + b / 1024.0).powi(2)).sqrt() - radius;
+        for accuracy in [Accuracy::Full, Accuracy::Length(1e-9)] {
+            let options = Options {
+                accuracy,
+                ..Options::default()
+            };
+            let found = contact(&brep, &probe, &options, &mut Workspace::default());
+            let bounds = found.separation.bounds;
+            let slack = 4.0 * f64::EPSILON + 2f64.powi(off + 2);
+            assert!(
+                bounds.lo <= truth + slack && truth - slack <= bounds.hi,
+                "{off} {weight}: {bounds:?}, not {truth}"
+            );
+        }
+    }
 }

@@ -219,32 +219,38 @@ impl Search<'_> {
         found.is_some_and(|(s, q)| s == source && near(q))
     }
 
-    /// Whether a part of a boundary piece is proven to lie off its patch, by its control points.
+    /// Whether a part of a boundary piece is proven to lie off its patch, by its control points: by more than twice the piece's [`border_slack`].
     pub(super) fn piece_is_off_patch(&self, face: usize, index: usize, range: [f64; 2]) -> bool {
         if self.brep.double(face).piece(index).stays(range) {
             return false;
         }
         let geometry = self.brep.double_double(face);
-        let part = restrict(&geometry.piece(index).local, range[0], range[1]);
+        let local = &geometry.piece(index).local;
+        let slack = Ball::exact(2.0 * border_slack(local));
+        let part = restrict(local, range[0], range[1]);
         (0..2).any(|c| {
-            part.iter().all(|p| p[c].upper() < 0.0)
-                || part.iter().all(|p| (p[c] - p[2]).lower() > 0.0)
+            let below = |p: &Homogeneous<Dd, 3>| (p[c] + p[2] * slack).upper() < 0.0;
+            let above = |p: &Homogeneous<Dd, 3>| (p[c] - p[2] - p[2] * slack).lower() > 0.0;
+            part.iter().all(below) || part.iter().all(above)
         })
     }
 
-    /// Whether some control point of a part of a boundary piece lies off its patch, roughly.
+    /// Whether some control point of a part of a boundary piece lies off its patch, by more than the piece's [`border_slack`] as computed. Where
+    /// none does, the part is within one and a half times that of the patch.
     pub(super) fn piece_leaves_patch(&self, face: usize, index: usize, range: [f64; 2]) -> bool {
         if self.brep.double(face).piece(index).stays(range) {
             return false;
         }
         let geometry = self.brep.double_double(face);
-        let part = restrict(&geometry.piece(index).local, range[0], range[1]);
-        part.iter().any(|p| {
-            (0..2).any(|c| {
-                let beyond = (p[c].mid - p[2].mid).hi;
-                beyond > LEAST_STEP || p[c].mid.hi < -LEAST_STEP
+        let local = &geometry.piece(index).local;
+        let slack = border_slack(local);
+        let part = restrict(local, range[0], range[1]);
+        !slack.is_finite()
+            || part.iter().any(|p| {
+                // Negated: what is no number may be anywhere.
+                let near = slack * p[2].mid.hi;
+                !(0..2).all(|c| (p[c].mid - p[2].mid).hi <= near && p[c].mid.hi >= -near)
             })
-        })
     }
 
     /// The borders of the patch that the node touches, as nodes of their own.
@@ -495,6 +501,31 @@ fn convexity<T: Real>(shape: &Shape, cell: &Cell<T>, tau_error: f64) -> f64 {
 
 fn ball(x: Dd) -> Ball<Dd> {
     Ball { mid: x, rad: 0.0 }
+}
+
+/// How far off its patch a boundary piece may be, in local parameters, and still be taken for on it: so far that what the control points of its parts
+/// are off does not matter.
+///
+/// Let `|x| <= m w` for all coordinates of its control points, each known within `r w`. Those of a part over a range are averages of them, made in `p`
+/// levels of three roundings: off by at most `4 p u m + r` times the true ones' weights, and `s - w` by twice that. That is an eighth of the slack `e`. So a
+/// part that does not [leave](Search::piece_leaves_patch) its patch is within `3/2 e` of it, one that is [off](Search::piece_is_off_patch) it is farther than
+/// `2 e` from it all along, and there is a square in between: what of the curve is in that bounds what is on the patch. Where the curve leaves
+/// that square no part about the place is off, and the one that goes on leaves: it is put aside by its bound alone, and the neighbour
+/// on the other side by its slope or its convexity, as if the curve ended there.
+fn border_slack(local: &[Homogeneous<Dd, 3>]) -> f64 {
+    let (mut most, mut known) = (1.0f64, 0.0f64);
+    for p in local {
+        let w = p[2].lower();
+        if !(w > 0.0) {
+            return f64::INFINITY;
+        }
+        for x in p {
+            most = most.max(x.mid.magnitude() / w);
+            known = known.max(x.rad / w);
+        }
+    }
+    let degree = local.len() as f64 - 1.0;
+    LEAST_STEP + 16.0 * (4.0 * degree * Dd::UNIT * most + known) * UP
 }
 
 fn clamp(x: Dd, range: [f64; 2]) -> Dd {

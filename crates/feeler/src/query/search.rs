@@ -36,7 +36,7 @@
 //! On a boundary piece a box is also put aside where it is proven to lie off its patch: what is past the border
 //! of the domain is not in R, and what is on the next patch is on that patch's piece. Where the piece crosses the
 //! border of its patch it ends as far as R is concerned: boxes around such a crossing are put aside by their bound
-//! alone.
+//! alone. (How which boxes these are is told to the last digits is said in the module `leaf`.)
 //!
 //! A face in [closed form](crate::prepare::closed) is not cut into boxes: `f` has at most one local minimum in its interior, in a
 //! box that a formula gives. Where the box lies in R the minimum over the face is that formula's; else case 1 or, where the box
