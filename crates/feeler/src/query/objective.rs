@@ -133,7 +133,8 @@ impl Objective {
         let value = jet::fine_value(net, p.map(Ball::exact))?;
         let [_, s, t] = jet::jet(coarse, p[0], p[1]);
         let rounded = value.map(|b| Ball::<f64>::from_dd(b.mid, b.rad));
-        let slopes = self.slopes(&net.origin, &[rounded, s, t]);
+        // Each net has an origin of its own.
+        let slopes = self.slopes([&net.origin, &coarse.origin], &[rounded, s, t]);
         let (n, c) = self.values(&net.origin, &value);
         let point = Some(value);
         Some(Sample {
@@ -160,7 +161,7 @@ impl Objective {
         Sample {
             n,
             c,
-            ..self.slopes(origin, jet)
+            ..self.slopes([origin; 2], jet)
         }
     }
 
@@ -186,20 +187,25 @@ impl Objective {
         }
     }
 
-    /// The derivatives of `N` and `C`; values are left at zero.
-    fn slopes<T: Real>(&self, origin: &[f64; 3], jet: &[[Ball<T>; 4]; 3]) -> Sample {
+    /// The derivatives of `N` and `C`; values are left at zero. The point is relative to one origin, its derivatives (which hang on it as the weight's do) to
+    /// another.
+    fn slopes<T: Real>(
+        &self,
+        [origin, slope_origin]: [&[f64; 3]; 2],
+        jet: &[[Ball<T>; 4]; 3],
+    ) -> Sample {
         let (n_slope, c_slope) = match self {
             Self::SquaredDistance(q) => {
                 let m = Self::offset(q, origin, &jet[0]);
                 let two = Ball::exact(2.0);
                 let w = jet[0][3];
                 (
-                    [1, 2].map(|k| two * dot(&m, &Self::offset(q, origin, &jet[k]))),
+                    [1, 2].map(|k| two * dot(&m, &Self::offset(q, slope_origin, &jet[k]))),
                     [1, 2].map(|k| two * w * jet[k][3]),
                 )
             }
             Self::Height(n, h) => (
-                [1, 2].map(|k| Self::height(n, *h, origin, &jet[k])),
+                [1, 2].map(|k| Self::height(n, *h, slope_origin, &jet[k])),
                 [1, 2].map(|k| jet[k][3]),
             ),
         };

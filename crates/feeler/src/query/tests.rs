@@ -8,8 +8,9 @@ use super::objective::Objective;
 use super::past::arrival_past;
 use super::{Accuracy, Workspace};
 use crate::brep::BrepBuilder;
-use crate::numeric::Dd;
-use crate::prepare::PreparedBrep;
+use crate::numeric::bernstein::Bidegree;
+use crate::numeric::{Ball, Dd, Real};
+use crate::prepare::{Net, PreparedBrep};
 use nalgebra::{Point3, Vector3};
 
 /// The square in the plane x = 4 with y and z from -1 to 1.
@@ -97,4 +98,54 @@ fn a_ball_whose_place_is_known_to_a_bound() {
     let counts = 1.0 + radius - allowance;
     assert!(ask(counts + 0.5 * bound).is_some());
     assert!(ask(counts + 2.0 * bound).is_none());
+}
+
+/// Values in double-double and derivatives in f64 are of nets whose origins are not the same number, by some ulps: derivatives of `X` hang on it where
+/// weights differ.
+#[test]
+fn a_fine_sample_is_of_two_nets() {
+    let points = [
+        [0.0, 0.0, 0.0],
+        [0.0, 1.0, 0.5],
+        [1.0, 0.0, 0.25],
+        [1.0, 1.0, 0.0],
+    ];
+    let weights = [1.0, 0.5, 2.0, 0.75];
+    let degree = Bidegree { u: 1, v: 1 };
+    let origin = [1.0, 2.0, 3.0];
+    let off = origin.map(|x| x + 4.0 * f64::EPSILON);
+    // Digits enough for products with weights of a bit or two.
+    let scale = 1.0 / 1024.0;
+    fn net<T: Real>(
+        parts: impl Iterator<Item = ([f64; 3], f64)>,
+        degree: Bidegree,
+        (scale, shift): (f64, [f64; 3]),
+        origin: [f64; 3],
+    ) -> Net<T> {
+        let points = parts.map(|(p, w)| {
+            let x = [0, 1, 2].map(|c| Ball::exact((p[c] * scale + shift[c]) * w));
+            [x[0], x[1], x[2], Ball::exact(w)]
+        });
+        Net::new(degree, points.collect(), origin)
+    }
+    let parts = || points.into_iter().zip(weights);
+    let fine = net::<Dd>(parts(), degree, (scale, [0.0; 3]), origin);
+    let shift = [0, 1, 2].map(|c| origin[c] - off[c]);
+    let coarse = net::<f64>(parts(), degree, (scale, shift), off);
+    let q = Point3::new(1.0 + 0.5 * scale, 2.0, 3.0 + 2.0 * scale);
+    let height = Objective::Height(Vector3::new(0.6, 0.0, 0.8), 3.0);
+    for objective in [Objective::SquaredDistance(q), height] {
+        for at in [[0.25, 0.5], [0.0, 1.0], [0.75, 0.125]] {
+            let found = objective.fine_sample(&coarse, &fine, at).unwrap();
+            let truth = objective.sample(&fine, Ball::exact(at[0]), Ball::exact(at[1]));
+            for k in 0..2 {
+                for (a, b) in [
+                    (found.n_slope[k], truth.n_slope[k]),
+                    (found.c_slope[k], truth.c_slope[k]),
+                ] {
+                    assert!((a.mid - b.mid).magnitude() <= a.rad + b.rad, "{a:?} {b:?}");
+                }
+            }
+        }
+    }
 }
