@@ -102,7 +102,7 @@ fn coarse_hits_are_those_of_full_accuracy() {
     }
 }
 
-/// What a BREP was asked before changes no bit of an answer; and any hit is one where there is one.
+/// What a BREP was asked before changes no bit of an answer, nor what it is said to have cost; and any hit is one where there is one.
 #[test]
 fn earlier_queries_change_nothing() {
     let mut random = Random::new(32);
@@ -115,7 +115,15 @@ fn earlier_queries_change_nothing() {
         for probe in &probes {
             for accuracy in [Accuracy::Full, Accuracy::Length(1e-9)] {
                 let fresh = PreparedBrep::new(brep.clone());
-                let [a, b] = [&used, &fresh].map(|b| format!("{:?}", ask(b, probe, accuracy)));
+                let options = Options {
+                    accuracy,
+                    ..Options::default()
+                };
+                let [a, b] = [&used, &fresh].map(|b| {
+                    let mut workspace = Workspace::default();
+                    let answer = line(b, probe, &options, &mut workspace);
+                    format!("{answer:?} {:?}", workspace.work())
+                });
                 assert_eq!(a, b, "{name} {probe:?}");
             }
             let all = ask(&used, probe, Accuracy::Full);
@@ -125,4 +133,40 @@ fn earlier_queries_change_nothing() {
             }
         }
     }
+}
+
+/// What f64 spends counts where double-double has to follow: no more is spent than is allowed, and all of it is told.
+#[test]
+fn what_f64_spends_in_vain_counts() {
+    let mut random = Random::new(33);
+    let (mut followed, mut short) = (0, 0);
+    let brep = bicubic();
+    let probes = probes(&brep, 200, &mut random);
+    let brep = PreparedBrep::new(brep);
+    for probe in &probes {
+        let nodes = |accuracy: Accuracy, node_budget: usize| {
+            let options = Options {
+                accuracy,
+                node_budget,
+                ..Options::default()
+            };
+            let mut workspace = Workspace::default();
+            let answer = line(&brep, probe, &options, &mut workspace);
+            (workspace.work().nodes, answer)
+        };
+        // A sheet has no edges of two faces, near which coarse answers are full ones.
+        let (full, answer) = nodes(Accuracy::Full, 200_000);
+        if answer.hits.is_empty() || answer.undecided.is_some() {
+            continue;
+        }
+        // No enclosure of f64 is that narrow.
+        let (both, answer) = nodes(Accuracy::Length(1e-25), 200_000);
+        assert!(both > full, "{both} {full} {probe:?}");
+        assert_eq!(answer.undecided, None);
+        followed += 1;
+        let (less, answer) = nodes(Accuracy::Length(1e-25), 4 * full);
+        assert!(less <= full, "{less} {full} {probe:?}");
+        short += usize::from(answer.undecided.is_some());
+    }
+    assert!(followed > 30 && short > 10, "{followed} {short}");
 }

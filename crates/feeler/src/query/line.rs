@@ -100,14 +100,15 @@ fn hits_within(
 ) -> Option<Undecided> {
     if let Accuracy::Length(length) = accuracy {
         // Half of what may be spent: the rest is for what f64 leaves open.
-        let mut own = *budget / 2;
+        let half = *budget / 2;
+        let mut own = half;
         let undecided = all_hits(brep, stab, Digits::Double, &mut own, lines);
+        *budget -= half - own;
         // The norm, the products and the ends are off by a few roundings: the share that is left covers them.
         let widest = 0.5 * ROUNDED * length / stab.direction.norm();
         let value = |h: &RawHit| 4.0 * f64::EPSILON * h.t.mid.hi.abs();
         let is_narrow = |h: &RawHit| h.t.rad + value(h) <= widest;
         if undecided.is_none() && lines.hits.iter().all(is_narrow) {
-            *budget -= *budget / 2 - own;
             return None;
         }
     }
