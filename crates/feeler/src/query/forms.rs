@@ -229,8 +229,8 @@ fn form<T: Real, const N: usize>(
         let sum = |sum: T, (c, n): (usize, f64)| sum + T::from_f64(n) * p[c].mid;
         parts.into_iter().fold(weight.mid * p[3].mid, sum)
     };
-    // At most eight roundings of parts no larger than the sum of the largest.
-    let error = (error + 8.0 * T::UNIT * size) * UP;
+    // At most eight roundings of parts no larger than the sum of the largest, and what underflows of products.
+    let error = (error + 8.0 * T::UNIT * size) * UP + f64::MIN_POSITIVE;
     (net.points.iter().map(value), error)
 }
 
@@ -604,4 +604,52 @@ pub(super) fn restrict_along<T: Real>(c: &[T], d: Bidegree, along_u: bool, r: [f
         }
     }
     out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::numeric::Dyadic;
+
+    fn exact(x: f64) -> Dyadic {
+        Dyadic::from_f64(x).unwrap()
+    }
+
+    /// A short direction and small weights: products below what f64 holds in full.
+    #[test]
+    fn forms_hold_what_underflows() {
+        let mut tiny = 0;
+        for k in 0..40 {
+            let step = f64::from(k);
+            let (d, w) = (1.1 * 10f64.powi(-230 - k), 1e-60);
+            let direction = Vector3::new(d, 0.7 * d, -0.3 * d);
+            let origin = Point3::new(0.1 * step, 0.0, 1.0);
+            let probe = LineProbe::new(origin, direction, LineKind::Line).unwrap();
+            let stab = Stabber::new(&probe);
+            let points: Vec<[f64; 4]> = [[0.3, 0.1], [1.7, -0.2], [0.9, 1.3], [2.1, 1.9]]
+                .map(|[x, y]| [x * w, y * w, (x + 1.1 * y) * w, w])
+                .to_vec();
+            let degree = Bidegree { u: 1, v: 1 };
+            let net = points.iter().map(|p| p.map(Ball::<f64>::exact)).collect();
+            let forms = stab.planes(&Net::new(degree, net, [0.0; 3]));
+            for side in 0..2 {
+                let n = &stab.normals[side];
+                for (p, found) in points.iter().zip(&forms.c[side]) {
+                    let mut off = exact(0.0);
+                    for c in 0..3 {
+                        let x = &exact(p[c]) - &(&exact(origin[c]) * &exact(p[3]));
+                        off = &off + &(&exact(n[c]) * &x);
+                    }
+                    let off = (&off - &exact(*found)).approximate().abs();
+                    assert!(
+                        off <= forms.error[side],
+                        "{d:e} {off:e} {:e}",
+                        forms.error[side]
+                    );
+                    tiny += usize::from(found.abs() < f64::MIN_POSITIVE);
+                }
+            }
+        }
+        assert!(tiny > 20);
+    }
 }
