@@ -370,4 +370,33 @@ mod tests {
         }
         assert!(passed > 3500, "{passed}");
     }
+
+    /// From so far that the parts of its planes' offsets cancel but for what they are rounded by, far more than the curve is long: exactly through the middle
+    /// of the curve, so that it does not pass.
+    #[test]
+    fn lines_from_afar_do_not_pass_what_they_meet() {
+        let mut seed = 0x853c_49e6_748f_ea9b;
+        for k in 0..400 {
+            let digits = |seed: &mut u64| (random(seed) * (1u64 << 26) as f64).floor() + 1.0;
+            // The curve's origin less the line's is `d (near + away)`, exactly.
+            let d = [0, 1, 2].map(|_| digits(&mut seed));
+            let [near, away] = [0, 1].map(|_| digits(&mut seed));
+            let near = near * 0.5f64.powi(20 + k % 30);
+            let origin = d.map(|x| x * near);
+            let from = Point3::from(d.map(|x| -x * away));
+            let probe = LineProbe::new(from, Vector3::from(d), LineKind::Line).unwrap();
+            let aside = [0, 1, 2].map(|_| 1e-40 * (random(&mut seed) - 0.5));
+            let points = [-1.0, 1.0].map(|side| {
+                let [x, y, z] = aside.map(|x| Dd::from(side * x));
+                [x, y, z, Dd::ONE]
+            });
+            let curve = Stretch {
+                points: points.to_vec(),
+                origin,
+                slack: 0.0,
+                bounds: [[0.0; 2]; 3],
+            };
+            assert!(!passes(&Stabber::new(&probe), &curve, [0.0; 2]), "{k}");
+        }
+    }
 }

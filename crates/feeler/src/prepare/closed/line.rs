@@ -243,7 +243,7 @@ fn revolution_hits(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::numeric::Interval;
+    use crate::numeric::{Dyadic, Interval};
     use crate::nurbs::Plane;
     use nalgebra::{Point3, Vector3};
 
@@ -315,5 +315,33 @@ mod tests {
             sharp += usize::from(rough.uv.iter().all(|x| x.rad < 1e-9));
         }
         assert!(sharp > 5000, "{sharp}");
+    }
+
+    /// Parameters below what f64 holds in full are off by what underflows.
+    #[test]
+    fn rough_hits_hold_what_underflows() {
+        let wide = Interval::new(-10.0, 10.0).unwrap();
+        let plane = Plane {
+            origin: Point3::origin(),
+            x: Vector3::x(),
+            y: Vector3::y(),
+            domain: [wide; 2],
+            extents: [wide; 2],
+        };
+        let form = PlaneForm::new(&plane).unwrap();
+        let surface = ClosedSurface::Plane(Box::new(form));
+        let mut tiny = 0;
+        for k in 0..64 {
+            let height = 1.1 * 10f64.powi(-240 - k % 32);
+            let d = [0.0, 0.0, -(3.0 + f64::from(k)) * 1e58];
+            let hit = surface.rough_hit(&[0.25, 0.5, height], &d).unwrap();
+            let [t, rad, z, rate] =
+                [hit.t.mid, hit.t.rad, height, -d[2]].map(|x| Dyadic::from_f64(x).unwrap());
+            let off = &(&t * &rate) - &z;
+            let off = if off.signum() < 0 { -&off } else { off };
+            assert!((&off - &(&rad * &rate)).signum() <= 0, "{:?}", hit.t);
+            tiny += usize::from(hit.t.mid < f64::MIN_POSITIVE);
+        }
+        assert!(tiny > 10);
     }
 }
