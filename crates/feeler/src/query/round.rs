@@ -27,7 +27,8 @@ use arrayvec::ArrayVec;
 use nalgebra::Point3;
 use std::collections::BinaryHeap;
 
-/// How far the small box about the least place of a patch goes, in local parameters.
+/// How far the small box about the least place of a patch goes, in local parameters, from the nearest multiple of that: no end is nearer to the place
+/// than half of it, but those of the patch.
 const ABOUT: f64 = 1.0 / 16.0;
 /// Of how many patches the nearest may be on one; where more come near, the next to a pole or where distances hardly differ, none has an edge.
 const MOST_NEAR: usize = 8;
@@ -241,7 +242,11 @@ fn box_about(c: &Coefficients, least: [f64; 2], error: f64) -> Option<Option<[[f
             .all(|above| split(&part(c, true, least[0], *above), false));
         return quarters.then_some(None);
     }
-    let ends = least.map(|x| [(x - ABOUT).max(0.0), (x + ABOUT).min(1.0)]);
+    // Such as halving of the patch could reach: each half of it is then exactly between f64 numbers, as far down as boxes are halved.
+    let ends = least.map(|x| {
+        let middle = (x / ABOUT).round();
+        [middle - 1.0, middle + 1.0].map(|x| (x * ABOUT).clamp(0.0, 1.0))
+    });
     for (along_u, [low, high]) in [(true, ends[0]), (false, ends[1])] {
         let below = low == 0.0 || split(&part(c, along_u, low, false), !along_u);
         if !(below && (high == 1.0 || split(&part(c, along_u, high, true), !along_u))) {
@@ -460,6 +465,18 @@ mod tests {
                 Some(Some(_)) => about += 1,
             }
             let left = told.unwrap_or_else(|| halved(&c, error));
+            // It is halved again and again: ends that are no numbers of few digits would be rounded, and the boxes not those of the coefficients.
+            for mut range in left.iter().flatten().copied() {
+                while range[1] - range[0] <= WIDE && range[1] - range[0] > 4.0 * f64::EPSILON {
+                    let middle = 0.5 * (range[0] + range[1]);
+                    assert_eq!(
+                        Dd::sum(range[0], range[1]),
+                        Dd::from(2.0 * middle),
+                        "{left:?}"
+                    );
+                    range[usize::from(k % 2 == 0)] = middle;
+                }
+            }
             for i in 0..=STEPS {
                 for j in 0..=STEPS {
                     let at = [i, j].map(|m| m as f64 / STEPS as f64);
