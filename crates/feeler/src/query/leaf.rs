@@ -219,14 +219,14 @@ impl Search<'_> {
         found.is_some_and(|(s, q)| s == source && near(q))
     }
 
-    /// Whether a part of a boundary piece is proven to lie off its patch, by its control points: by more than twice the piece's [`border_slack`].
+    /// Whether a part of a boundary piece is proven to lie off its patch, by its control points: by more than the piece's [`border_slack`].
     pub(super) fn piece_is_off_patch(&self, face: usize, index: usize, range: [f64; 2]) -> bool {
         if self.brep.double(face).piece(index).stays(range) {
             return false;
         }
         let geometry = self.brep.double_double(face);
         let local = &geometry.piece(index).local;
-        let slack = Ball::exact(2.0 * border_slack(local));
+        let slack = Ball::exact(border_slack(local));
         let part = restrict(local, range[0], range[1]);
         (0..2).any(|c| {
             let below = |p: &Homogeneous<Dd, 3>| (p[c] + p[2] * slack).upper() < 0.0;
@@ -235,15 +235,26 @@ impl Search<'_> {
         })
     }
 
-    /// Whether some control point of a part of a boundary piece lies off its patch, by more than the piece's [`border_slack`] as computed. Where
-    /// none does, the part is within one and a half times that of the patch.
+    /// Whether a part that is off its patch may begin or end at a parameter of a boundary piece.
+    pub(super) fn piece_may_end(&self, face: usize, index: usize, at: f64) -> bool {
+        let local = &self.brep.double_double(face).piece(index).local;
+        let slack = Ball::exact(border_slack(local));
+        restrict(local, at, at).iter().any(|p| {
+            // Negated: what is no number may be anywhere.
+            !(0..2).all(|c| {
+                (p[c] + p[2] * slack).lower() >= 0.0 && (p[c] - p[2] - p[2] * slack).upper() <= 0.0
+            })
+        })
+    }
+
+    /// Whether some control point of a part of a boundary piece lies off its patch, by more than twice the piece's [`border_slack`] as computed.
     pub(super) fn piece_leaves_patch(&self, face: usize, index: usize, range: [f64; 2]) -> bool {
         if self.brep.double(face).piece(index).stays(range) {
             return false;
         }
         let geometry = self.brep.double_double(face);
         let local = &geometry.piece(index).local;
-        let slack = border_slack(local);
+        let slack = 2.0 * border_slack(local);
         let part = restrict(local, range[0], range[1]);
         !slack.is_finite()
             || part.iter().any(|p| {
@@ -503,15 +514,15 @@ fn ball(x: Dd) -> Ball<Dd> {
     Ball { mid: x, rad: 0.0 }
 }
 
-/// How far off its patch a boundary piece may be, in local parameters, and still be taken for on it: so far that what the control points of its parts
-/// are off does not matter.
+/// How far off its patch a boundary piece may be, in local parameters, and still be taken for on it: so far that what its control points are
+/// off does not matter.
 ///
 /// Let `|x| <= m w` for all coordinates of its control points, each known within `r w`. Those of a part over a range are averages of them, made in `p`
 /// levels of three roundings: off by at most `4 p u m + r` times the true ones' weights, and `s - w` by twice that. That is an eighth of the slack `e`. So a
-/// part that does not [leave](Search::piece_leaves_patch) its patch is within `3/2 e` of it, one that is [off](Search::piece_is_off_patch) it is farther than
-/// `2 e` from it all along, and there is a square in between: what of the curve is in that bounds what is on the patch. Where the curve leaves
-/// that square no part about the place is off, and the one that goes on leaves: it is put aside by its bound alone, and the neighbour
-/// on the other side by its slope or its convexity, as if the curve ended there.
+/// part that does not [leave](Search::piece_leaves_patch) its patch is within `9/4 e` of it; one that is [off](Search::piece_is_off_patch) is farther than `e` from
+/// it all along. What leaves and is not off is put aside by its bound alone. What is off is put aside without any: where the curve comes to it from a
+/// part that does not leave, the end that both share [is seen](Search::piece_may_end) to be as far off, and that part is not put aside by a slope towards
+/// that end: the curve ends there, or a little before.
 fn border_slack(local: &[Homogeneous<Dd, 3>]) -> f64 {
     let (mut most, mut known) = (1.0f64, 0.0f64);
     for p in local {

@@ -578,18 +578,17 @@ impl<'a> Search<'a> {
         }
         // Where a piece crosses the border of its patch, the crossing is an end of what counts, though not of
         // the piece: the minimum may be there, and neither a slope nor convexity puts it aside.
-        let crosses = match source {
-            Source::Piece { face, index }
-                if !self.brep.double(face).piece(index).stays(node.u)
-                    && self.piece_leaves_patch(face, index, [0.0, 1.0]) =>
-            {
-                if self.piece_is_off_patch(face, index, node.u) {
-                    return None;
-                }
-                self.piece_leaves_patch(face, index, node.u)
+        let (mut crosses, mut may_end) = (false, [false; 2]);
+        if let Source::Piece { face, index } = source
+            && !self.brep.double(face).piece(index).stays(node.u)
+            && self.piece_leaves_patch(face, index, [0.0, 1.0])
+        {
+            if self.piece_is_off_patch(face, index, node.u) {
+                return None;
             }
-            _ => false,
-        };
+            crosses = self.piece_leaves_patch(face, index, node.u);
+            may_end = node.u.map(|t| self.piece_may_end(face, index, t));
+        }
         // Any tau will do; one near f on the node proves most: where all minima are asked for, that is not
         // the least f so far. It has all digits of this arithmetic, lest what is constant looks as if it were not.
         let tau = if self.out.hi.hi.is_finite() && self.goal.all_below.is_none() {
@@ -622,6 +621,8 @@ impl<'a> Search<'a> {
             };
             if touches {
                 self.enqueue_border(heap, source, inside, node, (k == 0, end));
+            } else if may_end[usize::from(end)] {
+                continue;
             }
             self.leave(node.lo, covered, part);
             return None;
@@ -629,6 +630,7 @@ impl<'a> Search<'a> {
         // Tops, ridges and saddles across the parameter lines hold no minimum; where only the least one is asked for their bounds say that sooner.
         if self.goal.all_below.is_some()
             && !crosses
+            && may_end == [false; 2]
             && shortcuts.monotone_borders
             && let Some(k) = shape.capped.iter().position(|c| *c)
         {
