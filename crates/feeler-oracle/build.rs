@@ -43,12 +43,44 @@ fn main() {
         .define("CGAL_LICENSE_ERROR", "1")
         .warnings(true)
         .extra_warnings(true);
-    if let Err(e) = build.try_compile("feeler_oracle_cpp") {
+    include_precompiled(&mut build, &cpp.join("core.hpp"));
+    let compiled = build.try_compile("feeler_oracle_cpp");
+    // Some 200 MB that nothing else needs.
+    let out = PathBuf::from(std::env::var("OUT_DIR").unwrap_or_default());
+    std::fs::remove_file(out.join(PRECOMPILED)).ok();
+    if let Err(e) = compiled {
         fail(&format!("the oracle's C++ does not compile:\n{e}"));
     }
     // In this order: MPFI uses MPFR, which uses GMP.
     for library in ["mpfi", "mpfr", "gmp"] {
         println!("cargo::rustc-link-lib={library}");
+    }
+
+    const PRECOMPILED: &str = "common.hpp.gch";
+
+    /// Has a header that most files include be read once instead of some sixty times, by GCC (half of what compiling takes); where that fails, it is
+    /// included as ever.
+    fn include_precompiled(build: &mut cc::Build, header: &Path) {
+        let compiler = build.get_compiler();
+        let (Ok(header), true) = (header.canonicalize(), compiler.is_like_gnu()) else {
+            return;
+        };
+        let out = PathBuf::from(std::env::var("OUT_DIR").unwrap_or_default());
+        let own = out.join("common.hpp");
+        let text = format!("#include \"{}\"\n", header.display());
+        if std::fs::write(&own, text).is_err() {
+            return;
+        }
+        let made = compiler
+            .to_command()
+            .args(["-x", "c++-header"])
+            .arg(&own)
+            .arg("-o")
+            .arg(out.join(PRECOMPILED))
+            .status();
+        if made.is_ok_and(|s| s.success()) {
+            build.flag("-include").flag(&own);
+        }
     }
 
     /// Ends the build with what to install unless every header is found.
