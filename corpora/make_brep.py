@@ -20,12 +20,15 @@ from OCP.BRepBuilderAPI import (
 )
 from OCP.BRepClass3d import BRepClass3d_SolidClassifier
 from OCP.BRepExtrema import BRepExtrema_DistShapeShape
+from OCP.BRepLib import BRepLib
 from OCP.BRepMesh import BRepMesh_IncrementalMesh
+from OCP.BRepOffsetAPI import BRepOffsetAPI_ThruSections
 from OCP.BRepPrimAPI import (
     BRepPrimAPI_MakeBox,
     BRepPrimAPI_MakeCone,
     BRepPrimAPI_MakeCylinder,
     BRepPrimAPI_MakePrism,
+    BRepPrimAPI_MakeRevol,
     BRepPrimAPI_MakeSphere,
     BRepPrimAPI_MakeTorus,
 )
@@ -36,6 +39,7 @@ from OCP.Geom import (
     Geom_BSplineCurve,
     Geom_BSplineSurface,
     Geom_Circle,
+    Geom_ConicalSurface,
     Geom_CylindricalSurface,
     Geom_Ellipse,
     Geom_Hyperbola,
@@ -47,7 +51,8 @@ from OCP.Geom import (
     Geom_SurfaceOfRevolution,
     Geom_TrimmedCurve,
 )
-from OCP.gp import gp_Ax1, gp_Ax2, gp_Ax3, gp_Dir, gp_Pnt, gp_Trsf, gp_Vec
+from OCP.Geom2d import Geom2d_Ellipse, Geom2d_Line, Geom2d_TrimmedCurve
+from OCP.gp import gp_Ax1, gp_Ax2, gp_Ax2d, gp_Ax3, gp_Dir, gp_Dir2d, gp_Pnt, gp_Pnt2d, gp_Trsf, gp_Vec
 from OCP.collections import Array1_double, Array1_gp_Pnt, Array1_int, Array2_double, Array2_gp_Pnt
 from OCP.TopAbs import TopAbs_FACE, TopAbs_IN, TopAbs_ON, TopAbs_REVERSED, TopAbs_SOLID
 from OCP.TopExp import TopExp_Explorer
@@ -280,6 +285,88 @@ def planar():
     return compound([BRepBuilderAPI_MakeFace(w, True).Face() for w in wires])
 
 
+def between(surface, a, b):
+    """The edge on a surface that is straight in uv."""
+    a, b = gp_Pnt2d(*a), gp_Pnt2d(*b)
+    line = Geom2d_Line(a, gp_Dir2d(b.X() - a.X(), b.Y() - a.Y()))
+    return BRepBuilderAPI_MakeEdge(line, surface, 0, a.Distance(b)).Edge()
+
+
+def winding():
+    """Faces that wind around their surface by more than a turn: a screw's thread, as in OCCT's bottle, and bands on a cylinder and a cone."""
+    wires = []
+    for radius, minor in [(2.0, 0.4), (2.5, 0.2)]:
+        cylinder = Geom_CylindricalSurface(gp_Ax3(gp_Pnt(0, 0, 0), gp_Dir(0, 0, 1)), radius)
+        ellipse = Geom2d_Ellipse(gp_Ax2d(gp_Pnt2d(math.tau, 2), gp_Dir2d(math.tau, 1)), 5.5, minor)
+        a, b = ellipse.Value(math.pi), ellipse.Value(0)
+        arc = BRepBuilderAPI_MakeEdge(Geom2d_TrimmedCurve(ellipse, 0, math.pi), cylinder).Edge()
+        wire = BRepBuilderAPI_MakeWire(arc, between(cylinder, (a.X(), a.Y()), (b.X(), b.Y()))).Wire()
+        BRepLib.BuildCurves3d_s(wire)
+        wires.append(wire)
+    sections = BRepOffsetAPI_ThruSections(True)
+    for wire in wires:
+        sections.AddWire(wire)
+    sections.CheckCompatibility(False)
+    shapes = [sections.Shape()]
+    # From -4 to 11.5: 2.47 turns, half a unit of v wide and two apart.
+    corners = [(-4, 0), (11.5, 5), (11.5, 5.5), (-4, 0.5)]
+    for surface in [
+        Geom_CylindricalSurface(gp_Ax3(gp_Pnt(8, 0, 0), gp_Dir(0, 0, 1)), 2.0),
+        Geom_ConicalSurface(gp_Ax3(gp_Pnt(0, 8, 0), gp_Dir(0, 0, 1)), 0.25, 1.0),
+    ]:
+        edges = [between(surface, a, b) for a, b in zip(corners, corners[1:] + corners[:1])]
+        wire = BRepBuilderAPI_MakeWire(*edges).Wire()
+        BRepLib.BuildCurves3d_s(wire)
+        face = BRepBuilderAPI_MakeFace(surface, wire, True).Face()
+        shell = TopoDS_Shell()
+        BRep_Builder().MakeShell(shell)
+        BRep_Builder().Add(shell, face)
+        shapes.append(shell)
+    return compound(shapes)
+
+
+def conics():
+    """Solids with faces that are extruded or turned ellipses, hyperbolas and parabolas, across their seams and at a slant."""
+    frame = gp_Ax2(gp_Pnt(0, 0, 0), gp_Dir(0, 0, 1), gp_Dir(1, 0, 0))
+    plate = lambda *edges: BRepBuilderAPI_MakeFace(BRepBuilderAPI_MakeWire(*edges).Wire(), True).Face()
+    edge = lambda curve, *ends: BRepBuilderAPI_MakeEdge(curve, *ends).Edge()
+    up = gp_Vec(0, 0, 4)
+
+    def extruded(curve, a, b):
+        chord = BRepBuilderAPI_MakeEdge(curve.Value(b), curve.Value(a)).Edge()
+        return BRepPrimAPI_MakePrism(plate(edge(curve, a, b), chord), up).Shape()
+
+    def turned_about(line, curve, a, b):
+        """Closed by straight edges to the axis, an (origin, direction)."""
+        o, d = (gp_Vec(*x) for x in line)
+        on = lambda p: gp_Pnt(*(o + d * ((gp_Vec(p.XYZ()) - o) * d)).Coord())
+        ends = [curve.Value(b), curve.Value(a)]
+        feet = [on(p) for p in ends]
+        corners = [ends[0], *feet, ends[1]]
+        straight = [BRepBuilderAPI_MakeEdge(p, q).Edge() for p, q in zip(corners, corners[1:]) if p.Distance(q) > 1e-9]
+        face = plate(edge(curve, a, b), *straight)
+        return BRepPrimAPI_MakeRevol(face, gp_Ax1(gp_Pnt(*line[0]), gp_Dir(*line[1]))).Shape()
+
+    ellipse, hyperbola = Geom_Ellipse(frame, 3, 1.5), Geom_Hyperbola(frame, 1, 2)
+    parabola = Geom_Parabola(frame, 0.75)
+    tilted = turned(0.4, (1, 2, 0), (0, 0, 3))
+    half = BRepBuilderAPI_Transform(BRepPrimAPI_MakeBox(gp_Pnt(-9, -9, 3), gp_Pnt(9, 9, 20)).Shape(), tilted, True).Shape()
+    whole = BRepPrimAPI_MakePrism(plate(edge(ellipse)), up).Shape()
+    shapes = [
+        whole,
+        BRepAlgoAPI_Cut(whole, half).Shape(),
+        BRepAlgoAPI_Cut(whole, BRepPrimAPI_MakeCylinder(gp_Ax2(gp_Pnt(0, 0.3, 2), gp_Dir(1, 0, 0)), 0.6, 9).Shape()).Shape(),
+        extruded(hyperbola, -1.0, 1.2),
+        BRepAlgoAPI_Cut(extruded(hyperbola, -1.0, 1.2), half).Shape(),
+        extruded(parabola, -2, 3),
+        turned_about(((0, 0, 0), (1, 0, 0)), ellipse, 0, math.pi),
+        turned_about(((0, 0, 0), (1, 0, 0)), hyperbola, 0, 1.2),
+        turned_about(((0, 0, 0), (1, 0, 0)), parabola, 0, 3),
+        turned_about(((0, -4, 0), (1, 0, 0)), ellipse, 0.5, 2.5),
+    ]
+    return compound([moved(s, shifted(12 * i, 0, 0)) for i, s in enumerate(shapes)])
+
+
 def refused():
     """Each face a shell of its own."""
     plane = Geom_Plane(gp_Ax3(AX))
@@ -311,6 +398,8 @@ def main():
     write("placed", placed())
     write("surfaces", surfaces())
     write("planar", planar())
+    write("winding", winding())
+    write("conics", conics())
     write("refused", refused())
     meshed = BRepAlgoAPI_Cut(
         BRepPrimAPI_MakeBox(4, 3, 2).Shape(), BRepPrimAPI_MakeSphere(gp_Pnt(4, 3, 2), 1).Shape()).Shape()

@@ -353,7 +353,7 @@ fn files_are_named() {
     assert_eq!(folder.lines().count(), 1);
 }
 
-/// What a query takes grows with the turns of circles and of what is turned: over two they are refused wherever they stand, as the profile of an
+/// What a query takes grows with the turns of circles and of what is turned: over 32 they are refused wherever they stand, as the profile of an
 /// extrusion too.
 #[test]
 fn many_turns_are_refused_wherever_they_stand() {
@@ -404,13 +404,13 @@ fn many_turns_are_refused_wherever_they_stand() {
     ];
     for (id, write) in places {
         let turn = std::f64::consts::TAU;
-        for (to, is_read) in [(turn, true), (3.0 * turn, false), (522_133_279.0, false)] {
+        for (to, is_read) in [(turn, true), (33.0 * turn, false), (522_133_279.0, false)] {
             let document = one(id, |w| write(w, to));
             let told = match &document.objects[0].kind {
                 ObjectKind::Refused { reason, .. } => reason.to_string(),
                 read => read.name().to_owned(),
             };
-            assert_eq!(told.contains("2 turns at most"), !is_read, "{id}: {told}");
+            assert_eq!(told.contains("32 turns at most"), !is_read, "{id}: {told}");
             assert_eq!(!told.contains("expected"), is_read, "{id}: {told}");
         }
     }

@@ -229,6 +229,11 @@ impl Affine {
         self.mapper()?.curve(curve, true)
     }
 
+    /// A surface under this map, up to the same roundings.
+    pub(crate) fn surface(&self, surface: &Surface) -> Result<Surface, MapError> {
+        self.mapper()?.surface(surface)
+    }
+
     fn mapper(&self) -> Result<Mapper<'_>, MapError> {
         let determinant = self.matrix.determinant();
         if !(determinant.is_finite() && determinant != 0.0) {

@@ -49,6 +49,7 @@ mod step;
 mod step_problem;
 mod threedm;
 mod units;
+mod warp;
 
 pub use affine::{Affine, MapError, Moved};
 pub use document::{Choice, Document, Format, Object, ObjectKind};

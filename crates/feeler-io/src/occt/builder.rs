@@ -2,7 +2,7 @@
 
 use super::motion::Place;
 use super::wires::Use;
-use crate::sheets::{ROUNDING, reach};
+use crate::sheets::{ROUNDING, Reach, reach};
 use feeler::brep::{BrepParts, Face, Iso, LoopKind, TrimCurve, TrimKind, TrimLoop};
 use feeler::numeric::Interval;
 use feeler::nurbs::{Curve, Curve2, Line, NurbsCurve};
@@ -38,6 +38,10 @@ pub(crate) struct EdgeUse {
     pub(crate) degenerated: bool,
 }
 
+/// A loop that goes on around a periodic surface by more than a period and this part of it (a third of a degree) winds; what is less is the error of a fitted curve, by
+/// which a loop that closes at the seam would cover a strip there twice.
+const WINDS: f64 = 1.0 / (1 << 10) as f64;
+
 const SHIFTED: &str = "loops were moved by a period to where their face's outer loop lies";
 
 impl Builder {
@@ -64,12 +68,7 @@ impl Builder {
             };
             let ranges: Vec<[f64; 2]> = loops
                 .iter()
-                .map(|uses| {
-                    let curves = uses.iter();
-                    let known =
-                        curves.filter_map(|u| Some((self.parts.curves2.get(u.curve)?, u.span)));
-                    reach(known, c).map_or([0.0; 2], |r| r.range)
-                })
+                .map(|uses| self.range(uses, c).map_or([0.0; 2], |r| r.range))
                 .collect();
             let longest = ranges
                 .iter()
@@ -91,6 +90,32 @@ impl Builder {
                 }
             }
         }
+    }
+
+    fn range<'u>(&self, uses: impl IntoIterator<Item = &'u EdgeUse>, c: usize) -> Option<Reach> {
+        let curves = uses.into_iter();
+        let known = curves.filter_map(|u| Some((self.parts.curves2.get(u.curve)?, u.span)));
+        reach(known, c)
+    }
+
+    /// How far loops reach in u and v on a surface with these periods.
+    pub(crate) fn reach(
+        &self,
+        loops: &[Vec<EdgeUse>],
+        periods: [Option<f64>; 2],
+    ) -> [Option<Reach>; 2] {
+        [0, 1].map(|c| {
+            let mut all = self.range(loops.iter().flatten(), c)?;
+            if let Some(period) = periods[c]
+                && all.range[1] - all.range[0] > period
+            {
+                let long = |r: Reach| r.range[1] - r.range[0] > (1.0 + WINDS) * period;
+                all.winds = loops
+                    .iter()
+                    .any(|uses| self.range(uses, c).is_some_and(long));
+            }
+            Some(all)
+        })
     }
 
     pub(crate) fn face(
@@ -211,4 +236,66 @@ pub(crate) fn shifted(curve: Curve2, c: usize, by: f64) -> Option<Curve2> {
         // Never made here.
         Curve::Polyline(_) | Curve::Poly(_) => return None,
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::f64::consts::TAU;
+
+    /// Straight uses of edges, one curve each.
+    fn loops(b: &mut Builder, lines: &[[[f64; 2]; 2]], reversed: bool) -> Vec<EdgeUse> {
+        let span = Interval::new(0.0, 1.0).unwrap();
+        let mut uses: Vec<EdgeUse> = { lines.iter() }
+            .map(|&[from, to]| {
+                let line = Line::new(Point2::from(from), Point2::from(to), span).unwrap();
+                b.parts.curves2.push(Curve::Line(line));
+                EdgeUse {
+                    shape: 0,
+                    place: Place::HERE,
+                    reversed,
+                    curve: b.parts.curves2.len() - 1,
+                    span,
+                    vertices: [0, 0],
+                    degenerated: false,
+                }
+            })
+            .collect();
+        if reversed {
+            uses.reverse();
+        }
+        uses
+    }
+
+    /// Straight trims with gaps between them: the sides of a square that lie opposite, without the other two.
+    #[test]
+    fn far_ends_count_for_the_sense_of_a_loop() {
+        let sides = [[[0.0, 0.0], [1.0, 0.0]], [[1.0, 0.5], [0.0, 0.5]]];
+        let mut b = Builder::default();
+        let with = loops(&mut b, &sides, false);
+        assert_eq!(b.loop_kind(&with), LoopKind::Outer);
+        let against = loops(&mut b, &sides, true);
+        assert_eq!(b.loop_kind(&against), LoopKind::Inner);
+    }
+
+    /// Two turns and a half, one, and one and a fitted curve's error.
+    #[test]
+    fn a_loop_winds_by_more_than_an_error() {
+        let periods = [Some(TAU), None];
+        for (to, winds) in [(2.5 * TAU, true), (TAU, false), (TAU * (1.0 + 1e-4), false)] {
+            let mut b = Builder::default();
+            let band = [[[0.0, 0.0], [to, 1.0]], [[to, 1.5], [0.0, 0.5]]];
+            let own = loops(&mut b, &band, false);
+            let [u, v] = b.reach(&[own], periods);
+            let (u, v) = (u.unwrap(), v.unwrap());
+            assert_eq!((u.range, u.winds), ([0.0, to], winds));
+            assert_eq!((v.range, v.winds), ([0.0, 1.5], false));
+        }
+        // Several loops that reach so far together do not.
+        let mut b = Builder::default();
+        let one = loops(&mut b, &[[[0.0, 0.0], [TAU, 0.0]]], false);
+        let two = loops(&mut b, &[[[3.0, 1.0], [9.0, 1.0]]], false);
+        let [u, _] = b.reach(&[one, two], periods);
+        assert!(!u.unwrap().winds);
+    }
 }

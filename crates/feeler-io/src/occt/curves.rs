@@ -16,8 +16,9 @@ use super::splines::{Knots, control_points, degree};
 use super::tokens::Tokens;
 use crate::error::ReadError;
 use crate::sheets::ROUNDING;
+use crate::warp::Warp;
 use feeler::numeric::Interval;
-use feeler::nurbs::{Arc, Curve, GeometryError, Line, NurbsCurve};
+use feeler::nurbs::{Arc, ConvertedCurve, Curve, GeometryError, Line, NurbsCurve};
 use libm::{cosh, sinh};
 use nalgebra::{Point, SVector};
 use std::f64::consts::TAU;
@@ -179,6 +180,16 @@ impl<const D: usize, const H: usize> Form<D, H> {
         }
     }
 
+    /// How the kernel's parameter goes with the file's where they differ ([`keeps_parameter`](Self::keeps_parameter)): on the part over `range`.
+    pub(crate) fn warp(&self, range: Interval) -> Result<Option<Warp>, Refusal> {
+        Ok(match self {
+            Self::Ellipse(..) => Some(Warp::Arcs(unit_circle::<D, H>(range)?.map)),
+            Self::Hyperbola(..) => Some(Warp::Hyperbola(range)),
+            Self::Trimmed(_, basis) => basis.warp(range)?,
+            _ => None,
+        })
+    }
+
     /// The part of the curve over `range`, and its span of the parameter of what is returned. `numbers` is
     /// how many more numbers may be made.
     pub(crate) fn part(
@@ -215,19 +226,7 @@ impl<const D: usize, const H: usize> Form<D, H> {
             }
             Self::Circle(frame, radius) => Curve::Arc(arc(frame, *radius, span)?),
             Self::Ellipse(frame, [a, b]) => {
-                let mut unit = Frame {
-                    center: Point::origin(),
-                    x: SVector::zeros(),
-                    y: SVector::zeros(),
-                    z: SVector::zeros(),
-                };
-                unit.x[0] = 1.0;
-                unit.y[1] = 1.0;
-                if D == 3 {
-                    unit.z[2] = 1.0;
-                }
-                let circle: Curve<D, H> = Curve::Arc(arc(&unit, 1.0, span)?);
-                let circle = circle.to_nurbs().map_err(refused("an ellipse"))?.nurbs;
+                let circle: NurbsCurve<H> = unit_circle::<D, H>(span)?.nurbs;
                 let points = circle.control_points().iter().map(|p| {
                     let w = p[H - 1];
                     let moved =
@@ -293,6 +292,25 @@ impl<const D: usize, const H: usize> Form<D, H> {
     }
 }
 
+/// The unit circle about the origin over a range of angles, as NURBS: what an ellipse is an image of.
+fn unit_circle<const D: usize, const H: usize>(
+    span: Interval,
+) -> Result<ConvertedCurve<H>, Refusal> {
+    let mut unit = Frame {
+        center: Point::origin(),
+        x: SVector::zeros(),
+        y: SVector::zeros(),
+        z: SVector::zeros(),
+    };
+    unit.x[0] = 1.0;
+    unit.y[1] = 1.0;
+    if D == 3 {
+        unit.z[2] = 1.0;
+    }
+    let circle: Curve<D, H> = Curve::Arc(arc(&unit, 1.0, span)?);
+    circle.to_nurbs().map_err(refused("an ellipse"))
+}
+
 fn arc<const D: usize>(frame: &Frame<D>, radius: f64, angle: Interval) -> Result<Arc<D>, Refusal> {
     let arc = Arc {
         center: frame.center,
@@ -340,8 +358,8 @@ pub(crate) fn clamped(mut span: Interval, domain: Interval) -> Interval {
     span
 }
 
-/// Turns that a circle may make: other readers know no more than one, and what a query takes grows with them.
-pub(crate) const MOST_TURNS: f64 = 2.0;
+/// Turns that a circle or a surface of revolution may make: what a query takes grows with them, and a screw's thread, whose face winds, has some.
+pub(crate) const MOST_TURNS: f64 = 32.0;
 
 /// How many numbers may still be made: a file that uses the same spline over and over must not
 /// take memory out of all proportion.
@@ -373,6 +391,9 @@ impl Budget {
 pub(crate) fn moved(curve: Curve<3, 4>, motion: &Motion) -> Result<Curve<3, 4>, Refusal> {
     if motion.is_identity() {
         return Ok(curve);
+    }
+    if !motion.is_rigid() {
+        return motion.curve(&curve);
     }
     Ok(match curve {
         Curve::Line(mut l) => {
@@ -412,10 +433,10 @@ mod tests {
         let ellipse: Form<2, 3> = Form::Ellipse(frame(), [2.5, 1.0]);
         for curve in [circle, ellipse] {
             let mut numbers = Budget::new(10_000);
-            for range in [[0.0, TAU], [-4.0, 8.0]] {
+            for range in [[0.0, TAU], [-4.0, 8.0], [-100.0, 100.0]] {
                 assert!(curve.part(range, &mut numbers).is_ok());
             }
-            for range in [[0.0, 16.0], [0.0, 522_133_279.0]] {
+            for range in [[0.0, 202.0], [0.0, 522_133_279.0]] {
                 let refused = curve.part(range, &mut numbers).unwrap_err().to_string();
                 assert!(refused.contains("turns"), "{refused}");
             }

@@ -86,10 +86,10 @@ pub enum TextProblem {
     },
     /// A placement that is more than a motion.
     #[error(
-        "location {location} is no rigid motion: {why}; apply the transformation to the shape \
+        "location {location} keeps no shapes: {why}; apply the transformation to the shape \
          (BRepBuilderAPI_GTransform) and write it again"
     )]
-    NotRigid {
+    Uneven {
         /// Its number.
         location: usize,
         /// In what way.

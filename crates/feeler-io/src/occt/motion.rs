@@ -3,11 +3,16 @@
 //! A location is a word in the placements of the file's table, kept reduced (neighbours of the same placement
 //! are one power, powers of 0 are gone): two locations are the same if their words are. So does OCCT compare them
 //! when it looks for the curve of an edge on a face.
+//!
+//! Most are rigid motions. Those that scale evenly or mirror, which OCCT makes no more, are taken as what they are, maps of space: surfaces and curves are mapped, their parameters stay,
+//! and faces that are mirrored are reversed where they were not. Others are refused.
 
 use super::error::TextProblem;
 use super::tokens::Tokens;
+use crate::affine::{Affine, MapError};
 use crate::error::ReadError;
 use crate::sheets::ROUNDING;
+use feeler::nurbs::{Curve3, Surface};
 use nalgebra::{Matrix3, Point3, Vector3, Vector4};
 use std::collections::HashMap;
 
@@ -51,27 +56,77 @@ impl Motion {
         }
     }
 
-    fn inverse(&self) -> Self {
-        let back = self.rotation.transpose();
-        Self {
+    /// `None`: there is none.
+    fn inverse(&self) -> Option<Self> {
+        let back = if self.is_rigid() {
+            self.rotation.transpose()
+        } else {
+            self.rotation.try_inverse()?
+        };
+        Some(Self {
             rotation: back,
             translation: -(back * self.translation),
-        }
+        })
     }
 
-    /// Why it is none: lengths and angles change by more than the rounding of what a file prints.
+    /// The largest number that its matrix times the transposed one differs from `square` times the identity by.
+    fn off(&self, square: f64) -> f64 {
+        (self.rotation * self.rotation.transpose() - Matrix3::identity() * square).amax()
+    }
+
+    /// Whether lengths and angles stay what they are, up to the rounding of what a file prints, and it does not mirror.
+    pub(crate) fn is_rigid(&self) -> bool {
+        self.off(1.0) <= ROUNDING && !self.mirrors()
+    }
+
+    pub(crate) fn mirrors(&self) -> bool {
+        self.rotation.determinant() < 0.0
+    }
+
+    /// Why no circle would stay one: angles change, by more than the rounding of what a file prints.
     fn defect(&self) -> Option<String> {
-        let off = (self.rotation * self.rotation.transpose() - Matrix3::identity()).amax();
-        let determinant = self.rotation.determinant();
-        if determinant <= 0.0 {
-            Some(format!("its determinant is {determinant:?}, so it mirrors"))
-        } else if !(off <= ROUNDING) {
-            Some(format!(
-                "it changes squared lengths by up to {off:?} of themselves"
-            ))
-        } else {
-            None
-        }
+        let square = (self.rotation * self.rotation.transpose()).trace() / 3.0;
+        let off = self.off(square) / square;
+        // No number is none, too.
+        (!(off <= ROUNDING)).then(|| {
+            format!("it scales unevenly or shears: it changes squared lengths by up to {off:?} of themselves")
+        })
+    }
+
+    fn affine(&self) -> Result<Affine, TextProblem> {
+        let (r, t) = (&self.rotation, &self.translation);
+        #[rustfmt::skip]
+        let rows = [
+            r[(0, 0)], r[(0, 1)], r[(0, 2)], t[0],
+            r[(1, 0)], r[(1, 1)], r[(1, 2)], t[1],
+            r[(2, 0)], r[(2, 1)], r[(2, 2)], t[2],
+            0.0, 0.0, 0.0, 1.0,
+        ];
+        Affine::from_rows(&rows).ok_or_else(|| TextProblem::Shape {
+            what: "a location has a number that is not finite".into(),
+        })
+    }
+
+    /// A surface under a motion that is not rigid.
+    pub(crate) fn surface(&self, surface: &Surface) -> Result<Surface, TextProblem> {
+        self.affine()?.surface(surface).map_err(refusal)
+    }
+
+    /// A curve under a motion that is not rigid.
+    pub(crate) fn curve(&self, curve: &Curve3) -> Result<Curve3, TextProblem> {
+        self.affine()?.curve(curve).map_err(refusal)
+    }
+}
+
+fn refusal(error: MapError) -> TextProblem {
+    match error {
+        MapError::Geometry(source) => TextProblem::Geometry {
+            what: "what a location places",
+            source,
+        },
+        other => TextProblem::Shape {
+            what: other.to_string(),
+        },
     }
 }
 
@@ -129,7 +184,7 @@ impl Place {
 
 /// All locations: those of the file's table, and products met since.
 pub(crate) struct Places {
-    /// The file's placements with their numbers in the table and whether they are used as rigid motions.
+    /// The file's placements with their numbers in the table.
     placements: Vec<(usize, Motion)>,
     /// The file's table.
     table: Vec<Place>,
@@ -212,7 +267,11 @@ impl Places {
             let Some((_, m)) = self.placements.get(*placement) else {
                 continue;
             };
-            let step = if *power < 0 { m.inverse() } else { m.clone() };
+            // One without an inverse is refused where it is used.
+            let step = match power {
+                ..0 => m.inverse().unwrap_or_else(Motion::identity),
+                _ => m.clone(),
+            };
             for _ in 0..power.unsigned_abs() {
                 motion = motion.after(&step);
             }
@@ -250,13 +309,13 @@ impl Places {
     /// The motion of a location.
     ///
     /// # Errors
-    /// One of its placements is no rigid motion.
+    /// One of its placements scales unevenly or shears.
     pub(crate) fn motion(&self, place: Place) -> Result<&Motion, TextProblem> {
         for (placement, _) in self.words.get(place.0).into_iter().flatten() {
             if let Some((location, motion)) = self.placements.get(*placement)
                 && let Some(why) = motion.defect()
             {
-                return Err(TextProblem::NotRigid {
+                return Err(TextProblem::Uneven {
                     location: *location,
                     why,
                 });

@@ -11,17 +11,17 @@
 //! | trimmed | its basis |
 //! | offset | refused |
 //!
-//! Parameters are the file's, so that curves in uv need no change. Many of the file's surfaces have no end; the kernel's end
-//! where the loops do. An extruded or turned ellipse or hyperbola is refused: the kernel's form of it has other
-//! parameters.
+//! Parameters are the file's, so that curves in uv need no change, but where an ellipse or a hyperbola is extruded or turned:
+//! [`Form3::warp`]. Many of the file's surfaces have no end; the kernel's end where the loops do.
 
-use super::curves::{Budget, Form, MAX_NESTED, Refusal, moved, refused, vector};
+use super::curves::{Budget, Form, MAX_NESTED, MOST_TURNS, Refusal, moved, refused, vector};
 use super::error::TextProblem;
 use super::motion::Motion;
 use super::splines::{Knots, control_points, degree};
 use super::tokens::Tokens;
 use crate::error::ReadError;
 use crate::sheets::{ROUNDING, Reach};
+use crate::warp::Warp;
 use feeler::numeric::{Ball, Interval, sin_cos};
 use feeler::nurbs::{Arc, Curve, Curve3, Line, NurbsSurface, Plane, Revolution, Sum, Surface};
 use nalgebra::{Point3, Vector3, Vector4};
@@ -51,10 +51,8 @@ pub(crate) enum Form3 {
     Offset,
 }
 
-/// A face covers one turn of its surface at most, so that its loops reach over little more.
-const MAX_TURNS: f64 = 2.0;
-/// How many turns from 0 they may be.
-const MAX_TURNS_AWAY: f64 = 16.0;
+/// How many turns from 0 loops may be. Most faces cover one turn of their surface or less; that of a thread winds, and each turn is searched.
+const MOST_AWAY: f64 = 0.5 * MOST_TURNS;
 
 /// The largest angle of latitude.
 const POLE: [f64; 2] = [-FRAC_PI_2, FRAC_PI_2];
@@ -171,6 +169,17 @@ impl Form3 {
         }
     }
 
+    /// The coordinate, if there is one, in which the part of the surface over a domain has another parameter than the file's.
+    pub(super) fn warp(&self, domain: [Interval; 2]) -> Result<Option<(usize, Warp)>, Refusal> {
+        let (c, warp) = match self {
+            Self::Extrusion(_, profile) => (0, profile.warp(domain[0])?),
+            Self::Revolution(_, _, profile) => (1, profile.warp(domain[1])?),
+            Self::Trimmed(_, basis) => return basis.warp(domain),
+            _ => return Ok(None),
+        };
+        Ok(warp.map(|w| (c, w)))
+    }
+
     /// The period of u and of v, if the surface has one.
     pub(crate) fn periods(&self) -> [Option<f64>; 2] {
         let spline = |k: &Knots| k.periodic.then(|| k.period()).flatten();
@@ -221,7 +230,10 @@ impl Form3 {
                 }
             };
         }
-        self.over(ranges, motion, numbers)
+        if motion.is_rigid() {
+            return self.over(ranges, motion, numbers);
+        }
+        motion.surface(&self.over(ranges, &Motion::identity(), numbers)?)
     }
 
     /// All of a surface that has an end everywhere.
@@ -236,9 +248,7 @@ impl Form3 {
             let Some([lo, hi]) = reach[c].map(|r| r.range) else {
                 continue;
             };
-            let many = |period: f64| {
-                hi - lo > MAX_TURNS * period || lo.abs().max(hi.abs()) > MAX_TURNS_AWAY * period
-            };
+            let many = |period: f64| lo.abs().max(hi.abs()) > MOST_AWAY * period;
             let poles = matches!(self, Self::Sphere(..)) && c == 1;
             let what = if periods[c].is_some_and(many) {
                 "many turns of the surface"
@@ -254,6 +264,7 @@ impl Form3 {
         Ok(())
     }
 
+    /// The part over ranges under a rigid motion.
     pub(super) fn over(
         &self,
         ranges: [[f64; 2]; 2],
@@ -307,12 +318,7 @@ impl Form3 {
                 motion,
             )?,
             Self::Extrusion(direction, profile) => {
-                let first = whole(
-                    profile,
-                    domain(0)?,
-                    "an extruded ellipse or hyperbola",
-                    numbers,
-                )?;
+                let first = whole(profile, domain(0)?, numbers)?;
                 let v = domain(1)?;
                 let at = |v: f64| Point3::from(direction * v);
                 let mut second = straight(at(v.start), at(v.end), v)?;
@@ -328,12 +334,7 @@ impl Form3 {
                 })
             }
             Self::Revolution(origin, axis, profile) => {
-                let profile = whole(
-                    profile,
-                    domain(1)?,
-                    "a turned ellipse or hyperbola",
-                    numbers,
-                )?;
+                let profile = whole(profile, domain(1)?, numbers)?;
                 revolution(*origin, *axis, profile, domain(0)?, motion)?
             }
             Self::Spline(knots, net) => {
@@ -384,7 +385,7 @@ impl Form3 {
 }
 
 /// What loops reach, rounded to a multiple of a quarter turn (or of the period) where it is that up to rounding, and
-/// no more than one period; otherwise with its margin.
+/// no more than one period unless one of them winds; otherwise with its margin.
 fn open(reach: Reach, period: Option<f64>) -> [f64; 2] {
     let [mut lo, mut hi] = reach.range;
     let Some(period) = period else {
@@ -399,7 +400,7 @@ fn open(reach: Reach, period: Option<f64>) -> [f64; 2] {
     let (low, high) = (snapped(lo), snapped(hi));
     lo = low.unwrap_or(lo - reach.margin[0]);
     hi = high.unwrap_or(hi + reach.margin[1]);
-    if hi - lo > period {
+    if hi - lo > period && !reach.winds {
         // The margins of one turn are not needed.
         (lo, hi) = match (low, high) {
             (_, Some(hi)) => (hi - period, hi),
@@ -452,20 +453,10 @@ fn revolution(
 }
 
 /// A curve that a surface is made of, over a domain that holds `range`.
-fn whole(
-    profile: &Form<3, 4>,
-    range: Interval,
-    what: &'static str,
-    numbers: &mut Budget,
-) -> Result<Curve3, Refusal> {
-    if !profile.keeps_parameter() {
+fn whole(profile: &Form<3, 4>, range: Interval, numbers: &mut Budget) -> Result<Curve3, Refusal> {
+    if profile.is_offset() {
         return Err(TextProblem::Unsupported {
-            what: if profile.is_offset() {
-                "a surface made of an offset curve"
-            } else {
-                what
-            }
-            .into(),
+            what: "a surface made of an offset curve".into(),
             remedy: "convert the shape to NURBS (BRepBuilderAPI_NurbsConvert)",
         });
     }

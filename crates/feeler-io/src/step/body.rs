@@ -5,16 +5,17 @@ use super::entities::{Entities, form, no_room, problem, shape, unsupported};
 use super::geometry::{EdgeForm, Geometry};
 use super::loops::{Maker, Trouble, Use, closed, lifted};
 use super::pcurve::{Made, made, pole, taken};
+use super::smooth::slack;
 use crate::error::ReadError;
 use crate::occt::builder::{Builder, EdgeUse};
 use crate::occt::curves::{Budget, Form};
 use crate::occt::motion::{Motion, Place};
 use crate::occt::surfaces::{Form3, wide};
-use crate::sheets::{ROUNDING, jumps, kinds, reach, stays};
+use crate::sheets::{ROUNDING, jumps, kinds, stays};
 use crate::step_problem::StepProblem;
 use feeler::brep::{Brep, Edge, Vertex};
 use feeler::numeric::Interval;
-use feeler::nurbs::{Curve, Curve2, Curve3};
+use feeler::nurbs::{Curve, Curve3};
 use feeler::prepare::trim_offsets;
 use nalgebra::{Point2, Point3};
 use std::collections::{BTreeMap, HashMap};
@@ -738,14 +739,8 @@ impl Body<'_, '_> {
         if chart.domain.is_none() {
             self.b.lift(&mut loops, chart.periods);
         }
-        let reach = [0, 1].map(|c| {
-            let curves = loops.iter().flatten();
-            let curves = curves.filter_map(|u| {
-                let curve: &Curve2 = self.b.parts.curves2.get(u.curve)?;
-                Some((curve, u.span))
-            });
-            reach(curves, c).map(wide)
-        });
+        let reach = self.b.reach(&loops, surface.periods());
+        let reach = reach.map(|r| r.map(wide));
         let part = surface.part(reach, &Motion::identity(), &mut self.geometry.numbers);
         let part = part.map_err(form(id))?;
         let domain = part.domain();
@@ -753,13 +748,13 @@ impl Body<'_, '_> {
         let index = self.b.parts.surfaces.len() - 1;
         let first = self.b.parts.trims.len();
         for (k, (u, (is_proven, cost))) in loops.iter().flatten().zip(proofs).enumerate() {
-            // How far fitted curves reach was searched for, not proven, and what leaves the domain is not where it was proven to be.
+            // How far fitted curves reach was searched for, not proven, a domain holds one turn, and what leaves it is not where it was proven to be.
             let is_within = match self.b.parts.curves2.get(u.curve) {
-                Some(curve @ Curve::Nurbs(_)) => (0..2).all(|c| {
-                    let slack = ROUNDING * domain[c].start.abs().max(domain[c].end.abs());
+                Some(curve) => (0..2).all(|c| {
+                    let slack = slack(chart, curve, c, domain[c], self.size);
                     stays(curve, c, domain[c], slack)
                 }),
-                _ => true,
+                None => true,
             };
             if !(is_proven && is_within) {
                 self.unbounded.push((first + k, cost));

@@ -27,13 +27,14 @@
 //! [`FORMULA`], twice, times 1 and the largest angles. The points `x_j` are hit at the ends of the piece, elsewhere to `2 PLACE`: as
 //! angles to 2^-20, as the sine is at least sin(pi / 48) there; [`FACTOR`] has room for that.
 //!
-//! **The domain.** The image is that of the curve clamped to the surface's domain, which is made to hold it; a curve in uv is at most `2^-40`
-//! of the domain's larger end outside ([`stays`](crate::sheets::stays)), or the bound is not used. An angle's domain ends within two turns, 4 pi, and
-//! one along v, as it is made to hold the curve, within three times the numbers that roundings are of: both together move a point by no more than
-//! [`STRAY`], 16 times `2^-40`, times those numbers.
+//! **The domain.** The image is that of the curve clamped to the surface's domain, which is made to hold it; a curve in uv is at most [`slack`]
+//! outside ([`stays`](crate::sheets::stays)), or the bound is not used: `2^-40` of the domain's larger end, but of no more than 8 in an angle, and of 8 times the body's
+//! size where v is a length along a straight line. Each moves a point by no more than that times the farthest, or by that: both together by no more than
+//! [`STRAY`], 16 times `2^-40`, times the numbers that roundings are of.
 
 use super::chart::Chart;
 use super::pcurve::{FIT, FORMULA};
+use crate::sheets::ROUNDING;
 use feeler::numeric::Interval;
 use feeler::nurbs::{Curve, Curve2, Curve3};
 use std::f64::consts::PI;
@@ -52,8 +53,11 @@ const MOST_PIECES: usize = 1024;
 const RADII: i32 = 6;
 /// Roundings of a Taylor coefficient, relative to the largest control point.
 const COEFFICIENT: f64 = 1.0 / (1_u64 << 44) as f64;
-/// See the [module](self).
+/// See the [module](self): twice [`MOST_OUTSIDE`] times [`ROUNDING`].
 const STRAY: f64 = 1.0 / (1_u64 << 36) as f64;
+const MOST_OUTSIDE: f64 = 8.0;
+/// What straight curves may be outside, relative to the domain's end: twice `MOST_OUTSIDE` times this is one [`FORMULA`].
+const STRAIGHT: f64 = 4.0 * f64::EPSILON;
 /// A place on a piece is hit to this part of the piece, or there is no bound.
 const PLACE: f64 = 1.0 / (1_u64 << 26) as f64;
 /// `1 / cos(pi / 6)`, 1.1547006, and room for places that are not hit: `16 tan(pi / 6) 2^-20` is a part of 1e-5.
@@ -77,7 +81,7 @@ pub(super) fn bound(
     size: f64,
     pieces: &mut usize,
 ) -> Option<f64> {
-    if !chart.is_elementary() || polynomial(made)? > DEGREE_UV {
+    if *pieces == 0 || !chart.is_elementary() || polynomial(made)? > DEGREE_UV {
         return None;
     }
     let (degree, arc) = match curve {
@@ -88,16 +92,34 @@ pub(super) fn bound(
         return None;
     }
     let n = degree.max(DEGREE);
-    let nodes: Vec<f64> = (1..3 * n)
-        .map(|j| libm::cos(PI * j as f64 / (3 * n) as f64))
-        .collect();
     let mut ends: Vec<f64> = curve.breaks();
     ends.extend(made.breaks());
     ends.retain(|t| span.start < *t && *t < span.end);
     ends.extend([span.start, span.end]);
     ends.sort_by(f64::total_cmp);
     ends.dedup();
+    // Where the pieces are too many or too small is known before a point is evaluated.
+    let mut small = Vec::new();
     let mut open: Vec<([f64; 2], u32)> = ends.windows(2).map(|w| ([w[0], w[1]], 0)).collect();
+    while let Some(([a, b], depth)) = open.pop() {
+        *pieces = pieces.checked_sub(1)?;
+        let (m, h) = (0.5 * (a + b), 0.5 * (b - a));
+        let is_clear = PLACE * h > f64::EPSILON * a.abs().max(b.abs());
+        if small.len() + open.len() >= MOST_PIECES || !is_clear {
+            return None;
+        }
+        let left_out = left_out(chart, made, m, h, arc, n)?;
+        if left_out <= LEFT_OUT * size {
+            small.push(([a, b], left_out));
+        } else if depth < HALVINGS {
+            open.extend([([a, m], depth + 1), ([m, b], depth + 1)]);
+        } else {
+            return None;
+        }
+    }
+    let nodes: Vec<f64> = (1..3 * n)
+        .map(|j| libm::cos(PI * j as f64 / (3 * n) as f64))
+        .collect();
     let angles = 1.0
         + largest(made, 0)
         + if chart.is_ruled() {
@@ -108,23 +130,9 @@ pub(super) fn bound(
     let far = chart.far(largest(made, 1)).max(size);
     let far = (0..3).fold(far, |a: f64, c| a.max(largest(curve, c)));
     let rounding = (2.0 * FORMULA + STRAY) * far * angles;
-    let (mut worst, mut own_pieces) = (0.0_f64, 0);
-    while let Some(([a, b], depth)) = open.pop() {
-        own_pieces += 1;
-        *pieces = pieces.checked_sub(1)?;
+    let mut worst = 0.0_f64;
+    for ([a, b], left_out) in small {
         let (m, h) = (0.5 * (a + b), 0.5 * (b - a));
-        let is_clear = PLACE * h > f64::EPSILON * a.abs().max(b.abs());
-        if own_pieces > MOST_PIECES || !is_clear {
-            return None;
-        }
-        let left_out = left_out(chart, made, m, h, arc, n)?;
-        if !(left_out <= LEFT_OUT * size) {
-            if depth == HALVINGS {
-                return None;
-            }
-            open.extend([([a, m], depth + 1), ([m, b], depth + 1)]);
-            continue;
-        }
         let at = nodes.iter().map(|x| m + h * x).chain([a, b]);
         let mut own: f64 = 0.0;
         for t in at {
@@ -139,6 +147,25 @@ pub(super) fn bound(
         worst = worst.max((own + rounding + left_out) * FACTOR + left_out);
     }
     (worst < f64::INFINITY).then_some(worst)
+}
+
+/// How far a curve in uv may be outside of a domain in coordinate `c` where [`bound`] is to hold, or what is known of straight ones without it.
+pub(super) fn slack(chart: &Chart, made: &Curve2, c: usize, domain: Interval, size: f64) -> f64 {
+    let end = domain.start.abs().max(domain.end.abs());
+    if !chart.is_elementary() {
+        return ROUNDING * end;
+    }
+    let part = if let Curve::Line(_) = made {
+        STRAIGHT
+    } else {
+        ROUNDING
+    };
+    let is_length = c == 1 && chart.is_ruled();
+    part * end.min(if is_length {
+        MOST_OUTSIDE * size
+    } else {
+        MOST_OUTSIDE
+    })
 }
 
 /// The degree of a curve that is a polynomial on each of its pieces.
@@ -337,6 +364,36 @@ mod tests {
             .map(|t| (cylinder.point(&made.point(t)) - edge.point(t)).norm())
             .fold(0.0, f64::max);
         assert!(proven >= peak && peak > 0.05, "{proven} {peak}");
+    }
+
+    /// However long a domain is, what is cut off at its ends moves no point by more than there is room for.
+    #[test]
+    fn what_is_cut_off_has_room() {
+        let span = interval(0.0, 1.0);
+        let size = 10.0;
+        let at = |uv: [f64; 2]| Vector3::new(uv[0], uv[1], 1.0);
+        for (name, chart) in charts() {
+            for end in [1.0, 7.0, 90.0, 1e6] {
+                let domain = interval(0.0, end);
+                let (from, to) = (Point2::origin(), Point2::new(end, end));
+                let line = Curve::Line(Line::new(from, to, span).unwrap());
+                let knots = vec![0.0, 0.0, 1.0, 1.0];
+                let points = vec![at([0.0, 0.0]), at([end, end])];
+                let spline = Curve::Nurbs(NurbsCurve::new(1, points, knots).unwrap());
+                for (made, room) in [(line, FORMULA), (spline, STRAY)] {
+                    let off = [0, 1].map(|c| slack(&chart, &made, c, domain, size));
+                    let far = chart.far(0.0).max(size);
+                    // Of a cone the radius grows with v, which the numbers of the bound do, too.
+                    let near = Point2::new(0.0, 0.0);
+                    let moved = Point2::new(off[0], off[1]);
+                    let by = (chart.point(&moved) - chart.point(&near)).norm();
+                    let rounded = 4.0 * f64::EPSILON * far;
+                    assert!(by <= room * far + rounded, "{name}, {end}: {by:e}");
+                    // And it is something, where the domain is as long as usual.
+                    assert!(off[0] > 0.0 && off[1] > 0.0);
+                }
+            }
+        }
     }
 
     /// Of rational curves in uv, of those of a high degree and of other surfaces nothing is said.

@@ -5,14 +5,16 @@
 //! | `chunks` | chunks, checksums, plain values |
 //! | `geometry` | curves and surfaces in their native form |
 //! | `brep` | `ON_Brep` 3.2 |
+//! | `unwound` | what winds around by more than a turn, as NURBS |
 //!
 //! What is read back is the same, number by number, but for what the format has no room for: the two outer knots of splines that are not
-//! clamped (no point depends on them), and an axis of revolution, which it keeps as two points. Both are looked for and said. Where import
+//! clamped (no point depends on them), an axis of revolution, which it keeps as two points, and revolutions over more than a turn. All are looked for and said. Where import
 //! has widened a surface's domain, the flags that call a straight trim a border of it are set to fit.
 
 mod brep;
 mod chunks;
 mod geometry;
+mod unwound;
 
 use super::archive::UNSET;
 use crate::document::{Document, Object, ObjectKind};
@@ -73,7 +75,7 @@ struct File<'d> {
 /// otherwise.
 ///
 /// # Errors
-/// [`WriteError`]: a face without loops in a BREP of several faces, or more of something than the format counts.
+/// [`WriteError`]: a face without loops in a BREP of several faces, more of something than the format counts, or a curve in uv on a surface that winds which cannot be fitted.
 ///
 /// # Cost
 /// O(size).
@@ -194,6 +196,18 @@ impl<'d> File<'d> {
         brep: &Brep,
         index: usize,
     ) -> Result<i64, WriteError> {
+        let unsupported = |what| WriteError::Unsupported {
+            object: index,
+            what,
+        };
+        let unwound = unwound::unwound(brep).map_err(unsupported)?;
+        let brep = match &unwound {
+            Some((made, said)) => {
+                self.notes.push(format!("object {index}: {said}"));
+                made
+            }
+            None => brep,
+        };
         let parts = brep.parts();
         if let ([face], [surface]) = (parts.faces.as_slice(), parts.surfaces.as_slice())
             && face.loops.is_none()
