@@ -60,7 +60,7 @@ impl Builder {
         }
     }
 
-    /// Moves loops by whole periods so that they start within one period from where the longest does.
+    /// Moves loops by whole periods so that they start within one period from where the longest does, but those that are where it is.
     pub(crate) fn lift(&mut self, loops: &mut [Vec<EdgeUse>], periods: [Option<f64>; 2]) {
         for (c, period) in periods.into_iter().enumerate() {
             let Some(period) = period.filter(|_| loops.len() > 1) else {
@@ -73,8 +73,15 @@ impl Builder {
             let longest = ranges
                 .iter()
                 .max_by(|a, b| (a[1] - a[0]).total_cmp(&(b[1] - b[0])));
-            let Some(&[base, _]) = longest else { continue };
-            for (uses, [lo, _]) in loops.iter_mut().zip(&ranges) {
+            let Some(&[base, top]) = longest else {
+                continue;
+            };
+            let slack = ROUNDING * period;
+            for (uses, [lo, hi]) in loops.iter_mut().zip(&ranges) {
+                // A hole in a later turn of a face that winds.
+                if base - slack <= *lo && *hi <= top + slack {
+                    continue;
+                }
                 let turns = ((base - lo) / period - ROUNDING).ceil();
                 if turns == 0.0 || !turns.is_finite() {
                     continue;
@@ -291,6 +298,28 @@ mod tests {
             assert_eq!((u.range, u.winds), ([0.0, to], winds));
             assert_eq!((v.range, v.winds), ([0.0, 1.5], false));
         }
+        // A hole in the second turn stays there, one beyond comes to the first.
+        let mut b = Builder::default();
+        let band = loops(
+            &mut b,
+            &[[[0.0, 0.0], [15.0, 1.0]], [[15.0, 1.5], [0.0, 0.5]]],
+            false,
+        );
+        let hole = |from: f64| {
+            [
+                [[from, 0.7], [from + 1.0, 0.75]],
+                [[from + 1.0, 0.8], [from, 0.75]],
+            ]
+        };
+        let (second, beyond) = (
+            loops(&mut b, &hole(8.0), true),
+            loops(&mut b, &hole(20.0), true),
+        );
+        let mut all = [band, second, beyond];
+        b.lift(&mut all, periods);
+        let start = |k: usize| b.range(&all[k], 0).unwrap().range[0];
+        assert_eq!((start(0), start(1)), (0.0, 8.0));
+        assert!((start(2) - (20.0 - 3.0 * TAU)).abs() < 1e-14);
         // Several loops that reach so far together do not.
         let mut b = Builder::default();
         let one = loops(&mut b, &[[[0.0, 0.0], [TAU, 0.0]]], false);
