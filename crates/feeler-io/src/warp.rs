@@ -47,13 +47,13 @@ impl Warp {
         }
     }
 
-    /// The part over `span` of a curve in uv, with coordinate `c` taken along. `length`: that of the surface's domain in that coordinate.
+    /// The part over `span` of a curve in uv, with coordinate `c` taken along. `lengths`: those of the surface's domain.
     pub(crate) fn taken(
         &self,
         curve: &Curve2,
         span: Interval,
         c: usize,
-        length: f64,
+        lengths: [f64; 2],
         numbers: &mut Budget,
     ) -> Result<Curve2, Refusal> {
         let at = |t: f64| {
@@ -83,7 +83,7 @@ impl Warp {
             let is_near = (0..CHECKED).all(|k| {
                 let s = (f64::from(k) + 0.5) / f64::from(CHECKED);
                 let off = on(s) - evaluated(&cubic, s);
-                off[c].abs() <= FIT * length
+                (0..2).all(|k| off[k].abs() <= FIT * lengths[k])
             });
             let m = 0.5 * (a + b);
             if is_near {
@@ -195,7 +195,7 @@ mod tests {
         let bent = NurbsCurve::new(2, bent.to_vec(), knots).unwrap();
         for curve in [Curve::Line(line), Curve::Nurbs(bent)] {
             let numbers = &mut Budget::new(100_000);
-            let taken = warp.taken(&curve, span, 0, 6.0, numbers).unwrap();
+            let taken = warp.taken(&curve, span, 0, [6.0; 2], numbers).unwrap();
             assert_eq!(taken.domain(), span);
             for k in 0..=1000 {
                 let t = span.lerp(f64::from(k) / 1000.0);
@@ -209,7 +209,7 @@ mod tests {
         let level = Line::new(Point2::new(0.0, 1.5), Point2::new(6.0, 1.5), span).unwrap();
         let level = Curve::Line(level);
         let taken = warp
-            .taken(&level, span, 0, 6.0, &mut Budget::new(0))
+            .taken(&level, span, 0, [6.0; 2], &mut Budget::new(0))
             .unwrap();
         assert!(matches!(taken, Curve::Line(_)));
         assert_eq!(taken.point(1.0), Point2::new(6.0, 1.5));

@@ -292,8 +292,8 @@ impl Assembly {
                 let Some(curve) = b.parts.curves2.get(u.curve) else {
                     continue;
                 };
-                let length = domain[c].length();
-                let taken = warp.taken(curve, u.span, c, length, &mut self.numbers);
+                let lengths = domain.map(|d| d.length());
+                let taken = warp.taken(curve, u.span, c, lengths, &mut self.numbers);
                 u.curve = b.parts.curves2.len();
                 b.parts.curves2.push(taken.map_err(geometry)?);
             }

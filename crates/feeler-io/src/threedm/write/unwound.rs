@@ -29,7 +29,7 @@ pub(super) fn unwound(brep: &Brep) -> Result<Option<(Brep, String)>, String> {
         if !winds(&parts.surfaces[i]) {
             continue;
         }
-        let domain = parts.surfaces[i].domain();
+        let lengths = parts.surfaces[i].domain().map(|d| d.length());
         let made = parts.surfaces[i].to_nurbs().map_err(|e| e.to_string())?;
         parts.surfaces[i] = Surface::Nurbs(made.nurbs);
         (count, bound) = (count + 1, bound.max(made.bound));
@@ -46,8 +46,8 @@ pub(super) fn unwound(brep: &Brep) -> Result<Option<(Brep, String)>, String> {
             let warp = Warp::Arcs(map);
             for &t in &trims {
                 let trim = &parts.trims[t];
-                let (curve, length) = (&parts.curves2[trim.curve], domain[c].length());
-                let taken = warp.taken(curve, trim.span, c, length, &mut numbers);
+                let curve = &parts.curves2[trim.curve];
+                let taken = warp.taken(curve, trim.span, c, lengths, &mut numbers);
                 let taken = taken.map_err(|e| e.to_string())?;
                 parts.trims[t].curve = parts.curves2.len();
                 parts.curves2.push(taken);
