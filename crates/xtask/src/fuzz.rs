@@ -9,6 +9,8 @@
 mod campaign;
 #[cfg(feature = "cgal")]
 mod found;
+#[cfg(feature = "cgal")]
+mod guard;
 pub(crate) mod instrument;
 mod seeds;
 

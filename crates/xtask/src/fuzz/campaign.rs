@@ -1,12 +1,13 @@
 //! Building, running and telling.
 
+use super::guard::{Guard, STILL};
 use super::{Args, found, seeds};
 use crate::test::root;
 use feeler_fuzz::{LARGEST_INPUT, Scene, Target};
 use std::collections::BTreeMap;
 use std::io::{BufRead, BufReader};
 use std::path::{Path, PathBuf};
-use std::process::{Command, Stdio};
+use std::process::{Command, Output, Stdio};
 use std::time::{Duration, Instant, SystemTime};
 
 /// Seconds that one input may take: a hundred times a slow one.
@@ -27,6 +28,8 @@ struct Told {
     executions: u64,
     coverage: u64,
     corpus: u64,
+    /// Processes that stood still and were ended.
+    still: usize,
     /// The first line of each kind of finding, and an input.
     findings: BTreeMap<String, PathBuf>,
     oracle: found::Held,
@@ -104,6 +107,14 @@ fn summary(args: &Args, all: &[(Target, PathBuf, Told)], scenes: usize) -> Resul
         }
     );
     for (target, _, t) in all {
+        if t.still > 0 {
+            println!(
+                "{}: {} processes of the engine stood still for {} s and were ended (each is among its crashes, and no finding)",
+                target.name,
+                t.still,
+                STILL.as_secs()
+            );
+        }
         let whole = t.oracle.whole;
         if whole > 0 {
             println!(
@@ -223,6 +234,7 @@ fn campaign(args: &Args, target: &Target, root: &Path, program: &Path) -> Result
         .stderr(Stdio::piped())
         .spawn()
         .map_err(|e| format!("{}: {e}", program.display()))?;
+    let guard = Guard::over(&child, STILL);
     let mut told = Told::default();
     let mut shown = Instant::now();
     let output = child.stderr.take().into_iter();
@@ -250,12 +262,22 @@ fn campaign(args: &Args, target: &Target, root: &Path, program: &Path) -> Result
         }
     }
     let _ = child.wait();
+    told.still = guard.count();
     told.seconds = begun.elapsed().as_secs_f64();
     told.findings = findings(target, program, &artifacts, started);
     let minutes = args.oracle_minutes.unwrap_or(0.25 * args.minutes);
     let limit = Duration::from_secs_f64(60.0 * minutes.max(0.0));
     told.oracle = found::hold(target, &corpus, started, limit);
     Ok(told)
+}
+
+/// Runs the engine to its end, under a guard.
+fn guarded(command: &mut Command) -> std::io::Result<Output> {
+    let child = command.spawn()?;
+    let guard = Guard::over(&child, STILL);
+    let output = child.wait_with_output();
+    guard.count();
+    output
 }
 
 /// Keeps of a folder only what the engine needs for all that it reaches.
@@ -276,18 +298,19 @@ fn minimise(target: &Target, program: &Path, corpus: &Path, root: &Path) -> Resu
     std::fs::create_dir_all(&fewer).map_err(told(&fewer))?;
     println!("==> {}: one pass through {before} kept inputs", target.name);
     let begun = Instant::now();
-    let status = Command::new(program)
-        .arg("-merge=1")
-        .arg(format!("-max_len={LARGEST_INPUT}"))
-        .arg(format!("-timeout={TIMEOUT}"))
-        .arg(format!("-rss_limit_mb={MEMORY}"))
-        .args([&fewer, corpus])
-        .stdout(Stdio::null())
-        .stderr(Stdio::null())
-        .status()
-        .map_err(told(program))?;
+    let output = guarded(
+        Command::new(program)
+            .arg("-merge=1")
+            .arg(format!("-max_len={LARGEST_INPUT}"))
+            .arg(format!("-timeout={TIMEOUT}"))
+            .arg(format!("-rss_limit_mb={MEMORY}"))
+            .args([&fewer, corpus])
+            .stdout(Stdio::null())
+            .stderr(Stdio::null()),
+    )
+    .map_err(told(program))?;
     let after = count(&fewer);
-    if !status.success() || after == 0 {
+    if !output.status.success() || after == 0 {
         return Err(format!(
             "{}: the engine cannot merge {}",
             target.name,
@@ -324,10 +347,13 @@ fn findings(
         if !finding || time.is_ok_and(|t| t < since) {
             continue;
         }
-        let run = Command::new(program)
-            .arg(format!("-timeout={TIMEOUT}"))
-            .arg(&path)
-            .output();
+        let run = guarded(
+            Command::new(program)
+                .arg(format!("-timeout={TIMEOUT}"))
+                .arg(&path)
+                .stdout(Stdio::null())
+                .stderr(Stdio::piped()),
+        );
         let text = run.map(|o| String::from_utf8_lossy(&o.stderr).into_owned());
         let text = text.unwrap_or_default();
         let own = format!("{}: ", target.name);
@@ -346,15 +372,16 @@ fn findings(
 fn smaller(program: &Path, input: &Path) -> PathBuf {
     let name = input.file_name().unwrap_or_default().to_string_lossy();
     let out = input.with_file_name(format!("small-{name}"));
-    let _ = Command::new(program)
-        .args(["-minimize_crash=1", "-runs=100000"])
-        .arg(format!("-max_total_time={SMALLER}"))
-        .arg(format!("-timeout={TIMEOUT}"))
-        .arg(format!("-exact_artifact_path={}", out.display()))
-        .arg(input)
-        .stdout(Stdio::null())
-        .stderr(Stdio::null())
-        .status();
+    let _ = guarded(
+        Command::new(program)
+            .args(["-minimize_crash=1", "-runs=100000"])
+            .arg(format!("-max_total_time={SMALLER}"))
+            .arg(format!("-timeout={TIMEOUT}"))
+            .arg(format!("-exact_artifact_path={}", out.display()))
+            .arg(input)
+            .stdout(Stdio::null())
+            .stderr(Stdio::null()),
+    );
     if out.is_file() {
         out
     } else {
