@@ -42,9 +42,12 @@ pub(crate) struct Args {
     /// Seconds of tests for each change.
     #[arg(long, default_value_t = 600.0)]
     budget: f64,
-    /// Ask only about those that the last run left (`target/mutants/left.txt`).
+    /// Ask only about those that the last run left (`target/mutants/left.txt`), of whatever sample they were: as far as their functions are the same.
     #[arg(long)]
     left: bool,
+    /// Ask only tests whose names hold this, or one of these.
+    #[arg(long)]
+    tests: Vec<String>,
     /// Only list the sample, before it is compiled.
     #[arg(long)]
     list: bool,
@@ -70,14 +73,28 @@ pub(crate) fn run(args: &Args) -> Result<(), String> {
         }
         return Ok(());
     }
+    let mut sample = args.sample;
+    if args.left {
+        let text =
+            std::fs::read_to_string(&left).map_err(|e| format!("{}: {e}", left.display()))?;
+        let names: BTreeSet<&str> = text.lines().collect();
+        for (_, all, _) in &mut samples {
+            all.retain(|m| names.contains(m.name.as_str()));
+        }
+        sample = usize::MAX;
+        let found: usize = samples.iter().map(|(_, all, _)| all.len()).sum();
+        println!("==> {found} of {} that were left are there", names.len());
+    }
     println!("==> build");
-    let chosen = compiled(&samples, args.sample, &tree, &place.join("refused.txt"))?;
+    let chosen = compiled(&samples, sample, &tree, &place.join("refused.txt"))?;
     let folder = tree.join("crates/feeler");
     let programs = artifacts(&mut cargo(&tree, "test --no-run --lib --test *"))?;
     let mut all = Vec::new();
     for (_, _, program) in &programs {
         all.extend(ask::tests(&folder, program)?);
     }
+    let named = |t: &Test| args.tests.iter().any(|word| t.name.contains(word.as_str()));
+    all.retain(|t| args.tests.is_empty() || named(t));
     println!("==> {} tests, each alone", all.len());
     let mut tests = Vec::new();
     for mut test in all {
@@ -96,18 +113,7 @@ pub(crate) fn run(args: &Args) -> Result<(), String> {
     for test in tests.extract_if(.., |t| t.usual.as_secs_f64() > args.longest) {
         println!("    left out: {} ({:.0} s)", test.name, seconds(&test));
     }
-    let before = if args.left {
-        let text =
-            std::fs::read_to_string(&left).map_err(|e| format!("{}: {e}", left.display()))?;
-        Some(text.lines().map(str::to_owned).collect::<BTreeSet<_>>())
-    } else {
-        None
-    };
-    let is_asked = |m: &Mutant| before.as_ref().is_none_or(|names| names.contains(&m.name));
-    let asked: Vec<(usize, &Mutant)> = (1..)
-        .zip(chosen.iter())
-        .filter(|(_, m)| is_asked(m))
-        .collect();
+    let asked: Vec<(usize, &Mutant)> = (1..).zip(chosen.iter()).collect();
     println!("==> {} changes", asked.len());
     let verdicts = ask_all(args, &folder, &tests, &asked)?;
     let mut names = String::new();
