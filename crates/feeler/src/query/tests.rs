@@ -7,11 +7,39 @@ use super::contact::separation;
 use super::objective::Objective;
 use super::past::arrival_past;
 use super::{Accuracy, Workspace};
-use crate::brep::BrepBuilder;
+use crate::brep::{BrepBuilder, TrimSpec};
 use crate::numeric::bernstein::Bidegree;
-use crate::numeric::{Ball, Dd, Real};
+use crate::numeric::{Ball, Dd, Interval, Real};
+use crate::nurbs::{Curve, Line, NurbsSurface, Surface};
 use crate::prepare::{Net, PreparedBrep};
-use nalgebra::{Point3, Vector3};
+use nalgebra::{Point3, Vector3, Vector4};
+
+/// `z = x^2 + y^2` over `[-1, 1]^2`, up to `x = border`.
+pub(super) fn bowl(border: f64) -> PreparedBrep {
+    let (linear, square) = ([-1.0, 0.0, 1.0], [1.0, -1.0, 1.0]);
+    let net = (0..9).map(|k| {
+        let (i, j) = (k / 3, k % 3);
+        Vector4::new(linear[i], linear[j], square[i] + square[j], 1.0)
+    });
+    let knots = || vec![-1.0, -1.0, -1.0, 1.0, 1.0, 1.0];
+    let surface = NurbsSurface::new([2, 2], [3, 3], net.collect(), [knots(), knots()]).unwrap();
+    let corners = [[-1.0, -1.0], [border, -1.0], [border, 1.0], [-0.75, 0.0]];
+    let mut b = BrepBuilder::new();
+    let ids = corners.map(|[x, y]| b.vertex([x, y, x * x + y * y]));
+    let trims = [0, 1, 2, 3].map(|k| {
+        let vertices = [ids[k], ids[(k + 1) % 4]];
+        let ends = [corners[k], corners[(k + 1) % 4]].map(Into::into);
+        let unit = Interval::new(0.0, 1.0).unwrap();
+        TrimSpec {
+            vertices,
+            curve: Curve::Line(Line::new(ends[0], ends[1], unit).unwrap()),
+            edge: Some(b.straight_edge(vertices).unwrap()),
+        }
+    });
+    b.face_with_trims(Surface::Nurbs(surface), vec![trims.to_vec()])
+        .unwrap();
+    PreparedBrep::new(b.build().unwrap())
+}
 
 /// The square in the plane x = 4 with y and z from -1 to 1.
 fn wall() -> PreparedBrep {

@@ -2,6 +2,7 @@
 
 use super::*;
 use crate::numeric::Dyadic;
+use crate::query::{Accuracy, Options, Probe, Sphere, Witness, Workspace, contact_from};
 use proptest::prelude::*;
 
 fn squared(a: [f64; 3], b: [f64; 3]) -> Dyadic {
@@ -44,5 +45,34 @@ proptest! {
         let least = kept.least(&Point3::from(other));
         let truth = squared(x, other);
         prop_assert!(Dyadic::from_f64(least).is_some_and(|l| l <= truth), "{} {}", least, truth.approximate());
+    }
+}
+
+/// A ball over the face teaches the box that its foot is on; the next one has its foot on the same surface beyond the trim at x = 1/4, where nothing is: it is nearest to the
+/// trim at `(1/4, 0, 1/16)`.
+#[test]
+fn a_kept_box_may_be_out_of_its_region() {
+    let brep = crate::query::tests::bowl(0.25);
+    let (mut witness, mut workspace) = (Witness::default(), Workspace::default());
+    let options = Options {
+        accuracy: Accuracy::Length(0.125),
+        prediction: f64::INFINITY,
+        ..Options::default()
+    };
+    for x in [0.125, 0.375] {
+        // 1/8 of the normal (-2 x, 0, 1) above (x, 0).
+        let center = Point3::new(0.75 * x, 0.0, x * x + 0.125);
+        let probe = Probe::Sphere(Sphere::new(center, 0.0).unwrap());
+        let answer = contact_from(&brep, &probe, &mut witness, &options, &mut workspace);
+        let bounds = answer.separation.bounds;
+        let truth = if x < 0.25 {
+            0.125 * (1.0 + 4.0 * x * x).sqrt()
+        } else {
+            (center - Point3::new(0.25, 0.0, 0.0625)).norm()
+        };
+        assert!(
+            bounds.lo < truth + 1e-15 && bounds.hi > truth - 1e-15,
+            "{x}: {bounds:?} {truth}"
+        );
     }
 }

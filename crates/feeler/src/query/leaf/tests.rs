@@ -8,6 +8,7 @@ use crate::query::node::Node;
 use crate::query::objective::Objective;
 use crate::query::outcome::{Goal, Width};
 use crate::query::task::Memory;
+use crate::query::{Options, Probe, Sphere, Workspace, contact};
 use nalgebra::{Point3, Vector4};
 
 /// The distance of `(a, b, 1)` from points of a flat NURBS square: `f = 1 + |p - (a, b)|^2` is as convex along u as along v, and has no terms beyond: at any point
@@ -50,5 +51,28 @@ fn the_bound_of_a_quadratic_is_its_least_value() {
             let far = (p[0] - a).hypot(p[1] - b);
             assert!(leaf.rho >= far, "{a} {b} {p:?}: {} {far}", leaf.rho);
         }
+    }
+}
+
+/// The least distance of the whole surface is next to the trim at x = 0, beyond it by less than a parameter's leading digits tell: that of the face is that of the
+/// trim's own point, the origin.
+#[test]
+fn a_minimum_beyond_a_trim_is_none() {
+    let brep = crate::query::tests::bowl(0.0);
+    for digits in [52, 60] {
+        let h = 2f64.powi(-digits);
+        let probe = Probe::Sphere(Sphere::new([h, 0.0, h].into(), 0.0).unwrap());
+        let answer = contact(
+            &brep,
+            &probe,
+            &Options::default(),
+            &mut Workspace::default(),
+        );
+        let bounds = answer.separation.bounds;
+        let truth = h * 2f64.sqrt();
+        assert!(
+            bounds.lo <= truth.next_up() && bounds.hi >= truth.next_down(),
+            "{bounds:?}"
+        );
     }
 }
