@@ -724,3 +724,31 @@ fn bounds_count_the_rounding_of_weights() {
         assert!(bound >= 0.999 * off, "{scale:e}: {bound:e} {off:e}");
     }
 }
+
+/// 64 turns are allowed, and no more.
+#[test]
+fn arcs_of_many_turns() {
+    let turns = 64.0 * TAU;
+    let arc = |end: f64| tilted_arc(interval(0.0, end), interval(0.0, 1.0)).to_nurbs();
+    assert!(arc(turns).is_ok());
+    assert!(matches!(
+        arc(turns.next_up()),
+        Err(GeometryError::Angle { .. })
+    ));
+}
+
+/// Twice (coordinates and weights) gamma of 2 (6 p + 4 p + 4) roundings of points at distance 5, for p = 5.
+#[test]
+fn the_bound_of_a_poly_curve_counts_its_steps() {
+    let points = (0..6).map(|i| Vector4::new(3.0, 4.0 - f64::from(i), 0.0, 1.0));
+    let knots = [[0.0; 6], [1.0; 6]].concat();
+    let curve: Curve3 = Curve::Nurbs(NurbsCurve::new(5, points.collect(), knots).unwrap());
+    let poly = PolyCurve::new(vec![curve], vec![0.0, 1.0]).unwrap();
+    let bound = Curve::Poly(poly).to_nurbs().unwrap().bound;
+    let steps = f64::from(2 * (6 * 5 + 4 * 5 + 4));
+    let least = 2.0 * steps * (f64::EPSILON / 2.0) * 5.0;
+    assert!(
+        (least..=1.001 * least).contains(&bound),
+        "{bound:e} {least:e}"
+    );
+}

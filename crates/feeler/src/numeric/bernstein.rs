@@ -380,6 +380,12 @@ mod tests {
             assert!((plain..=plain * 1.001).contains(&error), "{error:e}");
         }
         assert_eq!(split_error::<f64>(B, true, 0.0, 1.0), 2.0);
+        // Two ends, four roundings and two quotients for each of the degree; a few bits of numbers that all have.
+        for (along_u, degree) in [(true, 2.0), (false, 4.0)] {
+            let error = part_error::<f64>(B, along_u, 3.0, 0.0);
+            let plain = 2.0 * degree * (4.0 * f64::UNIT + 2.0 * f64::DIV_UNIT) * 3.0;
+            assert!((plain..=plain * 1.001).contains(&error), "{error:e}");
+        }
     }
 
     #[test]

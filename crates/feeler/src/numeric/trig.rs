@@ -134,6 +134,11 @@ fn inverse_factorial(n: usize) -> Ball<Dd> {
     Ball::from_dd(c, 2.0 * f64::EPSILON * f64::EPSILON * c.hi)
 }
 
+/// The ball of all that is within `by` of one; the last factor makes up for the sum's rounding.
+fn widened(b: Ball<Dd>, by: f64) -> Ball<Dd> {
+    Ball::from_dd(b.mid, (b.rad + by) * (1.0 + 4.0 * f64::EPSILON))
+}
+
 /// `(sin a, cos a)` of every angle `a` in the ball, in radians.
 ///
 /// Method: with k the integer nearest to `2a/pi`, `r = a - k pi/2` by Cody and Waite's
@@ -162,7 +167,7 @@ pub fn sin_cos(angle: Ball<Dd>) -> (Ball<Dd>, Ball<Dd>) {
         /// What [`HALF_PI`] leaves of pi/2: 2^-163.
         const REST: f64 = 1.0 / ((1u128 << 100) as f64 * (1u64 << 63) as f64);
         r = r - Ball::from_dd(Dd::product(k, HALF_PI[2]), 0.0);
-        r.rad = (r.rad + k.abs() * REST) * (1.0 + 4.0 * f64::EPSILON);
+        r = widened(r, k.abs() * REST);
     }
     // |r.mid| <= pi/4 + the error of k, below 0.786; the series are taken at r.mid, exact,
     // and r.rad is added after: sine and cosine have slopes of at most 1.
@@ -180,11 +185,9 @@ pub fn sin_cos(angle: Ball<Dd>) -> (Ball<Dd>, Ball<Dd>) {
         }
         sum
     };
-    let widen =
-        |b: Ball<Dd>, by: f64| Ball::from_dd(b.mid, (b.rad + by) * (1.0 + 4.0 * f64::EPSILON));
     // The rest of the sine is |r| times one of the bracket, so small angles keep their digits.
-    let sine = widen(x * widen(series(1, 27), SIN_REST), r.rad);
-    let cosine = widen(series(0, 28), COS_REST + r.rad);
+    let sine = widened(x * widened(series(1, 27), SIN_REST), r.rad);
+    let cosine = widened(series(0, 28), COS_REST + r.rad);
     // k is an integer of at most 31 bits.
     match (k as i64).rem_euclid(4) {
         0 => (sine, cosine),
@@ -219,9 +222,7 @@ pub(crate) fn vector_angle(y: Ball<Dd>, x: Ball<Dd>) -> Option<Ball<Dd>> {
         return None;
     }
     let series = z - z * z * z / Ball::exact(3.0);
-    let rest = most.powi(5) * 0.25;
-    let off = Ball::from_dd(series.mid, (series.rad + rest) * (1.0 + 4.0 * f64::EPSILON));
-    Some(about + off)
+    Some(about + widened(series, most.powi(5) * 0.25))
 }
 
 /// Angles within which two terms of the series of the arc tangent leave less than 2^-122.
@@ -548,4 +549,11 @@ mod tests {
             },
         ),
     ];
+
+    /// 1 + 2^-53 is no f64, and rounds down.
+    #[test]
+    fn a_widened_ball_holds_what_rounding_takes() {
+        let b = widened(Ball::from_dd(Dd::ONE, 1.0), 0.5 * f64::EPSILON);
+        assert!(b.rad > 1.0 && b.rad < 1.0 + 1e-14, "{b:?}");
+    }
 }

@@ -125,4 +125,20 @@ mod tests {
             assert!((back - t).abs() <= 16.0 * f64::EPSILON, "{t} {back}");
         }
     }
+
+    /// Of half angles up to the largest there are, where the formula's own roundings miss the end.
+    #[test]
+    fn ends_are_kept_to_the_last_bit() {
+        let on = Interval {
+            start: 0.1,
+            end: 0.7,
+        };
+        for i in 1..=104 {
+            let mut map = ParameterMap::default();
+            map.push_arc(on, f64::from(i) * 0.01);
+            for t in [on.start, on.end] {
+                assert_eq!((map.to_nurbs(t), map.to_native(t)), (t, t), "{i}");
+            }
+        }
+    }
 }

@@ -169,3 +169,50 @@ fn enclosed((mut slices, o): (Vec<Slice<'_>>, [f64; 2])) -> Enclosure {
         slices = next;
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::tests::shapes::{Use, bezier, face, line};
+    use super::*;
+
+    fn region(curve: &[[f64; 3]], corners: &[[f64; 2]]) -> TrimRegion {
+        let mut sides: Vec<Use> = vec![bezier(curve).into()];
+        sides.extend(corners.windows(2).map(|w| line(w[0], w[1]).into()));
+        TrimRegion::new(&face([-2.0, 2.0, -2.0, 2.0], Some(vec![sides])), 0)
+    }
+
+    /// A side with a flat bulge of height h, so slight that it need not be halved: between it and its chord are 0.6 h and less than h^2, of the h that
+    /// its control points allow. The area is `∫ u dv` along it, as the other sides are at u = 0 or level:
+    /// u = 3 a t^2 + (1 - 3 a) t^3 with a = 1 - h, dv = 3 h + 2 (3 - 6 h) t + 3 (3 h - 2) t^2.
+    #[test]
+    fn an_area_that_no_part_is_halved_for() {
+        let h = 1.0 / f64::from(1 << 20);
+        let curve = [[0.0, 0.0], [0.0, h], [1.0 - h, 1.0], [1.0, 1.0]].map(|[u, v]| [u, v, 1.0]);
+        let found = region(&curve, &[[1.0, 1.0], [0.0, 1.0], [0.0, 0.0]]).loop_area(0);
+        let a = 1.0 - h;
+        let (first, second, third) = (3.0 * h, 2.0 * (3.0 - 6.0 * h), 3.0 * (3.0 * h - 2.0));
+        let is = 3.0 * a * (first / 3.0 + second / 4.0 + third / 5.0)
+            + (1.0 - 3.0 * a) * (first / 4.0 + second / 5.0 + third / 6.0);
+        assert!((is - (0.5 - 0.6 * h)).abs() < 2.0 * h * h);
+        assert!(
+            found.contains(is) && found.width() < 1.01 * h,
+            "{found:?} {is}"
+        );
+    }
+
+    /// Whatever a part does, no more than half its polygon's length times its reach, which goes with the square of its size.
+    #[test]
+    fn a_part_that_is_not_monotone() {
+        let size = 1.0 / 1024.0;
+        let curve = [[0.0, 0.0, 1.0], [size, 0.0, 1.0], [size, size, 1.0]];
+        let region = region(&curve, &[[size, size], [0.0, 1.0], [0.0, 0.0]]);
+        let slice = slice(&region.trim_pieces()[0], [0.0, 1.0], false, [0.0; 2]).unwrap();
+        let most = 0.5 * (2.0 * size) * (2f64.sqrt() * size);
+        assert!(
+            (most..=1.001 * most).contains(&slice.bulge[1]),
+            "{:?}",
+            slice.bulge
+        );
+        assert_eq!(slice.bulge[0], -slice.bulge[1]);
+    }
+}

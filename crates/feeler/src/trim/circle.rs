@@ -574,4 +574,22 @@ mod tests {
             }
         }
     }
+
+    /// The first quarter of a circle from 1 to 3 in u: whose box begins at the centre, and whose extremes are exactly there.
+    #[test]
+    fn beside_a_circle_and_a_quarter() {
+        let span = ArcSpan {
+            center: [2.0, 0.0],
+            radius: 1.0,
+            quadrant: 0,
+            ccw: true,
+            ends: [Direction::Axis(0), Direction::Axis(1)],
+        };
+        let about = [1.0, 1f64.next_up(), 3f64.next_down(), 3.0].map(|q| span.about(0, q));
+        let (less, greater) = (Some(Ordering::Less), Some(Ordering::Greater));
+        assert_eq!(about, [greater, None, None, less]);
+        let beside = [1.5, 2f64.next_down(), 2.0, 2.5, 3.0, 3f64.next_up()];
+        let beside = beside.map(|q| span.is_beside(0, q));
+        assert_eq!(beside, [true, true, false, false, false, true]);
+    }
 }

@@ -369,4 +369,23 @@ mod tests {
             }
         }
     }
+
+    /// A curve that ends on another's chord does not pass it.
+    #[test]
+    fn an_end_on_a_line_is_not_past_it() {
+        let points =
+            |p: &[[f64; 2]]| -> Vec<Point> { p.iter().map(|q| q.map(Ball::exact)).collect() };
+        let chord = points(&[[0.0, 0.0], [2.0, 0.0]]);
+        for (from, to, is) in [
+            (-1.0, 1.0, true),
+            (1.0, -1.0, true),
+            (0.0, 1.0, false),
+            (1.0, 0.0, false),
+            (0.0, -1.0, false),
+            (-1.0, 0.0, false),
+        ] {
+            let a = points(&[[1.0, from], [1.0, to]]);
+            assert_eq!(passes(&a, &chord), is, "{from} {to}");
+        }
+    }
 }

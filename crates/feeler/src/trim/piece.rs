@@ -488,6 +488,9 @@ mod tests {
             let error = Horner::<f64>::new(&[balls(x, 0.0, w, 0.0); 2]).error;
             assert_eq!(error, [f64::INFINITY; 2]);
         }
+        // Weights known within 0.15: the quotient is up to 1 / 0.85.
+        let error = Horner::<f64>::new(&[balls(1.0, 0.0, 1.0, 0.15); 2]).error;
+        assert!(error[0] >= 1.0 / 0.85 - 1.0 && error[0] < 0.3, "{error:?}");
         let vague = Horner::<f64>::new(&[balls(1.0, 0.0, 1.0, 0.3); 2]).error;
         assert_eq!(vague, [f64::INFINITY; 2]);
     }

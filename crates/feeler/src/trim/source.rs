@@ -460,4 +460,20 @@ mod tests {
         let three = to_ball(&IBig::from(-3), 1);
         assert_eq!((three.mid, three.rad), (Dd::from(-6.0), 0.0));
     }
+
+    /// Ends in enclosures that are apart in a coordinate, whichever way, are two; those whose enclosures meet may be one.
+    #[test]
+    fn ends_in_enclosures() {
+        let end = |u: f64, v: f64| {
+            End::Blurred(Blur::plain(
+                [u, v].map(|x| Ball::from_dd(Dd::from(x), 0.25)),
+            ))
+        };
+        let middle = end(0.0, 0.0);
+        for (u, v) in [(1.0, 0.0), (-1.0, 0.0), (0.0, 1.0), (0.0, -1.0)] {
+            assert_eq!(middle.same(&end(u, v)), Some(false), "{u} {v}");
+        }
+        assert_eq!(middle.same(&end(0.125, 0.0)), None);
+        assert_eq!(middle.same(&End::Point([1.0, 0.0])), Some(false));
+    }
 }

@@ -400,3 +400,21 @@ fn joined(all: &Stretches, axis: usize, span: [f64; 2]) -> AxisSplit {
     }
     out
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_exact_root_stays_exact() {
+        let half = Dyadic::new(1.into(), -1);
+        let found = ball(&half, &half);
+        assert_eq!((found.mid, found.rad), (Dd::from(0.5), 0.0));
+        // 1/2 + 2^-70 is no f64, and with 2^-1070 more no double-double.
+        let more = |e: i64| &half + &Dyadic::new(1.into(), e);
+        let found = ball(&more(-70), &more(-70));
+        assert!(found.rad > 0.0 && found.rad < 2f64.powi(-110), "{found:?}");
+        let found = ball(&half, &more(-60));
+        assert!(found.upper() >= 0.5 + 2f64.powi(-60) && found.lower() <= 0.5);
+    }
+}

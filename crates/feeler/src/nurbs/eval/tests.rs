@@ -165,3 +165,16 @@ fn points_have_the_bits_of_derivatives() {
     }
     assert!(compared > 1500, "{compared}");
 }
+
+/// At the end, and at the start from below, the interval next to it that is not empty.
+#[test]
+fn empty_intervals_at_the_ends_are_passed_over() {
+    let domain = Interval::new(0.0, 2.0).unwrap();
+    let find = |t: f64, limit, breaks: &[f64]| {
+        super::parameter::Parameter::new(t, domain, limit).find(breaks)
+    };
+    assert_eq!(find(2.0, Limit::FromAbove, &[0.0, 1.0, 2.0, 2.0]), 1);
+    assert_eq!(find(0.0, Limit::FromBelow, &[0.0, 0.0, 1.0, 2.0]), 1);
+    assert_eq!(find(1.0, Limit::FromAbove, &[0.0, 1.0, 1.0, 2.0]), 2);
+    assert_eq!(find(1.0, Limit::FromBelow, &[0.0, 1.0, 1.0, 2.0]), 0);
+}

@@ -169,3 +169,17 @@ fn a_chord_knows_its_rounding() {
     }
     assert!(rounded > 1000, "{rounded}");
 }
+
+/// A root that both have beyond the part is none on it: both rise on [0, 1], h is 0 at 1/3, r before it or after it.
+#[test]
+fn common_roots_elsewhere() {
+    let of = |n, d| {
+        let roots = vec![(-1, 1, 1), (n, d, 1)];
+        Factors { sign: 1, roots }.polynomial()
+    };
+    for (n, d, expected) in [(1, 4, Crossing::Odd), (1, 2, Crossing::Even)] {
+        let (lo, hi) = (Parameter::zero(), Parameter::one());
+        let found = monotone_crossing(&of(n, d), &of(1, 3), lo, hi, None);
+        assert_eq!(found, expected, "{n}/{d}");
+    }
+}

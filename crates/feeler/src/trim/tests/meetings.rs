@@ -1,8 +1,10 @@
 //! Loops that cross, touch or overlap, and areas: against what is known of them.
 
 use super::shapes::*;
-use crate::numeric::Enclosure;
+use crate::numeric::{Enclosure, Interval};
+use crate::nurbs::{Arc, Curve, Curve2};
 use crate::trim::{Meeting, MeetingKind, TrimRegion};
+use nalgebra::Vector2;
 use proptest::prelude::*;
 use std::f64::consts::PI;
 
@@ -256,5 +258,55 @@ proptest! {
         for e in &expected {
             prop_assert!(found.iter().any(|m| m.trims == e.0), "{e:?}");
         }
+    }
+}
+
+/// A loop of two trims that meet between their ends, too: an S and its chord.
+#[test]
+fn two_trims_that_cross() {
+    let s = [[0.0, 0.0], [0.5, 1.0], [1.5, -1.0], [2.0, 0.0]].map(|[u, v]| [u, v, 1.0]);
+    for back in [
+        line([2.0, 0.0], [0.0, 0.0]),
+        bezier(&[[2.0, 0.0, 1.0], [1.0, 0.0, 1.0], [0.0, 0.0, 1.0]]),
+    ] {
+        let found = meetings(vec![vec![bezier(&s).into(), back.into()]]);
+        assert!(found.iter().any(|m| holds(m, [1.0, 0.0])), "{found:?}");
+    }
+}
+
+/// The cap of a circle of radius 5 over two radians, run through clockwise on an arc whose ends are on no axis: r^2 / 2 (a - sin a).
+#[test]
+fn area_of_a_clockwise_cap() {
+    let angle = Interval::new(-2.5, -2.5 + 2.0).unwrap();
+    let arc: Curve2 = Curve::Arc(
+        Arc::new(Arc {
+            center: [1.0, -2.0].into(),
+            x: [1.0, 0.0].into(),
+            y: [0.0, -1.0].into(),
+            z: Vector2::zeros(),
+            radius: 5.0,
+            angle,
+            domain: angle,
+        })
+        .unwrap(),
+    );
+    let ends = [angle.start, angle.end].map(|t| <[f64; 2]>::from(arc.point(t).coords));
+    for reversed in [false, true] {
+        let cap = vec![
+            Use {
+                curve: arc.clone(),
+                span: None,
+                reversed,
+            },
+            if reversed {
+                line(ends[0], ends[1]).into()
+            } else {
+                line(ends[1], ends[0]).into()
+            },
+        ];
+        let found = TrimRegion::new(&face(WIDE, Some(vec![cap])), 0).loop_area(0);
+        let is = 12.5 * (2.0 - 2f64.sin()) * if reversed { 1.0 } else { -1.0 };
+        assert!(found.contains(is), "{found:?} {is}");
+        assert!(found.width() < is.abs() / 1024.0, "{found:?}");
     }
 }

@@ -4,6 +4,8 @@ use super::shapes::*;
 use crate::nurbs::{Curve, PolyCurve};
 use crate::trim::decide::Part;
 use crate::trim::piece::Piece;
+use crate::trim::spline::Param;
+use crate::trim::split::Trend;
 use crate::trim::{BoundaryPiece, BoxSide, Side, TrimRegion};
 
 const WIDE: [f64; 4] = [-10.0, 10.0, -10.0, 10.0];
@@ -269,4 +271,46 @@ fn boxes_of_parts_hold_their_ends() {
             assert!(hi >= to && hi - to < 1e-14, "{axis} [{a}, {b}]: {hi}");
         }
     }
+}
+
+/// A curve cut where it is lowest, at a parameter where its control points are no f64: it rises from there on, as the integers tell.
+#[test]
+fn cut_where_the_derivative_is_zero() {
+    // (s, c s^2) / (1 + s^2) with s = t - 1/4, c of few bits, so that all of its control points are f64.
+    let c = f64::from(0.7_f32);
+    let [s, squared] = [[-4.0, 4.0, 12.0], [1.0, -3.0, 9.0]].map(|b| b.map(|x| x / 16.0));
+    let points = [0, 1, 2].map(|i| [s[i], c * squared[i], 1.0 + squared[i]]);
+    let cut = Use {
+        curve: bezier(&points),
+        span: Some([0.25, 1.0]),
+        reversed: false,
+    };
+    let end = [points[2][0] / points[2][2], points[2][1] / points[2][2]];
+    let sides = vec![cut, line(end, [0.0, 0.0]).into()];
+    let region = TrimRegion::new(&face(WIDE, Some(vec![sides])), 0);
+    let parts = region.parts().iter().filter(|p| p.own.piece == 0);
+    let parts: Vec<_> = parts.map(|p| (p.trends, p.own.t)).collect();
+    assert_eq!(parts, [([Trend::Up; 2], [0.0, 1.0])]);
+}
+
+/// 1/3, against f64 on either side.
+#[test]
+fn parameters_that_are_no_f64() {
+    use std::cmp::Ordering::{Equal, Greater, Less};
+    let third = Param::mapped(1.0, [0.0, 3.0], [0.0, 1.0]);
+    // As f64 it is rounded down.
+    let near: f64 = 1.0 / 3.0;
+    for (x, is) in [
+        (0.25, Greater),
+        (near, Greater),
+        (near.next_up(), Less),
+        (0.5, Less),
+        (1.0, Less),
+    ] {
+        assert_eq!(third.compare(x), is, "{x}");
+    }
+    assert_eq!(
+        Param::mapped(3.0, [0.0, 3.0], [0.0, 1.0]).compare(1.0),
+        Equal
+    );
 }
