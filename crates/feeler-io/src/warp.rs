@@ -151,7 +151,8 @@ mod tests {
         let hyperbola: Form<3, 4> = Form::Hyperbola(frame(), [a, b]);
         let on_ellipse = |t: f64| (a * t.cos(), b * t.sin());
         let on_hyperbola = |t: f64| (a * t.cosh(), b * t.sinh());
-        let cases: [(&Form<3, 4>, &dyn Fn(f64) -> (f64, f64), [f64; 2]); 4] = [
+        type Case<'a> = (&'a Form<3, 4>, &'a dyn Fn(f64) -> (f64, f64), [f64; 2]);
+        let cases: [Case; 4] = [
             (&ellipse, &on_ellipse, [0.0, std::f64::consts::TAU]),
             (&ellipse, &on_ellipse, [-1.0, 2.5]),
             (&hyperbola, &on_hyperbola, [-1.5, 2.0]),
