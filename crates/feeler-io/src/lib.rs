@@ -48,6 +48,7 @@ mod sheets;
 mod step;
 mod step_problem;
 mod threedm;
+mod turned;
 mod units;
 mod warp;
 

@@ -5,8 +5,9 @@ use super::super::splines::Knots;
 use super::Problem;
 use super::surfaces::Chart;
 use super::text::near;
+use crate::turned::{negated, turned};
 use feeler::numeric::Interval;
-use feeler::nurbs::{Arc, Curve, KnotVector, Line, NurbsCurve, PolyCurve, Polyline};
+use feeler::nurbs::{Arc, Curve, KnotVector, Line, NurbsCurve};
 use nalgebra::{Point, SVector};
 
 /// What is off by no more than this part of a length of 1, or of the model's size, is rounded: some sixty units in the last place.
@@ -19,52 +20,6 @@ pub(super) struct Piece<const D: usize, const H: usize> {
     pub(super) range: Interval,
     /// How far the curve is from the one it stands for: 0 but for curves in pieces.
     pub(super) bound: f64,
-}
-
-fn negated(i: Interval) -> Interval {
-    Interval {
-        start: -i.end,
-        end: -i.start,
-    }
-}
-
-fn backward(params: &[f64]) -> Vec<f64> {
-    params.iter().rev().map(|t| -t).collect()
-}
-
-/// The same points in the other direction, at the negated parameter. Exact.
-fn turned<const D: usize, const H: usize>(curve: &Curve<D, H>) -> Result<Curve<D, H>, Problem> {
-    Ok(match curve {
-        Curve::Line(l) => Curve::Line(Line {
-            from: l.to,
-            to: l.from,
-            domain: negated(l.domain),
-        }),
-        Curve::Arc(a) => Curve::Arc(Arc {
-            y: -a.y,
-            z: -a.z,
-            angle: negated(a.angle),
-            domain: negated(a.domain),
-            ..a.clone()
-        }),
-        Curve::Polyline(p) => {
-            let points = p.points().iter().rev().copied().collect();
-            Curve::Polyline(Polyline::new(points, backward(p.params()))?)
-        }
-        Curve::Nurbs(n) => {
-            let points = n.control_points().iter().rev().copied().collect();
-            let knots = backward(n.knots().knots());
-            Curve::Nurbs(NurbsCurve::new(n.degree(), points, knots)?)
-        }
-        Curve::Poly(p) => {
-            let mut segments = Vec::with_capacity(p.segments().len());
-            for segment in p.segments().iter().rev() {
-                // Segments are never poly-curves themselves: one level deep.
-                segments.push(turned(segment)?);
-            }
-            Curve::Poly(PolyCurve::new(segments, backward(p.params()))?)
-        }
-    })
 }
 
 impl<const D: usize, const H: usize> Piece<D, H> {

@@ -5,6 +5,7 @@
 //! | `chunks` | chunks, checksums, plain values |
 //! | `geometry` | curves and surfaces in their native form |
 //! | `brep` | `ON_Brep` 3.2 |
+//! | `directed` | trims that run against their curves, along others |
 //! | `unwound` | what winds around by more than a turn, as NURBS |
 //!
 //! What is read back is the same, number by number, but for what the format has no room for: the two outer knots of splines that are not
@@ -13,6 +14,7 @@
 
 mod brep;
 mod chunks;
+mod directed;
 mod geometry;
 mod unwound;
 
@@ -222,7 +224,8 @@ impl<'d> File<'d> {
                 face,
             });
         }
-        brep::brep(body, geometry, brep);
+        let along = directed::directed(brep);
+        brep::brep(body, geometry, along.as_ref().unwrap_or(brep));
         Ok(BREP)
     }
 }
