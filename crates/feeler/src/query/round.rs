@@ -280,23 +280,18 @@ impl Linear {
         along_u >= along_v
     }
 
-    /// Two means, one of the other's, for each of three coefficients. The second takes the place of the first.
+    /// The upper half takes its place, the lower is given.
     fn halve(&mut self, along_u: bool) -> Self {
         let mut low = *self;
-        let (stride, across, range, low_range) = if along_u {
-            (3, 1, &mut self.u, &mut low.u)
+        let (range, low_range) = if along_u {
+            (&mut self.u, &mut low.u)
         } else {
-            (1, 3, &mut self.v, &mut low.v)
+            (&mut self.v, &mut low.v)
         };
-        for k in 0..3 {
-            let [i, j, l] = [0, 1, 2].map(|m| k * across + m * stride);
-            let (p, q) = (0.5 * (low.c[i] + low.c[j]), 0.5 * (low.c[j] + low.c[l]));
-            let m = 0.5 * (p + q);
-            (low.c[j], low.c[l]) = (p, m);
-            (self.c[i], self.c[j]) = (m, q);
-        }
         let middle = 0.5 * (range[0] + range[1]);
         (range[0], low_range[1]) = (middle, middle);
+        low.c = part(&self.c, along_u, 0.5, false);
+        self.c = part(&self.c, along_u, 0.5, true);
         low
     }
 }
