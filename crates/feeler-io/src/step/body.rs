@@ -753,7 +753,7 @@ impl Body<'_, '_> {
             // instead takes three hundred times the file.)
             let is_within = match self.b.parts.curves2.get(u.curve) {
                 Some(curve @ Curve::Nurbs(_)) => (0..2).all(|c| {
-                    let slack = slack(chart, curve, c, domain[c], self.size);
+                    let slack = slack(chart, c, domain[c], self.size);
                     stays(curve, c, domain[c], slack)
                 }),
                 _ => true,

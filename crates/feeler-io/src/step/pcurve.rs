@@ -316,8 +316,7 @@ fn straight_bound(
         }
         _ => return None,
     };
-    // The third is for what of the line is cut off by the surface's domain: [`smooth::slack`].
-    Some(bound + 3.0 * FORMULA * size)
+    Some(bound + 2.0 * FORMULA * size)
 }
 
 /// One end of a piece.

@@ -56,8 +56,6 @@ const COEFFICIENT: f64 = 1.0 / (1_u64 << 44) as f64;
 /// See the [module](self): twice [`MOST_OUTSIDE`] times [`ROUNDING`].
 const STRAY: f64 = 1.0 / (1_u64 << 36) as f64;
 const MOST_OUTSIDE: f64 = 8.0;
-/// What straight curves may be outside, relative to the domain's end: twice `MOST_OUTSIDE` times this is one [`FORMULA`].
-const STRAIGHT: f64 = 4.0 * f64::EPSILON;
 /// A place on a piece is hit to this part of the piece, or there is no bound.
 const PLACE: f64 = 1.0 / (1_u64 << 26) as f64;
 /// `1 / cos(pi / 6)`, 1.1547006, and room for places that are not hit: `16 tan(pi / 6) 2^-20` is a part of 1e-5.
@@ -149,23 +147,19 @@ pub(super) fn bound(
     (worst < f64::INFINITY).then_some(worst)
 }
 
-/// How far a curve in uv may be outside of a domain in coordinate `c` where [`bound`] is to hold, or what is known of straight ones without it.
-pub(super) fn slack(chart: &Chart, made: &Curve2, c: usize, domain: Interval, size: f64) -> f64 {
+/// How far a fitted curve in uv may be outside of a domain in coordinate `c` where [`bound`] is to hold.
+pub(super) fn slack(chart: &Chart, c: usize, domain: Interval, size: f64) -> f64 {
     let end = domain.start.abs().max(domain.end.abs());
     if !chart.is_elementary() {
         return ROUNDING * end;
     }
-    let part = if let Curve::Line(_) = made {
-        STRAIGHT
-    } else {
-        ROUNDING
-    };
     let is_length = c == 1 && chart.is_ruled();
-    part * end.min(if is_length {
-        MOST_OUTSIDE * size
-    } else {
-        MOST_OUTSIDE
-    })
+    ROUNDING
+        * end.min(if is_length {
+            MOST_OUTSIDE * size
+        } else {
+            MOST_OUTSIDE
+        })
 }
 
 /// The degree of a curve that is a polynomial on each of its pieces.
@@ -369,29 +363,18 @@ mod tests {
     /// However long a domain is, what is cut off at its ends moves no point by more than there is room for.
     #[test]
     fn what_is_cut_off_has_room() {
-        let span = interval(0.0, 1.0);
         let size = 10.0;
-        let at = |uv: [f64; 2]| Vector3::new(uv[0], uv[1], 1.0);
         for (name, chart) in charts() {
             for end in [1.0, 7.0, 90.0, 1e6] {
-                let domain = interval(0.0, end);
-                let (from, to) = (Point2::origin(), Point2::new(end, end));
-                let line = Curve::Line(Line::new(from, to, span).unwrap());
-                let knots = vec![0.0, 0.0, 1.0, 1.0];
-                let points = vec![at([0.0, 0.0]), at([end, end])];
-                let spline = Curve::Nurbs(NurbsCurve::new(1, points, knots).unwrap());
-                for (made, room) in [(line, FORMULA), (spline, STRAY)] {
-                    let off = [0, 1].map(|c| slack(&chart, &made, c, domain, size));
-                    let far = chart.far(0.0).max(size);
-                    // Of a cone the radius grows with v, which the numbers of the bound do, too.
-                    let near = Point2::new(0.0, 0.0);
-                    let moved = Point2::new(off[0], off[1]);
-                    let by = (chart.point(&moved) - chart.point(&near)).norm();
-                    let rounded = 4.0 * f64::EPSILON * far;
-                    assert!(by <= room * far + rounded, "{name}, {end}: {by:e}");
-                    // And it is something, where the domain is as long as usual.
-                    assert!(off[0] > 0.0 && off[1] > 0.0);
-                }
+                let off = [0, 1].map(|c| slack(&chart, c, interval(0.0, end), size));
+                let far = chart.far(0.0).max(size);
+                // Of a cone the radius grows with v, which the numbers of the bound do, too.
+                let [near, moved] = [[0.0; 2], off].map(Point2::from);
+                let by = (chart.point(&moved) - chart.point(&near)).norm();
+                let rounded = 4.0 * f64::EPSILON * far;
+                assert!(by <= STRAY * far + rounded, "{name}, {end}: {by:e}");
+                // And it is something, where the domain is as long as usual.
+                assert!(off[0] > 0.0 && off[1] > 0.0);
             }
         }
     }
