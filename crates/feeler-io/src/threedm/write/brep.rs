@@ -4,7 +4,7 @@ use super::super::archive::{ANONYMOUS, UNSET};
 use super::chunks::Writer;
 use super::geometry::{Bounds, Geometry, bound, bound_surface};
 use feeler::brep::{Brep, Iso, LoopKind, TrimCurve, TrimKind};
-use feeler::nurbs::Curve;
+use feeler::nurbs::{Curve, Curve2};
 
 const BREP: &str = "60B5DBC5-E660-11d3-BFE4-0010830122F0";
 
@@ -61,13 +61,33 @@ fn iso(iso: Iso) -> i32 {
 /// openNURBS takes a trim for one along a border that is off it by no more than this part of the domain: the root of 2^-52.
 const ALONG: f64 = 1.0 / (1_u64 << 26) as f64;
 
-/// A straight trim's place on its surface's domain, which import may have widened; of others what the file said.
+/// How far a straight curve, or the control points of a spline, reach in u and v; `None` of other curves.
+fn reach(curve: &Curve2) -> Option<[[f64; 2]; 2]> {
+    let around = |points: &mut dyn Iterator<Item = [f64; 2]>| {
+        let none = [[f64::INFINITY, f64::NEG_INFINITY]; 2];
+        points.fold(none, |r, p| {
+            [0, 1].map(|c| [r[c][0].min(p[c]), r[c][1].max(p[c])])
+        })
+    };
+    match curve {
+        Curve::Line(l) => Some(around(&mut [l.from, l.to].iter().map(|p| [p.x, p.y]))),
+        Curve::Nurbs(n) => {
+            let points = n.control_points().iter();
+            Some(around(&mut points.map(|p| [p.x / p.z, p.y / p.z])))
+        }
+        _ => None,
+    }
+}
+
+/// The place on its surface's domain, which import may have widened, of a trim along a parameter line; of curves that are neither straight nor
+/// splines what the file said.
 fn iso_on_surface(brep: &Brep, trim: &TrimCurve) -> Iso {
     let parts = brep.parts();
     let face = parts.loops.get(trim.trim_loop).map(|l| l.face);
     let surface = face.and_then(|f| parts.faces.get(f)).map(|f| f.surface);
     let surface = surface.and_then(|s| parts.surfaces.get(s));
-    let (Some(surface), Some(Curve::Line(line))) = (surface, parts.curves2.get(trim.curve)) else {
+    let (Some(surface), Some(reach)) = (surface, parts.curves2.get(trim.curve).and_then(reach))
+    else {
         return trim.iso;
     };
     let kinds = [
@@ -76,12 +96,12 @@ fn iso_on_surface(brep: &Brep, trim: &TrimCurve) -> Iso {
     ];
     for (c, ([low, inside, high], domain)) in kinds.into_iter().zip(surface.domain()).enumerate() {
         let slack = ALONG * domain.length();
-        let near = |x: f64| (line.from[c] - x).abs() <= slack && (line.to[c] - x).abs() <= slack;
+        let near = |x: f64| reach[c].iter().all(|end| (end - x).abs() <= slack);
         if near(domain.start) {
             return low;
         } else if near(domain.end) {
             return high;
-        } else if near(line.from[c]) {
+        } else if near(reach[c][0]) {
             return inside;
         }
     }
