@@ -58,7 +58,7 @@ fn main() {
 
     const PRECOMPILED: &str = "common.hpp.gch";
 
-    /// Has a header that most files include be read once instead of some sixty times, by GCC (half of what compiling takes); where that fails, it is
+    /// Has a header that most files include be read once instead of some sixty times, by GCC (more than half of what most of them take); where that fails, it is
     /// included as ever.
     fn include_precompiled(build: &mut cc::Build, header: &Path) {
         let compiler = build.get_compiler();

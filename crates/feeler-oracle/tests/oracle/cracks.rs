@@ -213,7 +213,7 @@ fn kernel_widths_hold_over_the_corpora_and_are_near_on_the_parts_of_the_thesis()
 
 /// The same of every edge.
 #[test]
-#[ignore = "takes eight minutes of a processor: a quarter of the edges are looked at by the test above"]
+#[ignore = "takes minutes: a quarter of the edges are looked at by the test above"]
 fn all_kernel_widths_hold_over_the_corpora() {
     widths_hold_and_are_near(1);
 }
