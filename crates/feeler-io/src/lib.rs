@@ -43,12 +43,12 @@ mod file;
 mod occt;
 mod poles;
 mod rescale;
+mod reversed;
 mod sheets;
 #[cfg(feature = "step")]
 mod step;
 mod step_problem;
 mod threedm;
-mod turned;
 mod units;
 mod warp;
 

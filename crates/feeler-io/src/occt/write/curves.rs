@@ -5,7 +5,7 @@ use super::super::splines::Knots;
 use super::Problem;
 use super::surfaces::Chart;
 use super::text::near;
-use crate::turned::{negated, turned};
+use crate::reversed::{negated, reversed_curve};
 use feeler::numeric::Interval;
 use feeler::nurbs::{Arc, Curve, KnotVector, Line, NurbsCurve};
 use nalgebra::{Point, SVector};
@@ -29,7 +29,7 @@ impl<const D: usize, const H: usize> Piece<D, H> {
         reversed: bool,
     ) -> Result<Self, Problem> {
         let (curve, span) = if reversed {
-            (turned(curve)?, negated(span))
+            (reversed_curve(curve)?, negated(span))
         } else {
             (curve.clone(), span)
         };

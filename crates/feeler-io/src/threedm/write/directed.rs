@@ -3,7 +3,7 @@
 //! The format has a byte for trims that run against theirs, which openNURBS writes and does not heed when it reads: ends of such trims do not meet
 //! there. So their curves are written the other way round, which is exact.
 
-use crate::turned::{negated, turned};
+use crate::reversed::{negated, reversed_curve};
 use feeler::brep::Brep;
 
 /// The same BREP with such curves, if it has trims that run against theirs.
@@ -17,7 +17,7 @@ pub(super) fn directed(brep: &Brep) -> Option<Brep> {
         *uses.get_mut(trim.curve)? += 1;
     }
     for trim in parts.trims.iter_mut().filter(|t| t.reversed) {
-        let curve = turned(&parts.curves2[trim.curve]).ok()?;
+        let curve = reversed_curve(&parts.curves2[trim.curve]).ok()?;
         if uses[trim.curve] == 1 {
             parts.curves2[trim.curve] = curve;
         } else {

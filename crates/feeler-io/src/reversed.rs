@@ -1,4 +1,4 @@
-//! Curves run the other way.
+//! Curves reversed.
 
 use feeler::numeric::Interval;
 use feeler::nurbs::{Arc, Curve, GeometryError, Line, NurbsCurve, PolyCurve, Polyline};
@@ -16,7 +16,7 @@ fn backward(params: &[f64]) -> Vec<f64> {
 }
 
 /// The same points in the other direction, at the negated parameter. Exact.
-pub(crate) fn turned<const D: usize, const H: usize>(
+pub(crate) fn reversed_curve<const D: usize, const H: usize>(
     curve: &Curve<D, H>,
 ) -> Result<Curve<D, H>, GeometryError> {
     Ok(match curve {
@@ -45,7 +45,7 @@ pub(crate) fn turned<const D: usize, const H: usize>(
             let mut segments = Vec::with_capacity(p.segments().len());
             for segment in p.segments().iter().rev() {
                 // Segments are never poly-curves themselves: one level deep.
-                segments.push(turned(segment)?);
+                segments.push(reversed_curve(segment)?);
             }
             Curve::Poly(PolyCurve::new(segments, backward(p.params()))?)
         }
