@@ -1,20 +1,20 @@
 //! Contacts of a sphere or a half-space.
 
 use super::answer::{
-    Accuracy, Contact, ContactAnswer, Contacts, Feature, Options, Probe, Separation, Undecided,
+    Accuracy, Contact, ContactAnswer, Contacts, Options, Probe, Separation, Undecided,
 };
 use super::front::Front;
 use super::local::{Spot, Surroundings};
 use super::objective::Objective;
 use super::outcome::{Foot, Goal, Hint, Locus, Outcome, Settled, Source, Width};
-use super::search::{QUARTER, minimize};
+use super::place::{Place, bound_contact, make_contact, place_of, rough_jet, trim_at};
+use super::search::minimize;
 use super::task::Memory;
 use super::{Work, Workspace, inside, one_sphere};
 use crate::numeric::{Ball, Dd, Enclosure, Real};
-use crate::prepare::closed::V3;
-use crate::prepare::{Net, Patch, PreparedBrep, jet};
-use crate::trim::{PieceOrigin, Side};
-use nalgebra::{Point2, Point3, Vector3};
+use crate::prepare::{Patch, PreparedBrep};
+use crate::trim::Side;
+use nalgebra::{Point2, Point3};
 use std::sync::Arc;
 
 /// The floor of full accuracy, relative to the model's size (module docs of the crate).
@@ -25,8 +25,6 @@ const CONTINUUM_SLACK: f64 = 1.0 / (1u64 << 44) as f64;
 pub(super) const CONTINUUM_REACH: f64 = 1.0 / (1u64 << 12) as f64;
 /// Feet nearer to each other than this times the size are one contact.
 const SAME_CONTACT: f64 = 1.0 / (1u64 << 24) as f64;
-/// A foot nearer to a vertex than this times the size is on the vertex.
-const ON_VERTEX: f64 = 1.0 / (1u64 << 40) as f64;
 
 /// The separation and contacts of a sphere or half-space.
 ///
@@ -412,27 +410,6 @@ fn spreads(
     })
 }
 
-/// A point of a net, relative to the net's origin, and its derivatives, in f64.
-pub(super) fn rough_jet(net: &Net<f64>, at: [f64; 2]) -> [Vector3<f64>; 3] {
-    let [h, s, t] = if jet::fits(net.degree) {
-        jet::jet1(net, at[0], at[1])
-    } else {
-        let j = net.jet(Ball::exact(at[0]), Ball::exact(at[1]));
-        [j.value, j.s, j.t].map(|v| v.map(|x| x.mid))
-    };
-    let point = Vector3::from_fn(|c, _| h[c] / h[3]);
-    let along = |d: &[f64; 4]| Vector3::from_fn(|c, _| (d[c] - d[3] * point[c]) / h[3]);
-    [point, along(&s), along(&t)]
-}
-
-/// A point of the BREP in the search's terms.
-pub(super) struct Place {
-    pub(super) face: usize,
-    pub(super) trim: Option<usize>,
-    pub(super) spot: Locus,
-    pub(super) uv: Point2<f64>,
-}
-
 #[allow(clippy::too_many_arguments)] // One caller; the parts of one answer.
 fn contacts(
     brep: &PreparedBrep,
@@ -532,7 +509,7 @@ fn other_contact(
         };
     }
     // Below: the bound of the node. Above: f at the point itself.
-    let f = objective.sample(&patch.net, local[0], local[1]).value();
+    let f = objective.value(&patch.net, local);
     let hi = f.mid + Dd::from(f.rad * (1.0 + 16.0 * f64::EPSILON));
     let radius = match probe {
         Probe::Sphere(p) => p.radius,
@@ -593,377 +570,5 @@ fn other_contact(
                 out.push(c);
             }
         }
-    }
-}
-
-/// Where a settled node's minimum is: the place, its patch and the local parameters there.
-fn place_of(brep: &PreparedBrep, s: &Settled) -> Option<(Place, usize, [Ball<Dd>; 2])> {
-    let (face, trim, patch, local, uv) = match s.source? {
-        Source::Patch { face, index } => {
-            let maps = &brep.double(face).patches[index].maps;
-            let uv = Point2::new(maps[0].to_native(s.at[0]), maps[1].to_native(s.at[1]));
-            (face, None, index, s.at.map(Ball::exact), uv)
-        }
-        Source::Piece { face, index } => {
-            let geometry = brep.double_double(face);
-            let piece = geometry.piece(index);
-            let (p, _) = crate::prepare::curve_jet(&piece.local, Ball::exact(s.at[0]));
-            let local = [p[0] / p[2], p[1] / p[2]];
-            let maps = &geometry.patches[piece.patch].maps;
-            let uv = Point2::new(
-                maps[0].to_native(local[0].mid.hi),
-                maps[1].to_native(local[1].mid.hi),
-            );
-            (face, piece.trim, piece.patch, local, uv)
-        }
-    };
-    let place = Place {
-        face,
-        trim,
-        spot: Locus::Patch {
-            patch,
-            local,
-            point: None,
-        },
-        uv,
-    };
-    Some((place, patch, local))
-}
-
-/// Of the distance of a ball's centre: where a foot is known to so little, the normal is good to nearly all digits of f64.
-const SHARP_FOOT: f64 = 1.0 / (1u64 << 44) as f64;
-
-/// The point of a place in f64, where that is known within `enough`, and in the direction of a ball's centre within [`SHARP_FOOT`].
-///
-/// The place's parameters are rounded, each by half a unit of one at most, besides what they are known to.
-fn rough_point(brep: &PreparedBrep, probe: &Probe, place: &Place, enough: f64) -> Option<V3> {
-    let Locus::Patch { patch, local, .. } = place.spot else {
-        return None;
-    };
-    let geometry = brep.double(place.face);
-    let net = &geometry.patches[patch].net;
-    if !jet::fits(net.degree) {
-        return None;
-    }
-    let at = local.map(|x| x.mid.hi.clamp(0.0, 1.0));
-    let speeds = geometry.patch_speeds(patch);
-    let moved: f64 = (0..2)
-        .map(|k| speeds[k] * (f64::EPSILON + local[k].rad))
-        .sum();
-    let value = jet::point(net, at[0], at[1]);
-    let point: [Ball<f64>; 3] = std::array::from_fn(|c| {
-        let x = value[c] / value[3] + Ball::exact(net.origin[c]);
-        Ball {
-            rad: (x.rad + moved) * BOUND_UP,
-            ..x
-        }
-    });
-    let enough = match probe {
-        Probe::Sphere(s) => {
-            let off = Vector3::from_fn(|c, _| s.center[c] - point[c].mid);
-            enough.min(SHARP_FOOT * off.norm())
-        }
-        Probe::HalfSpace(_) => enough,
-    };
-    let known = point.iter().all(|x| x.rad <= enough);
-    known.then(|| point.map(Ball::to_dd))
-}
-
-/// The point of a place.
-fn point_of(brep: &PreparedBrep, place: &Place) -> V3 {
-    match place.spot {
-        Locus::Patch {
-            patch,
-            local,
-            point,
-        } => {
-            let net = &brep.double_double(place.face).patches[patch].net;
-            let value = point.or_else(|| jet::fine_value(net, local));
-            let value = value.unwrap_or_else(|| net.jet(local[0], local[1]).value);
-            std::array::from_fn(|c| value[c] / value[3] + Ball::exact(net.origin[c]))
-        }
-        Locus::Closed { point, .. } => point,
-    }
-}
-
-/// A vector along `S_u x S_v` at a place, rounded.
-fn face_normal(brep: &PreparedBrep, place: &Place) -> Vector3<f64> {
-    match place.spot {
-        Locus::Patch { patch, local, .. } => {
-            let net = &brep.double_double(place.face).patches[patch].net;
-            let jet = net.jet(local[0], local[1]);
-            let w = jet.value[3];
-            let along = |d: &[Ball<Dd>; 4]| -> Vector3<f64> {
-                Vector3::from_fn(|c, _| ((d[c] - d[3] * (jet.value[c] / w)) / w).mid.hi)
-            };
-            along(&jet.s).cross(&along(&jet.t))
-        }
-        Locus::Closed { .. } => match brep.closed(place.face) {
-            Some(form) => form.surface.normal([place.uv.x, place.uv.y]).into(),
-            None => Vector3::zeros(),
-        },
-    }
-}
-
-pub(super) fn make_contact(
-    brep: &PreparedBrep,
-    probe: &Probe,
-    place: &Place,
-    separation: Separation,
-    material: bool,
-    accuracy: Accuracy,
-) -> Contact {
-    let rough = match accuracy {
-        Accuracy::Length(a) => rough_point(brep, probe, place, QUARTER * a),
-        Accuracy::Full => None,
-    };
-    let point = rough.unwrap_or_else(|| point_of(brep, place));
-    let on_brep = Point3::new(point[0].mid.hi, point[1].mid.hi, point[2].mid.hi);
-    let (normal, on_probe) = match probe {
-        Probe::Sphere(s) => {
-            let off: V3 = std::array::from_fn(|c| Ball::exact(s.center[c]) - point[c]);
-            let to_center = Vector3::from_fn(|c, _| off[c].mid.hi);
-            // Within its own error it points nowhere.
-            let error = Vector3::from_fn(|c, _| off[c].rad).norm();
-            let towards = if to_center.norm() > error {
-                if material { -to_center } else { to_center }
-            } else {
-                let normal = face_normal(brep, place);
-                if brep.brep().faces()[place.face].reversed {
-                    -normal
-                } else {
-                    normal
-                }
-            };
-            let normal = unit(towards).or_else(|| {
-                let around = normal_around(brep, place)?;
-                let reversed = brep.brep().faces()[place.face].reversed;
-                unit(if reversed { -around } else { around })
-            });
-            // Of what has no normal anywhere (a surface that is a curve) any direction is one.
-            let normal = normal.unwrap_or_else(Vector3::z);
-            (normal, s.center - normal * s.radius)
-        }
-        Probe::HalfSpace(h) => (-h.normal, on_brep - h.normal * separation.value),
-    };
-    Contact {
-        on_brep,
-        on_probe,
-        normal,
-        separation,
-        feature: feature(brep, place, &on_brep),
-        face: place.face,
-        uv: place.uv,
-        position_bound: None,
-        normal_bound: None,
-    }
-}
-
-/// Where a face has no normal (the apex of a cone, a collapsed side): the sum of the unit normals at points around, a
-/// little inside the surface's domain. Where these cancel, the first of them: the direction is a choice there, but the
-/// contact is not.
-fn normal_around(brep: &PreparedBrep, place: &Place) -> Option<Vector3<f64>> {
-    /// Points along each side of the domain.
-    const AROUND: u8 = 16;
-    /// How far inside, as a part of the domain.
-    const INSIDE: f64 = 1.0 / (1u64 << 20) as f64;
-    /// A sum shorter than this has cancelled but for roundings.
-    const CANCELLED: f64 = 1.0 / (1u64 << 40) as f64;
-    let surface = brep.brep().surface(place.face);
-    let domain = surface.domain();
-    let at = [place.uv.x, place.uv.y];
-    let inward = |k: usize| {
-        let middle = 0.5 * (domain[k].start + domain[k].end);
-        at[k] + INSIDE * (middle - at[k])
-    };
-    let (mut sum, mut first) = (Vector3::zeros(), None);
-    for collapsed in 0..2 {
-        // The whole of a side is this point where the derivative along it vanishes.
-        let mut uv = at;
-        uv[1 - collapsed] = inward(1 - collapsed);
-        for i in 0..AROUND {
-            uv[collapsed] = domain[collapsed].lerp((f64::from(i) + 0.5) / f64::from(AROUND));
-            let p = surface.first_derivatives_with_bound(uv[0], uv[1]);
-            let near = (p.point - surface.point(at[0], at[1])).norm() <= NEAR_POLE * brep.size();
-            if let (true, Some(n)) = (near, unit(p.du.cross(&p.dv))) {
-                sum += n;
-                first = first.or(Some(n));
-            }
-        }
-    }
-    if sum.norm() > CANCELLED {
-        return Some(sum);
-    }
-    // At a corner where one derivative vanishes no side is this point: what is inward of it then.
-    first.or_else(|| {
-        let [u, v] = [inward(0), inward(1)];
-        let beside = [[u, v], [u, at[1]], [at[0], v]];
-        beside.iter().find_map(|[u, v]| {
-            let p = surface.first_derivatives_with_bound(*u, *v);
-            unit(p.du.cross(&p.dv))
-        })
-    })
-}
-
-/// Points taken as neighbours of a pole are nearer to it than this part of the model's size: above what
-/// [`normal_around`] goes inside, below what is another place.
-const NEAR_POLE: f64 = 1.0 / (1u64 << 12) as f64;
-
-/// The unit vector, scaled first so that tiny ones survive.
-fn unit(v: Vector3<f64>) -> Option<Vector3<f64>> {
-    let size = v.amax();
-    if !(size > 0.0 && size.is_finite()) {
-        return None;
-    }
-    let v = v / size;
-    Some(v / v.norm())
-}
-
-fn feature(brep: &PreparedBrep, place: &Place, point: &Point3<f64>) -> Feature {
-    let parts = brep.brep().parts();
-    let Some(trim) = place.trim.or_else(|| trim_at(brep, place)) else {
-        return Feature::Face(place.face);
-    };
-    let near = ON_VERTEX * brep.size();
-    let at_vertex = parts.trims[trim]
-        .vertices
-        .iter()
-        .find(|v| (parts.vertices[**v].point - point).norm() <= near);
-    match (at_vertex, parts.trims[trim].edge) {
-        (Some(v), _) => Feature::Vertex(*v),
-        (None, Some(e)) => Feature::Edge(e),
-        (None, None) => Feature::Vertex(parts.trims[trim].vertices[0]),
-    }
-}
-
-/// The trim that a foot on the border of its region lies on: the one that comes nearest in uv. Only those are looked at whose
-/// pieces have the foot near their boxes, if there are any. (A foot on the border of the domain may be beside the
-/// trim that bounds the face there, by a rounding or more.)
-fn trim_at(brep: &PreparedBrep, place: &Place) -> Option<usize> {
-    let region = brep.region(place.face);
-    if region.side(place.uv).side != Some(Side::Boundary) {
-        return None;
-    }
-    let parts = brep.brep().parts();
-    let at = [place.uv.x, place.uv.y];
-    let slack = region.domain().map(|d| NEAR_TRIM * (d.end - d.start));
-    let mut near: Vec<usize> = Vec::new();
-    for piece in region.pieces() {
-        let (PieceOrigin::Trim { trim, .. } | PieceOrigin::Join { trim, .. }) = piece.origin else {
-            continue;
-        };
-        let close =
-            |k: usize| piece.hull[k][0] - slack[k] <= at[k] && at[k] <= piece.hull[k][1] + slack[k];
-        if close(0) && close(1) && near.last() != Some(&trim) {
-            near.push(trim);
-        }
-    }
-    if let [only] = near.as_slice() {
-        return Some(*only);
-    }
-    if near.is_empty() {
-        let loops = parts.faces[place.face].loops.as_ref()?;
-        near.extend(loops.iter().flat_map(|l| &parts.loops[*l].trims));
-    }
-    let distance = |t: usize| {
-        let trim = &parts.trims[t];
-        let curve = &parts.curves2[trim.curve];
-        nearest(|s: f64| (curve.point(trim.span.lerp(s)) - place.uv).norm())
-    };
-    let all = near.iter().map(|t| (distance(*t), *t));
-    all.min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, t)| t)
-}
-
-/// A foot nearer to a trim's box than this part of the domain may be on the trim.
-const NEAR_TRIM: f64 = 1.0 / (1u64 << 24) as f64;
-
-/// The least value of a function on [0, 1], roughly: the best of some samples, narrowed down.
-fn nearest(f: impl Fn(f64) -> f64) -> f64 {
-    const SAMPLES: usize = 32;
-    const ROUNDS: usize = 40;
-    let mut best = (f64::INFINITY, 0.0);
-    for k in 0..=SAMPLES {
-        let s = k as f64 / SAMPLES as f64;
-        let value = f(s);
-        if value < best.0 {
-            best = (value, s);
-        }
-    }
-    let mut step = 0.5 / SAMPLES as f64;
-    for _ in 0..ROUNDS {
-        for s in [best.1 - step, best.1 + step] {
-            let s = s.clamp(0.0, 1.0);
-            let value = f(s);
-            if value < best.0 {
-                best = (value, s);
-            }
-        }
-        step *= 0.5;
-    }
-    best.0
-}
-
-/// Bounds on foot and normal, where exactly one settled node can hold the minimum.
-fn bound_contact(
-    c: &mut Contact,
-    found: &Outcome,
-    foot: &Foot,
-    brep: &PreparedBrep,
-    continuum: bool,
-) {
-    if continuum || found.left_open || found.budget_spent {
-        return;
-    }
-    let mut candidates = found.settled.iter().filter(|s| !(s.lo > found.hi));
-    let (Some(only), None) = (candidates.next(), candidates.next()) else {
-        return;
-    };
-    // What is left is the foot's own face or curve: it is where its formula says.
-    if let (None, Locus::Closed { point, unique }) = (only.source, foot.spot) {
-        let apart = (0..3).map(|k| (point[k] - Ball::exact(c.on_brep[k])).magnitude().powi(2));
-        if unique {
-            set_bound(c, apart.sum::<f64>().sqrt() * BOUND_UP, found);
-        }
-        return;
-    }
-    let (Some(spread), Some((place, patch, local))) = (only.spread, place_of(brep, only)) else {
-        return;
-    };
-    let radius = spread.radius(found.hi);
-    if place.face != foot.face {
-        return;
-    }
-    let geometry = brep.double(place.face);
-    let net = &geometry.patches[patch].net;
-    // The place is rounded, twice at most, and so moved by this much.
-    let at = local.map(|x| x.mid.hi.clamp(0.0, 1.0));
-    let [along_u, along_v] = geometry.patch_speeds(patch);
-    let rounded = 2.0 * f64::EPSILON * (along_u + along_v);
-    let value = if jet::fits(net.degree) {
-        jet::point(net, at[0], at[1])
-    } else {
-        let at = at.map(Ball::<f64>::exact);
-        net.jet(at[0], at[1]).value
-    };
-    let mut apart = 0.0;
-    for k in 0..3 {
-        let x = value[k] / value[3] + Ball::exact(net.origin[k]);
-        apart += (x - Ball::exact(c.on_brep[k])).magnitude().powi(2);
-    }
-    set_bound(c, (radius + rounded + apart.sqrt()) * BOUND_UP, found);
-}
-
-/// A bound is off by a few roundings.
-const BOUND_UP: f64 = 1.0 + 16.0 * f64::EPSILON;
-
-fn set_bound(c: &mut Contact, bound: f64, found: &Outcome) {
-    if !bound.is_finite() {
-        return;
-    }
-    c.position_bound = Some(bound);
-    let distance = found.lo.hi.max(0.0).sqrt();
-    // The angle at the centre: sin(angle) <= bound / distance, and asin x <= 1.6 x.
-    if distance > bound {
-        c.normal_bound = Some(1.6 * bound / distance + 4.0 * f64::EPSILON);
     }
 }

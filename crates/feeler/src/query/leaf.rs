@@ -10,7 +10,7 @@ use super::upper::upper_end;
 use crate::numeric::bernstein::Bidegree;
 use crate::numeric::{Ball, Dd, Real, Td};
 use crate::prepare::closed::Extent;
-use crate::prepare::{Homogeneous, jet, restrict};
+use crate::prepare::{Homogeneous, curve_jet, jet, restrict};
 use crate::trim::BoxSide;
 use std::collections::BinaryHeap;
 
@@ -239,11 +239,11 @@ impl Search<'_> {
     pub(super) fn piece_may_end(&self, face: usize, index: usize, at: f64) -> bool {
         let local = &self.brep.double_double(face).piece(index).local;
         let slack = Ball::exact(border_slack(local));
-        restrict(local, at, at).iter().any(|p| {
-            // Negated: what is no number may be anywhere.
-            !(0..2).all(|c| {
-                (p[c] + p[2] * slack).lower() >= 0.0 && (p[c] - p[2] - p[2] * slack).upper() <= 0.0
-            })
+        // All control points of a part without length are this one.
+        let (p, _) = curve_jet(local, Ball::exact(at));
+        // Negated: what is no number may be anywhere.
+        !(0..2).all(|c| {
+            (p[c] + p[2] * slack).lower() >= 0.0 && (p[c] - p[2] - p[2] * slack).upper() <= 0.0
         })
     }
 

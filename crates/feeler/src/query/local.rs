@@ -173,10 +173,11 @@ impl Surroundings<'_> {
             return false;
         }
         [-1.0, 1.0].into_iter().any(|sign| {
-            self.falls(here, f, |length| {
+            let along = |length: f64| {
                 let to = s + sign * length / speed;
                 (0.0..=1.0).contains(&to).then(|| self.on_trim(trim, to))
-            })
+            };
+            self.falls(here, f, along, |_| true)
         })
     }
 
@@ -204,30 +205,42 @@ impl Surroundings<'_> {
             if step == [0.0; 2] {
                 return false;
             }
-            self.falls(here, f, |length| {
+            let along = |length: f64| {
                 let uv = Point2::new(from.uv.x + length * step[0], from.uv.y + length * step[1]);
                 let within = domain[0].start <= uv.x
                     && uv.x <= domain[0].end
                     && domain[1].start <= uv.y
                     && uv.y <= domain[1].end;
-                let side = || self.brep.region(from.face).side(uv).side;
-                (within && side() != Some(Side::Outside)).then_some(Spot {
+                within.then_some(Spot {
                     face: from.face,
                     uv,
                 })
-            })
+            };
+            let in_region =
+                |at: Spot| self.brep.region(at.face).side(at.uv).side != Some(Side::Outside);
+            self.falls(here, f, along, in_region)
         })
     }
 
-    /// Whether `f` falls along a way, given by lengths from its start, without a rise, and below `f`.
-    fn falls(&self, here: Ball<Dd>, f: Ball<Dd>, way: impl Fn(f64) -> Option<Spot>) -> bool {
+    /// Whether `f` falls along a way, given by lengths from its start, without a rise, and below `f`, at places that count. (Which do is
+    /// asked last: most ways lead up.)
+    fn falls(
+        &self,
+        here: Ball<Dd>,
+        f: Ball<Dd>,
+        way: impl Fn(f64) -> Option<Spot>,
+        counts: impl Fn(Spot) -> bool,
+    ) -> bool {
         let mut last = here;
         for k in 0..STEPS {
             let length = FIRST_STEP * self.brep.size() * GROWTH.powi(k);
-            let Some(value) = way(length).and_then(|at| self.value(at)) else {
+            let Some(at) = way(length) else {
                 return false;
             };
-            if !below(value, last) {
+            let Some(value) = self.value(at).filter(|v| below(*v, last)) else {
+                return false;
+            };
+            if !counts(at) {
                 return false;
             }
             if below(value, f) {
@@ -247,7 +260,7 @@ impl Surroundings<'_> {
         let index = patches.position(holds)?;
         let patch = &self.brep.double_double(at.face).patches[index];
         let [s, t] = [0, 1].map(|k| patch.maps[k].to_local(Ball::exact(uv[k])));
-        Some(self.objective.sample(&patch.net, s, t).value())
+        Some(self.objective.value(&patch.net, [s, t]))
     }
 }
 
@@ -258,7 +271,7 @@ fn below(a: Ball<Dd>, b: Ball<Dd>) -> bool {
 
 /// The least value of a function on [0, 1], and where, roughly: what is least among samples and their neighbours, each
 /// narrowed down. (On a closed curve both ends may be near a point, and one of them is the wrong one.)
-fn nearest(f: impl Fn(f64) -> f64) -> (f64, f64) {
+pub(super) fn nearest(f: impl Fn(f64) -> f64) -> (f64, f64) {
     const SAMPLES: usize = 32;
     const ROUNDS: usize = 44;
     let at = |k: usize| k as f64 / SAMPLES as f64;

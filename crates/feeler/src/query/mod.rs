@@ -23,6 +23,7 @@ mod outcome;
 mod overlap;
 mod passages;
 mod past;
+mod place;
 mod plain_zero;
 mod poles;
 mod refine;

@@ -52,10 +52,11 @@ use super::answer::{
     Accuracy, ContactAnswer, Contacts, Options, Probe, Separation, Sphere, Undecided,
 };
 use super::arrival::{ArrivalAnswer, widened};
-use super::contact::{Place, contact, make_contact, rough_jet, separation};
+use super::contact::{contact, separation};
 use super::node::Node;
 use super::objective::Objective;
 use super::outcome::Locus;
+use super::place::{Place, make_contact, rough_jet};
 use super::upper::upper_end;
 use crate::numeric::{Ball, Dd, Enclosure};
 use crate::prepare::{Net, Patch, PreparedBrep, Products, Quotient};

@@ -578,7 +578,7 @@ impl<'a> Search<'a> {
         }
         // Where a piece crosses the border of its patch, the crossing is an end of what counts, though not of
         // the piece: the minimum may be there, and neither a slope nor convexity puts it aside.
-        let (mut crosses, mut may_end) = (false, [false; 2]);
+        let (mut crosses, mut leaves) = (false, None);
         if let Source::Piece { face, index } = source
             && !self.brep.double(face).piece(index).stays(node.u)
             && self.piece_leaves_patch(face, index, [0.0, 1.0])
@@ -587,8 +587,12 @@ impl<'a> Search<'a> {
                 return None;
             }
             crosses = self.piece_leaves_patch(face, index, node.u);
-            may_end = node.u.map(|t| self.piece_may_end(face, index, t));
+            leaves = Some((face, index));
         }
+        let may_end = |high: bool| {
+            let end = node.u[usize::from(high)];
+            leaves.is_some_and(|(face, index)| self.piece_may_end(face, index, end))
+        };
         // Any tau will do; one near f on the node proves most: where all minima are asked for, that is not
         // the least f so far. It has all digits of this arithmetic, lest what is constant looks as if it were not.
         let tau = if self.out.hi.hi.is_finite() && self.goal.all_below.is_none() {
@@ -621,7 +625,7 @@ impl<'a> Search<'a> {
             };
             if touches {
                 self.enqueue_border(heap, source, inside, node, (k == 0, end));
-            } else if may_end[usize::from(end)] {
+            } else if may_end(end) {
                 continue;
             }
             self.leave(node.lo, covered, part);
@@ -630,9 +634,9 @@ impl<'a> Search<'a> {
         // Tops, ridges and saddles across the parameter lines hold no minimum; where only the least one is asked for their bounds say that sooner.
         if self.goal.all_below.is_some()
             && !crosses
-            && may_end == [false; 2]
             && shortcuts.monotone_borders
             && let Some(k) = shape.capped.iter().position(|c| *c)
+            && ![false, true].into_iter().any(may_end)
         {
             let range = if k == 0 { node.u } else { node.v };
             for (end, touches) in [(false, range[0] == 0.0), (true, range[1] == 1.0)] {
@@ -707,7 +711,7 @@ impl<'a> Search<'a> {
             return lo;
         };
         let local = p.map(|mid| Ball { mid, rad: 0.0 });
-        let mut f = self.objective.sample(net, local[0], local[1]).value();
+        let mut f = self.objective.value(net, local);
         if self.is_lost(f)
             && let Some(net) = self.net_in::<Td>(source)
         {
