@@ -211,9 +211,11 @@ pub(crate) fn restrict<T: Real, const H: usize>(
     if a == 0.0 && b == 1.0 {
         return points.to_vec();
     }
+    let mut d = Vec::with_capacity(points.len());
     (0..=p)
         .map(|k| {
-            let mut d = points.to_vec();
+            d.clear();
+            d.extend_from_slice(points);
             for r in 0..p {
                 let x = Ball::exact(if r < p - k { a } else { b });
                 let y = Ball::ONE - x;

@@ -155,11 +155,11 @@ impl Search<'_> {
                 (leaf.p[0] - Dd::from(rho)).hi.max(cell.u[0]),
                 (leaf.p[0] + Dd::from(rho)).hi.min(cell.u[1]),
             ];
-            if self.piece_is_off_patch(face, index, around) {
+            if self.piece_place(face, index, around).off {
                 // Not on the surface (past its border): only where the curve comes back matters.
-                return self.piece_is_off_patch(face, index, cell.u).then_some(leaf);
+                return self.piece_place(face, index, cell.u).off.then_some(leaf);
             }
-            if leaf.rho > SMALL_BALL && self.piece_leaves_patch(face, index, [0.0, 1.0]) {
+            if leaf.rho > SMALL_BALL && self.piece_place(face, index, [0.0, 1.0]).leaves {
                 self.try_point(source, leaf.p, false);
                 return None;
             }
@@ -219,20 +219,32 @@ impl Search<'_> {
         found.is_some_and(|(s, q)| s == source && near(q))
     }
 
-    /// Whether a part of a boundary piece is proven to lie off its patch, by its control points: by more than the piece's [`border_slack`].
-    pub(super) fn piece_is_off_patch(&self, face: usize, index: usize, range: [f64; 2]) -> bool {
+    /// How a part of a boundary piece lies to its patch, by its control points.
+    pub(super) fn piece_place(&self, face: usize, index: usize, range: [f64; 2]) -> PiecePlace {
         if self.brep.double(face).piece(index).stays(range) {
-            return false;
+            return PiecePlace {
+                off: false,
+                leaves: false,
+            };
         }
         let geometry = self.brep.double_double(face);
         let local = &geometry.piece(index).local;
-        let slack = Ball::exact(border_slack(local));
+        let slack = border_slack(local);
         let part = restrict(local, range[0], range[1]);
-        (0..2).any(|c| {
-            let below = |p: &Homogeneous<Dd, 3>| (p[c] + p[2] * slack).upper() < 0.0;
-            let above = |p: &Homogeneous<Dd, 3>| (p[c] - p[2] - p[2] * slack).lower() > 0.0;
+        let exact = Ball::exact(slack);
+        let off = (0..2).any(|c| {
+            let below = |p: &Homogeneous<Dd, 3>| (p[c] + p[2] * exact).upper() < 0.0;
+            let above = |p: &Homogeneous<Dd, 3>| (p[c] - p[2] - p[2] * exact).lower() > 0.0;
             part.iter().all(below) || part.iter().all(above)
-        })
+        });
+        let twice = 2.0 * slack;
+        let leaves = !twice.is_finite()
+            || part.iter().any(|p| {
+                // Negated: what is no number may be anywhere.
+                let near = twice * p[2].mid.hi;
+                !(0..2).all(|c| (p[c].mid - p[2].mid).hi <= near && p[c].mid.hi >= -near)
+            });
+        PiecePlace { off, leaves }
     }
 
     /// Whether a part that is off its patch may begin or end at a parameter of a boundary piece.
@@ -245,23 +257,6 @@ impl Search<'_> {
         !(0..2).all(|c| {
             (p[c] + p[2] * slack).lower() >= 0.0 && (p[c] - p[2] - p[2] * slack).upper() <= 0.0
         })
-    }
-
-    /// Whether some control point of a part of a boundary piece lies off its patch, by more than twice the piece's [`border_slack`] as computed.
-    pub(super) fn piece_leaves_patch(&self, face: usize, index: usize, range: [f64; 2]) -> bool {
-        if self.brep.double(face).piece(index).stays(range) {
-            return false;
-        }
-        let geometry = self.brep.double_double(face);
-        let local = &geometry.piece(index).local;
-        let slack = 2.0 * border_slack(local);
-        let part = restrict(local, range[0], range[1]);
-        !slack.is_finite()
-            || part.iter().any(|p| {
-                // Negated: what is no number may be anywhere.
-                let near = slack * p[2].mid.hi;
-                !(0..2).all(|c| (p[c].mid - p[2].mid).hi <= near && p[c].mid.hi >= -near)
-            })
     }
 
     /// The borders of the patch that the node touches, as nodes of their own.
@@ -514,12 +509,21 @@ fn ball(x: Dd) -> Ball<Dd> {
     Ball { mid: x, rad: 0.0 }
 }
 
+/// Where a part of a boundary piece lies.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct PiecePlace {
+    /// Whether all of it is proven to lie off its patch: by more than the piece's [`border_slack`].
+    pub(super) off: bool,
+    /// Whether some control point lies off its patch, by more than twice that as computed.
+    pub(super) leaves: bool,
+}
+
 /// How far off its patch a boundary piece may be, in local parameters, and still be taken for on it: so far that what its control points are
 /// off does not matter.
 ///
 /// Let `|x| <= m w` for all coordinates of its control points, each known within `r w`. Those of a part over a range are averages of them, made in `p`
 /// levels of three roundings: off by at most `4 p u m + r` times the true ones' weights, and `s - w` by twice that. That is an eighth of the slack `e`. So a
-/// part that does not [leave](Search::piece_leaves_patch) its patch is within `9/4 e` of it; one that is [off](Search::piece_is_off_patch) is farther than `e` from
+/// part that does not [leave](PiecePlace::leaves) its patch is within `9/4 e` of it; one that is [off](PiecePlace::off) is farther than `e` from
 /// it all along. What leaves and is not off is put aside by its bound alone. What is off is put aside without any: where the curve comes to it from a
 /// part that does not leave, the end that both share [is seen](Search::piece_may_end) to be as far off, and that part is not put aside by a slope towards
 /// that end: the curve ends there, or a little before.

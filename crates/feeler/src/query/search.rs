@@ -581,12 +581,13 @@ impl<'a> Search<'a> {
         let (mut crosses, mut leaves) = (false, None);
         if let Source::Piece { face, index } = source
             && !self.brep.double(face).piece(index).stays(node.u)
-            && self.piece_leaves_patch(face, index, [0.0, 1.0])
+            && self.piece_place(face, index, [0.0, 1.0]).leaves
         {
-            if self.piece_is_off_patch(face, index, node.u) {
+            let place = self.piece_place(face, index, node.u);
+            if place.off {
                 return None;
             }
-            crosses = self.piece_leaves_patch(face, index, node.u);
+            crosses = place.leaves;
             leaves = Some((face, index));
         }
         let may_end = |high: bool| {
