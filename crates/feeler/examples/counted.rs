@@ -9,8 +9,8 @@ mod scenes;
 use feeler::brep::Brep;
 use feeler::prepare::PreparedBrep;
 use feeler::query::{
-    Accuracy, HalfSpace, LineKind, LineProbe, Options, Probe, Sphere, StraightWay, Way, Witness,
-    Workspace, arrival_along, arrival_past, contact, contact_from, line, overlap,
+    Accuracy, Contacts, HalfSpace, LineKind, LineProbe, Options, Probe, Sphere, StraightWay, Way,
+    Witness, Workspace, arrival_along, arrival_past, contact, contact_from, line, overlap,
 };
 use nalgebra::{Point3, Vector3};
 use scenes::{
@@ -21,7 +21,7 @@ use std::hint::black_box;
 /// One query, as a closure that keeps what it needs.
 type Query = Box<dyn FnMut()>;
 
-const NAMES: [&str; 20] = [
+const NAMES: [&str; 21] = [
     "ball_joint_native_1e-12",
     "ball_joint_native_full",
     "ball_joint_nurbs_1e-12",
@@ -29,6 +29,7 @@ const NAMES: [&str; 20] = [
     "ball_joint_nurbs_near",
     "bicubic_arrival",
     "bicubic_arrival_past",
+    "bicubic_contacts",
     "bicubic_trimmed",
     "bicubic_full",
     "bicubic_overlap",
@@ -97,6 +98,19 @@ fn query(name: &str) -> Option<Query> {
         }
         "bicubic_arrival" => arrivals(&over, &directions, false),
         "bicubic_arrival_past" => arrivals(&over, &directions, true),
+        "bicubic_contacts" => {
+            let brep = PreparedBrep::new(trimmed_bicubic());
+            let mut workspace = Workspace::default();
+            let options = Options {
+                contacts: Contacts::All,
+                ..wide()
+            };
+            Box::new(move || {
+                for at in &over {
+                    black_box(contact(&brep, &ball(*at, 0.01), &options, &mut workspace));
+                }
+            })
+        }
         "bicubic_trimmed" => balls(trimmed_bicubic(), 0.01, Accuracy::Full, over),
         "bicubic_full" => balls(bicubic(), 0.01, Accuracy::Full, over),
         "cube_contact" => balls(cube(), 0.01, Accuracy::Full, over),
