@@ -3,7 +3,7 @@
 
 use super::patch::COMPOSE_HALVINGS;
 use super::spline::curve_pieces;
-use super::{Homogeneous, Net, ParamMap, Patch, Patches};
+use super::{Homogeneous, Net, ParamMap, Patch, Patches, curve_jet};
 use crate::brep::{Brep, TrimCurve};
 use crate::numeric::bernstein::Bidegree;
 use crate::numeric::{Ball, Dd, Real};
@@ -246,11 +246,13 @@ fn hull<T: Real>(points: &[Homogeneous<T, 3>], c: usize) -> [f64; 2] {
         })
 }
 
+/// How far past the borders of a span what lies near them still meets it, in native units.
+fn slack(m: &ParamMap) -> f64 {
+    BORDER_SLACK * (m.end - m.start) + 8.0 * f64::EPSILON * m.start.abs().max(m.end.abs())
+}
+
 /// The indices of the spans that `range` meets, and whether it stays within one of them up to the slack.
 fn spans(maps: &[ParamMap], range: [f64; 2]) -> (std::ops::Range<usize>, bool) {
-    let slack = |m: &ParamMap| {
-        BORDER_SLACK * (m.end - m.start) + 8.0 * f64::EPSILON * m.start.abs().max(m.end.abs())
-    };
     let meets = |m: &ParamMap| range[1] >= m.start - slack(m) && range[0] <= m.end + slack(m);
     let first = maps.iter().position(meets).unwrap_or(0);
     let last = maps.iter().rposition(meets).map_or(0, |i| i + 1);
@@ -290,13 +292,25 @@ pub(crate) fn cut_boundary(brep: &Brep, face: usize, patches: &Patches<f64>) -> 
             let mut crossing = Vec::new();
             for &(from, to) in &open {
                 let part = restrict(&curve.points, from, to);
-                let (us, in_u) = spans(&maps_u, hull(&part, 0));
-                let (vs, in_v) = spans(&maps_v, hull(&part, 1));
+                let cells = |part: &[Homogeneous<f64, 3>]| {
+                    let (us, in_u) = spans(&maps_u, hull(part, 0));
+                    let (vs, in_v) = spans(&maps_v, hull(part, 1));
+                    ((us, vs), in_u, in_v)
+                };
+                let ((us, vs), in_u, in_v) = cells(&part);
                 if us.is_empty() || vs.is_empty() {
                     continue; // Outside the domain: not in the region.
                 }
                 if (in_u && in_v) || depth == MAX_DEPTH || open.len() > MAX_CROSSING {
                     settled.push((from, to, (us, vs)));
+                    continue;
+                }
+                let across_u = (!in_u).then(|| passage(&part, 0, &maps_u[us])).flatten();
+                let across = across_u.or_else(|| passage(&part, 1, &maps_v[vs]));
+                if let Some(ends) = across {
+                    let [a, b] = ends.map(|t| from + t * (to - from));
+                    settled.push((a, b, cells(&restrict(&curve.points, a, b)).0));
+                    crossing.extend([(from, a), (b, to)]);
                 } else {
                     let middle = 0.5 * (from + to);
                     crossing.extend([(from, middle), (middle, to)]);
@@ -356,6 +370,42 @@ fn to_local<T: Real>(points: &[Homogeneous<T, 3>], patch: &Patch<T>) -> Vec<Homo
     points.iter().map(both).collect()
 }
 
+/// Where a part of a curve passes the border in the middle of some patches side by side, along u or v: a stretch that is just long enough for its ends to be
+/// clearly on one patch each. `None` where it does not pass from one side to the other, or at so small an angle that the stretch would be no short one.
+/// (Where the cuts are is free: whatever parts a curve is cut into, each is told its patches by its own hull.)
+fn passage(part: &[Homogeneous<f64, 3>], c: usize, maps: &[ParamMap]) -> Option<[f64; 2]> {
+    /// Of the slack by which parts near a border belong to both sides.
+    const CLEARLY: f64 = 4.0;
+    /// Parts of the whole that are short.
+    const SHORT: f64 = 1.0 / 64.0;
+    let (before, after) = maps.split_at(maps.len() / 2);
+    let (before, after) = (before.last()?, after.first()?);
+    let border = after.start;
+    let height = |t: f64| {
+        let (p, _) = curve_jet(part, Ball::exact(t));
+        p[c].mid - border * p[2].mid
+    };
+    let ends = [0.0, 1.0].map(height);
+    if !(ends[0] * ends[1] < 0.0) {
+        return None;
+    }
+    let mut around = [0.0, 1.0];
+    while around[1] - around[0] > f64::EPSILON {
+        let middle = 0.5 * (around[0] + around[1]);
+        let low = (height(middle) < 0.0) == (ends[0] < 0.0);
+        around[usize::from(!low)] = middle;
+    }
+    let at = around[0];
+    let (p, slope) = curve_jet(part, Ball::exact(at));
+    // Of the quotient, whose numerator vanishes here.
+    let speed = ((slope[c].mid - border * slope[2].mid) / p[2].mid).abs();
+    let wide = CLEARLY * slack(before).max(slack(after)) / speed;
+    let ends = [at - wide, at + wide];
+    // Negated: what is no number is not short.
+    let short = wide > 2.0 * f64::EPSILON && wide < SHORT && ends[0] > 0.0 && ends[1] < 1.0;
+    short.then_some(ends)
+}
+
 /// The rows and columns of patches that a part of a curve lies over.
 type Cells = (std::ops::Range<usize>, std::ops::Range<usize>);
 
@@ -382,5 +432,50 @@ pub(crate) fn lift<T: Real>(curve: &UvCurve<T>, cut: &Cut, surface: &Patch<T>) -
         patch: cut.patch,
         local,
         space,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn curve(points: &[[f64; 3]]) -> Vec<Homogeneous<f64, 3>> {
+        points.iter().map(|p| p.map(Ball::exact)).collect()
+    }
+
+    const HALVES: [ParamMap; 2] = [
+        ParamMap {
+            start: 0.0,
+            end: 0.5,
+        },
+        ParamMap {
+            start: 0.5,
+            end: 1.0,
+        },
+    ];
+
+    /// A quarter of the unit circle has `u = 1/2` at 60 degrees, where `(1 - t^2) / (1 + t^2) = 1/2`: at `t = 1 / sqrt 3`.
+    #[test]
+    fn a_curve_that_passes_a_border_is_cut_on_both_sides_of_it() {
+        let arc = curve(&[[1.0, 0.0, 1.0], [1.0, 1.0, 1.0], [0.0, 2.0, 2.0]]);
+        let [a, b] = passage(&arc, 0, &HALVES).expect("a passage");
+        let at = 1.0 / 3f64.sqrt();
+        assert!(a < at && at < b && b - a < 1e-11, "{a} {b}");
+        for (ends, patch) in [([0.0, a], 1), ([b, 1.0], 0)] {
+            let part = restrict(&arc, ends[0], ends[1]);
+            assert_eq!(spans(&HALVES, hull(&part, 0)), (patch..patch + 1, true));
+        }
+        let part = restrict(&arc, a, b);
+        assert_eq!(spans(&HALVES, hull(&part, 0)).0, 0..2);
+    }
+
+    /// One that touches the border does not pass it, and one that passes it flat has no short stretch there.
+    #[test]
+    fn a_curve_that_touches_a_border_is_left_to_halving() {
+        let touching = curve(&[[0.0, 0.0, 1.0], [1.0, 0.5, 1.0], [0.0, 1.0, 1.0]]);
+        assert_eq!(passage(&touching, 0, &HALVES), None);
+        // 2 u - 1 = (2 t - 1)^5, whose coefficients are -1 and 1 in turn.
+        let flat = [0.0, 1.0, 0.0, 1.0, 0.0, 1.0].map(|u| [u, u, 1.0]);
+        assert_eq!(passage(&curve(&flat), 0, &HALVES), None);
     }
 }

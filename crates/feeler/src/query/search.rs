@@ -659,6 +659,16 @@ impl<'a> Search<'a> {
                 return None;
             }
         }
+        // Next to a crossing no slope and no convexity settles a box: one is small enough where all its values are within the width wanted.
+        if leaves.is_some() && self.goal.all_below.is_some() && self.is_level(node, &shape, tau) {
+            self.lower(node.lo);
+            self.settle_unshaped(source, node.u, node.v, node.lo);
+            if let Some(last) = self.out.settled.last_mut() {
+                last.flat = true;
+            }
+            self.leave(node.lo, covered, part);
+            return None;
+        }
         // Where all of G is rounding noise, halves would be no better.
         let wide = (node.u[1] - node.u[0]).max(node.v[1] - node.v[0]);
         if shape.g_largest <= NOISE_FACTOR * shape.g_error || wide <= LEAST_WIDTH {
@@ -677,6 +687,13 @@ impl<'a> Search<'a> {
             }
         }
         Some(split_along_u(node, &shape))
+    }
+
+    /// Whether all values on a node are within the width that is wanted of one.
+    fn is_level<T: Real>(&self, node: &Node<T>, shape: &Shape, tau: T) -> bool {
+        let off = (shape.g_largest + shape.g_error) / shape.c_range[0] * UP;
+        // Negated in effect: what is no number is not near.
+        shape.c_range[0] > 0.0 && node.lo >= self.near(tau.to_dd().0 + Dd::from(off), QUARTER)
     }
 
     /// Puts the border of a box in line, along u (or v) at the low or the high end.
