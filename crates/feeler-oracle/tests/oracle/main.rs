@@ -38,6 +38,8 @@ mod native_distance;
 #[cfg(feature = "cgal")]
 mod native_space;
 #[cfg(feature = "cgal")]
+mod properties;
+#[cfg(feature = "cgal")]
 mod second_exact;
 #[cfg(feature = "cgal")]
 mod side_models;

@@ -1,6 +1,8 @@
 //! What must not change a separation. All numbers are dyadic with few digits, so that what is moved, swapped or cut is so exactly, and two
 //! enclosures of one separation must meet.
 
+mod near;
+
 use feeler::brep::{Brep, BrepBuilder};
 use feeler::numeric::Enclosure;
 use feeler::nurbs::{NurbsSurface, Surface};
