@@ -1110,12 +1110,71 @@ fn what_is_moved_at_a_pole_counts_in_the_bound() {
     let face = w.face(&sphere, &[bound]);
     w.sheet(&[face]);
     let document = w.document();
+    let found = said_bound(&document);
+    assert!(found >= 0.9 * radius * angle && found < 1e-5, "{found:e}");
+}
+
+/// The bound that is said of images of curves in uv.
+fn said_bound(document: &Document) -> f64 {
     let said = document.objects[0].warnings.join("; ");
     let start = said.find("images are within ").expect("a bound") + "images are within ".len();
-    let found = said[start..]
-        .split(' ')
-        .next()
-        .and_then(|x| x.parse::<f64>().ok());
-    let found = found.expect("a number");
-    assert!(found >= 0.9 * radius * angle && found < 1e-5, "{said}");
+    let found = said[start..].split(' ').next();
+    let found = found.and_then(|x| x.parse().ok());
+    found.unwrap_or_else(|| panic!("{said}"))
+}
+
+/// Two rims that start a millionth of a radian beside each other: one turn of the surface does not hold both, and what of one is cut off at its end is
+/// off its circle by as much. Along the other parameter, the same on a torus.
+#[test]
+fn what_sticks_out_of_one_turn_counts_in_the_bound() {
+    let off = 1e-6_f64;
+    let (sin, cos) = off.sin_cos();
+    let mut w = Writer::default();
+    let axes = w.axes([0.; 3], Z, X);
+    let cylinder = w.put(format!("CYLINDRICAL_SURFACE('',{axes},10.)"));
+    let low = w.round([0.; 3], Z, X, 10.);
+    let high = w.round([0., 0., 5.], Z, [cos, sin, 0.], 10.);
+    let bounds = [w.bound(&[(&low, true)]), w.bound(&[(&high, false)])];
+    let face = w.face(&cylinder, &bounds);
+    w.sheet(&[face]);
+    let rims = (w.document(), 10.);
+
+    let mut w = Writer::default();
+    let axes = w.axes([0.; 3], Z, X);
+    let torus = w.put(format!("TOROIDAL_SURFACE('',{axes},10.,3.)"));
+    let first = w.round([10., 0., 0.], [0., -1., 0.], X, 3.);
+    let last = w.round([0., 10., 0.], X, [0., cos, sin], 3.);
+    let bounds = [w.bound(&[(&first, true)]), w.bound(&[(&last, false)])];
+    let face = w.face(&torus, &bounds);
+    w.sheet(&[face]);
+    let meridians = (w.document(), 3.);
+
+    for (document, radius) in [rims, meridians] {
+        let brep = &breps("it", &document)[0];
+        // The worst of all trims, at the parameters of their edges: where the curve is beyond the domain, the face has its border.
+        let mut seen = 0.0_f64;
+        for trim in &brep.parts().trims {
+            let Some(edge) = trim.edge.map(|e| &brep.parts().edges[e]) else {
+                continue;
+            };
+            let Some(curve) = edge.curve.map(|c| &brep.parts().curves3[c]) else {
+                continue;
+            };
+            let surface = brep.surface(brep.parts().loops[trim.trim_loop].face);
+            let [u, v] = surface.domain();
+            for k in 0..=100 {
+                let t = edge.span.lerp(f64::from(k) / 100.);
+                let uv = brep.parts().curves2[trim.curve].point(t);
+                let uv = [uv.x.clamp(u.start, u.end), uv.y.clamp(v.start, v.end)];
+                seen = seen.max((surface.point(uv[0], uv[1]) - curve.point(t)).norm());
+            }
+        }
+        near(seen, radius * off, 1e-3 * radius * off);
+        let bound = said_bound(&document);
+        // Two digits are said.
+        assert!(
+            bound >= 0.95 * seen && bound <= 2. * seen,
+            "{bound:e}, {seen:e}"
+        );
+    }
 }

@@ -5,13 +5,13 @@ use super::entities::{Entities, form, no_room, problem, shape, unsupported};
 use super::geometry::{EdgeForm, Geometry};
 use super::loops::{Maker, Trouble, Use, closed, lifted};
 use super::pcurve::{Made, made, pole, taken};
-use super::smooth::slack;
+use super::smooth::cut_off;
 use crate::error::ReadError;
 use crate::occt::builder::{Builder, EdgeUse};
 use crate::occt::curves::{Budget, Form};
 use crate::occt::motion::{Motion, Place};
 use crate::occt::surfaces::{Form3, wide};
-use crate::sheets::{ROUNDING, jumps, kinds, stays};
+use crate::sheets::{ROUNDING, jumps, kinds};
 use crate::step_problem::StepProblem;
 use feeler::brep::{Brep, Edge, Vertex};
 use feeler::numeric::Interval;
@@ -597,9 +597,6 @@ impl Body<'_, '_> {
                         return Ok(Some((edge_id, at)));
                     }
                     let made = self.pcurve(edge_id, &chart, &surface, surface_id, &edge, &piece)?;
-                    if let Some(bound) = made.bound {
-                        self.bound = self.bound.max(bound);
-                    }
                     if made.fitted {
                         self.work(edge_id, FITTED)?;
                         self.fitted += 1;
@@ -711,7 +708,7 @@ impl Body<'_, '_> {
     ) -> Result<(), ReadError> {
         let has_loops = !done.is_empty();
         let mut loops: Vec<Vec<EdgeUse>> = Vec::new();
-        // Of each trim, whether it is proven, and what a proof costs.
+        // Of each trim, the bound that is known, and what a proof costs.
         let mut proofs = Vec::new();
         // The degree of an image, against that on a bicubic patch; products of polynomials cost its square.
         let weight = match surface {
@@ -722,7 +719,7 @@ impl Body<'_, '_> {
             let mut own = Vec::with_capacity(uses.len());
             for u in uses {
                 let curve = self.b.parts.curves2.len();
-                proofs.push((u.proven, u.curve.breaks().len().saturating_mul(weight)));
+                proofs.push((u.bound, u.curve.breaks().len().saturating_mul(weight)));
                 self.b.parts.curves2.push(u.curve);
                 own.push(EdgeUse {
                     shape: u.key.unwrap_or(usize::MAX),
@@ -747,19 +744,14 @@ impl Body<'_, '_> {
         self.b.parts.surfaces.push(part);
         let index = self.b.parts.surfaces.len() - 1;
         let first = self.b.parts.trims.len();
-        for (k, (u, (is_proven, cost))) in loops.iter().flatten().zip(proofs).enumerate() {
-            // How far fitted curves reach was searched for, not proven, and what leaves the domain is not where it was proven to be. (A straight one may
-            // be outside of a domain of one turn by what the file's numbers are rounded to, which its bound does not count: to prove its image
-            // instead takes three hundred times the file.)
-            let is_within = match self.b.parts.curves2.get(u.curve) {
-                Some(curve @ Curve::Nurbs(_)) => (0..2).all(|c| {
-                    let slack = slack(chart, c, domain[c], self.size);
-                    stays(curve, c, domain[c], slack)
-                }),
-                _ => true,
-            };
-            if !(is_proven && is_within) {
-                self.unbounded.push((first + k, cost));
+        for (k, (u, (bound, cost))) in loops.iter().flatten().zip(proofs).enumerate() {
+            let curve = self.b.parts.curves2.get(u.curve);
+            let all = bound
+                .zip(curve)
+                .and_then(|(bound, curve)| Some(bound + cut_off(chart, curve, domain, self.size)?));
+            match all {
+                Some(all) => self.bound = self.bound.max(all),
+                None => self.unbounded.push((first + k, cost)),
             }
         }
         self.b.face(index, has_loops, loops, reversed);

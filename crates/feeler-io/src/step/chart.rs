@@ -327,6 +327,20 @@ impl Chart {
         }
     }
 
+    /// How far a point moves at most with each of u and v, up to `v` from 0; `None` but of planes and elementary surfaces.
+    pub(super) fn speeds(&self, v: f64) -> Option<[f64; 2]> {
+        match &self.kind {
+            Kind::Plane(a) => Some([a.x.norm(), a.y.norm()]),
+            Kind::Turned(_, Meridian::Line { radius, sin, .. }) => {
+                Some([radius.abs() + v.abs() * sin.abs(), 1.0])
+            }
+            Kind::Turned(_, Meridian::Circle { major, minor }) => {
+                Some([major.abs() + minor.abs(), minor.abs()])
+            }
+            _ => None,
+        }
+    }
+
     /// Whether its meridians are straight.
     pub(super) fn is_ruled(&self) -> bool {
         matches!(self.kind, Kind::Turned(_, Meridian::Line { .. }))

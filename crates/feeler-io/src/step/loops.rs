@@ -33,8 +33,8 @@ pub(super) struct Use {
     /// In the direction of the loop.
     pub(super) vertices: [usize; 2],
     pub(super) on_axis: [bool; 2],
-    /// Whether it is known how far its image is from its edge.
-    pub(super) proven: bool,
+    /// How far its image is at most from its edge, where that is known, and where the surface's domain cuts nothing off.
+    pub(super) bound: Option<f64>,
 }
 
 impl Use {
@@ -52,7 +52,7 @@ impl Use {
             span,
             vertices,
             on_axis: made.on_axis,
-            proven: made.bound.is_some(),
+            bound: made.bound,
         };
         if reversed {
             u.vertices.reverse();
@@ -77,7 +77,7 @@ impl Use {
             vertices,
             on_axis: [false; 2],
             // Nothing to be off: it has no curve in space.
-            proven: true,
+            bound: Some(0.0),
         })
     }
 
@@ -232,7 +232,7 @@ fn join(chart: &Chart, last: &Use, u: &mut Use, all: &mut Vec<Use>) {
         u.shift(0, turned);
         // Made to close by more than rounding: what was proven was proven of another curve.
         if (turned - (turned / TAU).round() * TAU).abs() > CLOSING {
-            u.proven = false;
+            u.bound = None;
         }
         if by != 0.0 {
             let to = Point2::new(u.start().x, end.y);

@@ -27,14 +27,14 @@
 //! [`FORMULA`], twice, times 1 and the largest angles. The points `x_j` are hit at the ends of the piece, elsewhere to `2 PLACE`: as
 //! angles to 2^-20, as the sine is at least sin(pi / 48) there; [`FACTOR`] has room for that.
 //!
-//! **The domain.** The image is that of the curve clamped to the surface's domain, which is made to hold it; a curve in uv is at most [`slack`]
-//! outside ([`stays`](crate::sheets::stays)), or the bound is not used: `2^-40` of the domain's larger end, but of no more than 8 in an angle, and of 8 times the body's
+//! **The domain.** The image is that of the curve clamped to the surface's domain, which is made to hold it; what straight curves are
+//! outside is measured and added ([`cut_off`]); a spline is at most [`slack`] outside ([`stays`]), or the bound is not used: `2^-40` of the domain's larger end, but of no more than 8 in an angle, and of 8 times the body's
 //! size where v is a length along a straight line. Each moves a point by no more than that times the farthest, or by that: both together by no more than
 //! [`STRAY`], 16 times `2^-40`, times the numbers that roundings are of.
 
 use super::chart::Chart;
 use super::pcurve::{FIT, FORMULA};
-use crate::sheets::ROUNDING;
+use crate::sheets::{ROUNDING, stays};
 use feeler::numeric::Interval;
 use feeler::nurbs::{Curve, Curve2, Curve3};
 use std::f64::consts::PI;
@@ -148,7 +148,7 @@ pub(super) fn bound(
 }
 
 /// How far a fitted curve in uv may be outside of a domain in coordinate `c` where [`bound`] is to hold.
-pub(super) fn slack(chart: &Chart, c: usize, domain: Interval, size: f64) -> f64 {
+fn slack(chart: &Chart, c: usize, domain: Interval, size: f64) -> f64 {
     let end = domain.start.abs().max(domain.end.abs());
     if !chart.is_elementary() {
         return ROUNDING * end;
@@ -160,6 +160,60 @@ pub(super) fn slack(chart: &Chart, c: usize, domain: Interval, size: f64) -> f64
         } else {
             MOST_OUTSIDE
         })
+}
+
+/// How far the domain of a surface moves the image of a curve in uv at most beyond what its bound counts: the image is that of the curve clamped to the
+/// domain. `None`: that is not known.
+///
+/// - Straight: it is farthest out at an end, by `x` in u and `y` in v, measured there. From a point to the clamped one go by u, then by v: these ways
+///   are within what the ends hold of u and v, so no longer than `x` and `y` times the speeds there. (Of two rims that start beside each other, one turn
+///   holds one.)
+/// - Splines: how far they reach was searched for, not proven; here it is, up to [`slack`]. For that the bounds on elementary surfaces have room; on planes,
+///   which are opened a little wider than what was found, most are proven to be within the domain by as much, and of the others it counts.
+/// - An arc lies on a plane, whose domain holds it by formula, up to a rounding, for which the bound has room, too.
+pub(super) fn cut_off(
+    chart: &Chart,
+    curve: &Curve2,
+    domain: [Interval; 2],
+    size: f64,
+) -> Option<f64> {
+    match curve {
+        Curve::Line(l) => {
+            let out = [0, 1].map(|c| {
+                let beyond = |x: f64| (domain[c].start - x).max(x - domain[c].end);
+                beyond(l.from[c]).max(beyond(l.to[c])).max(0.0)
+            });
+            if out == [0.0; 2] {
+                return Some(0.0);
+            }
+            let speeds = chart.speeds(l.from.y.abs().max(l.to.y.abs()))?;
+            // A thousandth for roundings.
+            Some(1.001 * (out[0] * speeds[0] + out[1] * speeds[1]))
+        }
+        Curve::Nurbs(_) => {
+            let slack = [0, 1].map(|c| slack(chart, c, domain[c], size));
+            let is_within = |by: f64| {
+                (0..2).all(|c| {
+                    let inner = Interval::new(
+                        domain[c].start + by * slack[c],
+                        domain[c].end - by * slack[c],
+                    );
+                    inner.is_some_and(|d| stays(curve, c, d, slack[c]))
+                })
+            };
+            if chart.is_elementary() {
+                return is_within(0.0).then_some(0.0);
+            }
+            if is_within(1.0) {
+                return Some(0.0);
+            }
+            let speeds = chart.speeds(0.0)?;
+            let cut = 1.001 * (slack[0] * speeds[0] + slack[1] * speeds[1]);
+            is_within(0.0).then_some(cut)
+        }
+        Curve::Arc(_) => Some(0.0),
+        Curve::Polyline(_) | Curve::Poly(_) => None,
+    }
 }
 
 /// The degree of a curve that is a polynomial on each of its pieces.
