@@ -1,7 +1,7 @@
 //! How far images of curves in uv are off, proven without composing them: on cylinders, cones, spheres and tori.
 //!
 //! Let `f(x) = S(c(t)) - C(t)` over a piece of the parameter, `t = m + h x` and `x` in `[-1, 1]`, on which the curve in uv `c` and the edge
-//! `C` are polynomials, or `C` an arc.
+//! `C` are polynomials, or `C` an arc or rational, as ellipses are.
 //!
 //! **What is left out.** `f` is the sum of its Taylor series about 0, with coefficients that are vectors. With `u(x) = u_0 + d(x)`, and
 //! `D = sum_(i>0) |u_i| r^i`, it is `|d(z)| <= D` where `|z| <= r`, there `|Im(u_0 + d)| <= D`, and the complex vector
@@ -9,7 +9,8 @@
 //! - `(|R| + V |sin|) e^D` of a cylinder or cone, `V` as `D` but with `|v_0|` (along the axis it is a polynomial of c's own degree);
 //! - `(R + r' e^E) e^D + r' e^E` of a torus with the radii `R` and `r'`, `E` being `D` of v; a sphere is one with `R = 0`;
 //!
-//! and an arc of radius `rho` and `a` radians over half the piece `rho e^(a r)`. With `M` the sum of these, Cauchy's estimate is
+//! and an arc of radius `rho` and `a` radians over half the piece `rho e^(a r)`. A rational `C = N / w` has, but for the constant `k = N_0 / w_0`, at most the
+//! length `sum_i |N_i - k w_i| r^i / (w_0 - sum_(i>0) |w_i| r^i)`, where what is divided by is positive. With `M` the sum of these, Cauchy's estimate is
 //! `|f_k| <= M r^-k` for every k above the degrees of the polynomials. With `n` no less than these, `p` the series up to `x^n`, and `q = 1 / r`,
 //! `|f - p| <= e = M q^(n+1) / (1 - q)` on `[-1, 1]`.
 //!
@@ -24,7 +25,8 @@
 //! spans no shorter than the piece, `2 h`, so that `h^k / k!` times it is off by less than `C(p, k)` times some 40 units of the largest control
 //! point: [`COEFFICIENT`] has room for degrees up to 3. `f` is evaluated by de Boor's triangles of degree 16 at most, 96 roundings of half a unit of the
 //! largest control point, and some dozen for the surface, of numbers up to [`Chart::far`]; an angle that is off moves the point by as much times that:
-//! [`FORMULA`], twice, times 1 and the largest angles. The points `x_j` are hit at the ends of the piece, elsewhere to `2 PLACE`: as
+//! [`FORMULA`], twice, times 1 and the largest angles. The homogeneous points of a rational curve are off by as much of the largest weight `W`, so a point is
+//! by twice that times `W / w`. The points `x_j` are hit at the ends of the piece, elsewhere to `2 PLACE`: as
 //! angles to 2^-20, as the sine is at least sin(pi / 48) there; [`FACTOR`] has room for that.
 //!
 //! **The domain.** The image is that of the curve clamped to the surface's domain, which is made to hold it; what straight curves are
@@ -36,7 +38,7 @@ use super::chart::Chart;
 use super::pcurve::{FIT, FORMULA};
 use crate::sheets::{ROUNDING, stays};
 use feeler::numeric::Interval;
-use feeler::nurbs::{Curve, Curve2, Curve3};
+use feeler::nurbs::{Curve, Curve2, Curve3, NurbsCurve};
 use std::f64::consts::PI;
 
 /// The least degree that is kept; edges of a higher degree have their own, up to [`MOST_DEGREE`].
@@ -44,6 +46,9 @@ const DEGREE: usize = 8;
 const MOST_DEGREE: usize = 16;
 /// Curves in uv: straight, or fitted cubics.
 const DEGREE_UV: usize = 3;
+/// The degree that is kept of rational edges: discs that go around their poles are small, and with 8 pieces would be half as long. They are of degree
+/// [`DEGREE_UV`] at most, too.
+const DEGREE_RATIONAL: usize = 12;
 /// What is left out is to be no more than this part of what fitted curves come near, ...
 const LEFT_OUT: f64 = FIT / 16.0;
 /// ...or pieces are halved, so often and so many.
@@ -68,8 +73,8 @@ pub(super) struct Disc {
     pub(super) most: f64,
 }
 
-/// A bound on the distance of the image of `made` from `curve` at the same parameter all over `span`; `None` of other surfaces, of rational
-/// curves, of poly-curves, and where pieces would have to be too small or too many. `pieces`: how many there may still be of the file; some 25 points
+/// A bound on the distance of the image of `made` from `curve` at the same parameter all over `span`; `None` of other surfaces, of curves in uv that are
+/// rational, of rational edges of a high degree, of poly-curves, and where pieces would have to be too small or too many. `pieces`: how many there may still be of the file; some 25 points
 /// are evaluated on each.
 pub(super) fn bound(
     chart: &Chart,
@@ -82,14 +87,11 @@ pub(super) fn bound(
     if *pieces == 0 || !chart.is_elementary() || polynomial(made)? > DEGREE_UV {
         return None;
     }
-    let (degree, arc) = match curve {
-        Curve::Arc(a) => (0, Some([a.radius, a.angle.length() / a.domain.length()])),
-        _ => (polynomial(curve)?, None),
+    let rest = Rest::of(curve)?;
+    let n = match rest {
+        Rest::Rational(_) => DEGREE_RATIONAL,
+        _ => polynomial(curve).unwrap_or(0).max(DEGREE),
     };
-    if degree > MOST_DEGREE {
-        return None;
-    }
-    let n = degree.max(DEGREE);
     let mut ends: Vec<f64> = curve.breaks();
     ends.extend(made.breaks());
     ends.retain(|t| span.start < *t && *t < span.end);
@@ -106,7 +108,7 @@ pub(super) fn bound(
         if small.len() + open.len() >= MOST_PIECES || !is_clear {
             return None;
         }
-        let left_out = left_out(chart, made, m, h, arc, n)?;
+        let left_out = left_out(chart, made, m, h, &rest, n)?;
         if left_out <= LEFT_OUT * size {
             small.push(([a, b], left_out));
         } else if depth < HALVINGS {
@@ -127,7 +129,7 @@ pub(super) fn bound(
         };
     let far = chart.far(largest(made, 1)).max(size);
     let far = (0..3).fold(far, |a: f64, c| a.max(largest(curve, c)));
-    let rounding = (2.0 * FORMULA + STRAY) * far * angles;
+    let rounding = (2.0 * FORMULA * rest.rounding() + STRAY) * far * angles;
     let mut worst = 0.0_f64;
     for ([a, b], left_out) in small {
         let (m, h) = (0.5 * (a + b), 0.5 * (b - a));
@@ -216,6 +218,84 @@ pub(super) fn cut_off(
     }
 }
 
+/// What an edge's curve is on its pieces beside polynomials.
+enum Rest {
+    Nothing,
+    /// An arc.
+    Arc {
+        radius: f64,
+        /// Radians for a unit of the parameter.
+        rate: f64,
+    },
+    /// A rational curve: its homogeneous points, and the largest weight against the least.
+    Rational(Box<(Curve<4, 5>, f64)>),
+}
+
+impl Rest {
+    /// `None`: a curve of which nothing is said here.
+    fn of(curve: &Curve3) -> Option<Self> {
+        match curve {
+            Curve::Arc(a) => Some(Self::Arc {
+                radius: a.radius,
+                rate: a.angle.length() / a.domain.length(),
+            }),
+            Curve::Nurbs(n) if polynomial(curve).is_none() => {
+                if n.degree() > DEGREE_UV {
+                    return None;
+                }
+                let weights = n.control_points().iter().map(|p| p.w);
+                let [least, most] = weights.fold([f64::INFINITY, 0.0], |[a, b]: [f64; 2], w| {
+                    [a.min(w), b.max(w)]
+                });
+                let points = n.control_points().iter().map(|p| p.push(1.0)).collect();
+                let knots = n.knots().knots().to_vec();
+                let homogeneous = NurbsCurve::new(n.degree(), points, knots).ok()?;
+                let homogeneous = Curve::Nurbs(homogeneous);
+                Some(Self::Rational(Box::new((homogeneous, most / least))))
+            }
+            _ => (polynomial(curve)? <= MOST_DEGREE).then_some(Self::Nothing),
+        }
+    }
+
+    /// By how much more than a polynomial's its points are off by roundings.
+    fn rounding(&self) -> f64 {
+        match self {
+            Self::Rational(own) => 2.0 * own.1,
+            _ => 1.0,
+        }
+    }
+
+    /// How long it is at most over the disc of radius `r`.
+    fn most_in(&self, m: f64, h: f64, r: f64) -> f64 {
+        match self {
+            Self::Nothing => 0.0,
+            Self::Arc { radius, rate } => radius * libm::exp((rate * h).abs() * r),
+            Self::Rational(own) => {
+                let derivatives = own.0.derivatives(m, DEGREE_UV);
+                let Some(first) = derivatives.first() else {
+                    return f64::INFINITY;
+                };
+                let k = first.xyz() / first.w;
+                let rounding = [0, 1, 2, 3].map(|c| COEFFICIENT * largest(&own.0, c));
+                let of_point = rounding[0] + rounding[1] + rounding[2] + k.lp_norm(1) * rounding[3];
+                let (mut above, mut below) = (of_point, first.w - rounding[3]);
+                let mut scale = 1.0;
+                for (i, d) in derivatives.iter().enumerate().skip(1) {
+                    scale *= h * r / i as f64;
+                    let grown = r.powi(i as i32);
+                    above += (d.xyz() - k * d.w).norm() * scale + of_point * grown;
+                    below -= d.w.abs() * scale + rounding[3] * grown;
+                }
+                if below > 0.0 {
+                    above / below
+                } else {
+                    f64::INFINITY
+                }
+            }
+        }
+    }
+}
+
 /// The degree of a curve that is a polynomial on each of its pieces.
 fn polynomial<const D: usize, const H: usize>(curve: &Curve<D, H>) -> Option<usize> {
     match curve {
@@ -243,14 +323,7 @@ fn largest<const D: usize, const H: usize>(curve: &Curve<D, H>, c: usize) -> f64
 }
 
 /// The least `e` of the discs that are tried.
-fn left_out(
-    chart: &Chart,
-    made: &Curve2,
-    m: f64,
-    h: f64,
-    arc: Option<[f64; 2]>,
-    n: usize,
-) -> Option<f64> {
+fn left_out(chart: &Chart, made: &Curve2, m: f64, h: f64, rest: &Rest, n: usize) -> Option<f64> {
     let derivatives = made.derivatives(m, DEGREE_UV);
     let rounding = [0, 1].map(|c| COEFFICIENT * largest(made, c));
     let mut least = f64::INFINITY;
@@ -268,9 +341,7 @@ fn left_out(
             Disc { off, most }
         };
         let mut most = chart.most_in(disc(0), disc(1))?;
-        if let Some([radius, rate]) = arc {
-            most += radius * libm::exp((rate * h).abs() * r);
-        }
+        most += rest.most_in(m, h, r);
         let left = most * r.powi(-(n as i32 + 1)) / (1.0 - 1.0 / r) * 1.001;
         // What is no number is no bound.
         if left < least {
@@ -285,7 +356,7 @@ mod tests {
     use super::*;
     use crate::occt::curves::Budget;
     use crate::occt::surfaces::{Axes, Form3};
-    use feeler::nurbs::{Arc, Line, NurbsCurve};
+    use feeler::nurbs::{Arc, Line};
     use nalgebra::{Point2, Point3, Vector3, Vector4};
 
     fn axes() -> Axes {
@@ -352,11 +423,24 @@ mod tests {
                 };
                 let ends = [span.start, span.end].map(|t| Point3::from(near(t)));
                 let chord = Line::new(ends[0], ends[1], span).unwrap();
-                let edges: [Curve3; 4] = [
+                // Weights of an ellipse by thirds of a turn, and of a cubic.
+                let rational = |degree: usize, weights: &[f64], knots: Vec<f64>| {
+                    let n = weights.len() - 1;
+                    let points = weights.iter().enumerate().map(|(k, w)| {
+                        let p = near(span.lerp(k as f64 / n as f64)) * *w;
+                        Vector4::new(p.x, p.y, p.z, *w)
+                    });
+                    let curve = NurbsCurve::new(degree, points.collect(), knots);
+                    Curve::Nurbs(curve.unwrap())
+                };
+                let thirds = vec![-1.0, -1.0, -1.0, 0.5, 0.5, 2.0, 2.0, 2.0];
+                let edges: [Curve3; 6] = [
                     through(0.0),
                     through(0.25),
                     Curve::Arc(Arc::new(arc).unwrap()),
                     Curve::Line(chord),
+                    rational(2, &[1.0, 0.5, 1.0, 0.5, 1.0], thirds),
+                    rational(3, &[1.0, 0.25, 3.0, 0.5, 2.0], knots.clone()),
                 ];
                 for (i, edge) in edges.iter().enumerate() {
                     let proven =
