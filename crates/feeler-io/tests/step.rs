@@ -1116,7 +1116,11 @@ fn what_is_moved_at_a_pole_counts_in_the_bound() {
 
 /// The bound that is said of images of curves in uv.
 fn said_bound(document: &Document) -> f64 {
-    let said = document.objects[0].warnings.join("; ");
+    let object = &document.objects[0];
+    let said = object.warnings.join("; ");
+    if let ObjectKind::Refused { reason, .. } = &object.kind {
+        panic!("{reason}");
+    }
     let start = said.find("images are within ").expect("a bound") + "images are within ".len();
     let found = said[start..].split(' ').next();
     let found = found.and_then(|x| x.parse().ok());
@@ -1177,4 +1181,93 @@ fn what_sticks_out_of_one_turn_counts_in_the_bound() {
             "{bound:e}, {seen:e}"
         );
     }
+}
+
+/// One branch of a hyperbola, extruded and turned: as far as the edges go, and its points are those of the curve.
+#[test]
+fn surfaces_made_of_hyperbolas_reach_as_far_as_their_edges() {
+    let (a, b) = (2.0_f64, 1.0_f64);
+    let on = |t: f64| [a * t.cosh(), b * t.sinh()];
+    // Far out a hyperbola is nearly its asymptotes.
+    for ends in [[-1.0, 1.5], [0.5, 3.0], [-4.0, 4.0]] {
+        let mut w = Writer::default();
+        let branch = |w: &mut Writer, z: f64| {
+            let axes = w.axes([0., 0., z], Z, X);
+            w.put(format!("HYPERBOLA('',{axes},{a:?},{b:?})"))
+        };
+        let line = |w: &mut Writer, [x, y]: [f64; 2]| {
+            let (p, z) = (w.point([x, y, 0.]), w.direction(Z));
+            let v = w.put(format!("VECTOR('',{z},1.)"));
+            w.put(format!("LINE('',{p},{v})"))
+        };
+        let (profile, z) = (branch(&mut w, 7.), w.direction(Z));
+        let along = w.put(format!("VECTOR('',{z},2.)"));
+        let surface = w.put(format!("SURFACE_OF_LINEAR_EXTRUSION('',{profile},{along})"));
+        let [p, q] = ends.map(on);
+        let at = |w: &mut Writer, [x, y]: [f64; 2], z: f64| w.vertex([x, y, z]);
+        let low = [at(&mut w, p, 0.), at(&mut w, q, 0.)];
+        let high = [at(&mut w, p, 3.), at(&mut w, q, 3.)];
+        let curves = [branch(&mut w, 0.), branch(&mut w, 3.)];
+        let (left, right) = (line(&mut w, p), line(&mut w, q));
+        let edges = [
+            w.edge(&low[0], &low[1], &curves[0]),
+            w.edge(&low[1], &high[1], &right),
+            w.edge(&high[0], &high[1], &curves[1]),
+            w.edge(&low[0], &high[0], &left),
+        ];
+        let senses = [true, true, false, false];
+        let uses: Vec<_> = edges.iter().map(String::as_str).zip(senses).collect();
+        let bound = w.bound(&uses);
+        let face = w.face(&surface, &[bound]);
+        w.sheet(&[face]);
+        let document = w.document();
+        let far = on(4.0)[0];
+        assert!(said_bound(&document) <= 1e-8 * far);
+        for k in 0..=8 {
+            let [x, y] = on(ends[0] + (ends[1] - ends[0]) * f64::from(k) / 8.0);
+            near(distance(&document, [x, y, 1.5]), 0.0, 1e-8 * far);
+        }
+        // The square of the distance from the center is least at the vertex, or the end next to it.
+        let least = on(ends[0].max(0.0));
+        near(
+            distance(&document, [0., 0., 1.5]),
+            least[0].hypot(least[1]),
+            1e-8 * far,
+        );
+        // Beyond the ends there is nothing of it.
+        let beyond = on(ends[1] + 1.0);
+        assert!(distance(&document, [beyond[0], beyond[1], 1.5]) > 1.0);
+    }
+    // Turned about the other axis: a hyperboloid of one sheet between two circles.
+    let mut w = Writer::default();
+    let axes = w.axes([0.; 3], [0., -1., 0.], X);
+    let profile = w.put(format!("HYPERBOLA('',{axes},{a:?},{b:?})"));
+    let (origin, z) = (w.point([0., 0., 5.]), w.direction(Z));
+    let axis = w.put(format!("AXIS1_PLACEMENT('',{origin},{z})"));
+    let surface = w.put(format!("SURFACE_OF_REVOLUTION('',{profile},{axis})"));
+    let [low, high] = [-1.0, 1.5].map(on);
+    let low = w.round([0., 0., low[1]], Z, X, low[0]);
+    let high = w.round([0., 0., high[1]], Z, X, high[0]);
+    let bounds = [w.bound(&[(&low, true)]), w.bound(&[(&high, false)])];
+    let face = w.face(&surface, &bounds);
+    w.sheet(&[face]);
+    let document = w.document();
+    near(distance(&document, [0.; 3]), a, 1e-8);
+    for t in [-0.9, 0.0, 0.4, 1.4] {
+        let [x, z] = on(t);
+        near(distance(&document, [0.6 * x, -0.8 * x, z]), 0.0, 1e-8);
+    }
+}
+
+/// A hyperbola that is extruded along its asymptote has no end in the plane across: it is refused.
+#[test]
+fn hyperbolas_along_their_asymptotes_are_refused() {
+    let mut w = Writer::default();
+    let axes = w.axes([0.; 3], Z, X);
+    let profile = w.put(format!("HYPERBOLA('',{axes},1.,1.)"));
+    let direction = w.direction([1., 1., 0.]);
+    let along = w.put(format!("VECTOR('',{direction},1.)"));
+    wall(&mut w, &profile, &along, 0.0);
+    let said = refusal(&w.document());
+    assert!(said.contains("asymptote"), "{said}");
 }

@@ -170,17 +170,7 @@ impl<const D: usize, const H: usize> Form<D, H> {
         }
     }
 
-    /// Whether the kernel's form has the file's parameter: a surface made of the curve is then
-    /// the file's, parameter by parameter.
-    pub(crate) fn keeps_parameter(&self) -> bool {
-        match self {
-            Self::Ellipse(..) | Self::Hyperbola(..) | Self::Offset => false,
-            Self::Trimmed(_, basis) => basis.keeps_parameter(),
-            _ => true,
-        }
-    }
-
-    /// How the kernel's parameter goes with the file's where they differ ([`keeps_parameter`](Self::keeps_parameter)): on the part over `range`.
+    /// How the kernel's parameter goes with the file's where they differ: on the part over `range`.
     pub(crate) fn warp(&self, range: Interval) -> Result<Option<Warp>, Refusal> {
         Ok(match self {
             Self::Ellipse(..) => Some(Warp::Arcs(unit_circle::<D, H>(range)?.map)),

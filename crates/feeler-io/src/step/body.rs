@@ -3,6 +3,7 @@
 use super::chart::{Chart, nearest};
 use super::entities::{Entities, form, no_room, problem, shape, unsupported};
 use super::geometry::{EdgeForm, Geometry};
+use super::hyperbola::{bounded, pieces};
 use super::loops::{Maker, Trouble, Use, closed, lifted};
 use super::pcurve::{Made, made, pole, taken};
 use super::smooth::cut_off;
@@ -386,9 +387,12 @@ impl Body<'_, '_> {
         if range[1] - range[0] > TAU && matches!(curve, Form::Circle(..) | Form::Ellipse(..)) {
             range[1] = range[0] + TAU;
         }
-        let (curve, span) = curve
-            .part(range, &mut self.geometry.numbers)
-            .map_err(form(id))?;
+        let numbers = &mut self.geometry.numbers;
+        let curve = match curve {
+            Form::Hyperbola(f, radii) => pieces(id, &f, radii, range, numbers)?,
+            other => other,
+        };
+        let (curve, span) = curve.part(range, numbers).map_err(form(id))?;
         let ends = [
             self.vertex(ids[0], points[0]),
             self.vertex(ids[1], points[1]),
@@ -550,6 +554,7 @@ impl Body<'_, '_> {
         let (bounds, surface_id, same_sense) = (e.references(1)?, e.reference(2)?, e.flag(3)?);
         self.work(id, USE)?;
         let surface = self.geometry.surface(id, surface_id, 0)?;
+        let surface = bounded(surface_id, surface, self.size, &mut self.geometry.numbers)?;
         let chart = Chart::new(surface_id, &surface, self.size, &mut self.geometry.numbers)?;
         let mut rough: Vec<(Vec<Use>, [i32; 2])> = Vec::new();
         for bound in bounds {

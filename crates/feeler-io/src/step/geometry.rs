@@ -7,7 +7,7 @@
 //! | polyline | B-spline of degree 1 |
 //! | trimmed curve, rectangular trimmed surface | its basis: edges and loops say the part |
 //! | plane, cylinder, cone, sphere, torus | the same |
-//! | surface of extrusion, of revolution | the same; a profile that is an ellipse as rational quadratics |
+//! | surface of extrusion, of revolution | the same; a profile that is an ellipse or a hyperbola as rational quadratics |
 //! | anything else | refused by name |
 
 use super::entities::{Entities, Entity, form, shape, unsupported};
@@ -56,7 +56,7 @@ fn unit<const D: usize>(v: SVector<f64, D>) -> Option<SVector<f64, D>> {
     })
 }
 
-fn nurbs_remedy() -> &'static str {
+pub(super) fn nurbs_remedy() -> &'static str {
     "convert it to a B-spline in the program that wrote it and export it again"
 }
 
@@ -459,20 +459,14 @@ impl Geometry<'_> {
         })
     }
 
-    /// A curve that a surface is made of. What has another parameter in the kernel becomes a B-spline here: the curves in uv are made
+    /// A curve that a surface is made of. An ellipse, which has another parameter in the kernel, becomes a B-spline here: the curves in uv are made
     /// to fit.
     fn profile(&mut self, from: u64, id: u64) -> Result<Form<3, 4>, ReadError> {
         let profile = self.curve::<3, 4>(from, id, 0)?;
-        if profile.keeps_parameter() {
+        // Of a hyperbola a part is taken once it is known how far the body reaches: [`hyperbola`](super::hyperbola).
+        if !matches!(profile, Form::Ellipse(..)) {
             return Ok(profile);
         }
-        let Form::Ellipse(..) = profile else {
-            return Err(unsupported(
-                id,
-                "a surface made of a hyperbola",
-                nurbs_remedy(),
-            ));
-        };
         let (part, _) = profile
             .part([0.0, TAU], &mut self.numbers)
             .map_err(form(id))?;

@@ -7,6 +7,7 @@
 //! | `part21` | the syntax |
 //! | `entities` | entities, attributes, errors that name them |
 //! | `geometry` | placements, curves, surfaces |
+//! | `hyperbola` | the part of a hyperbola that a surface is made of |
 //! | `chart` | uv of a point |
 //! | `pcurve` | curves in uv of edges, with a bound |
 //! | `smooth` | how far images on elementary surfaces are off, without composing them |
@@ -20,6 +21,7 @@ mod chart;
 mod document;
 mod entities;
 mod geometry;
+mod hyperbola;
 mod loops;
 mod part21;
 mod pcurve;

@@ -374,14 +374,25 @@ fn fitted(chart: &Chart, curve: &Curve3, trace: &Trace, size: f64, most: f64) ->
             Point2::from(sum)
         };
         let middle = 0.5 * (a.t + b.t);
-        let located = chart.locate(&curve.point(middle), Some(cubic(0.5)));
+        // Searches start from it, or from the chord where that is nearer: where an edge runs unevenly the cubic may be far off.
+        let guess = |q: &Point3<f64>, s: f64| {
+            let (near, chord) = (cubic(s), a.uv + (b.uv - a.uv) * s);
+            let off = |uv: Point2<f64>| (chart.point(&chart.clamped(uv)) - q).norm_squared();
+            if chart.is_elementary() || off(near) <= off(chord) {
+                near
+            } else {
+                chord
+            }
+        };
+        let q = curve.point(middle);
+        let located = chart.locate(&q, Some(guess(&q, 0.5)));
         let own = chart.point(&located.uv);
         let mut worst = (chart.point(&chart.clamped(cubic(0.5))) - own).norm();
         let mut good = worst <= FIT * size;
         for s in [0.25, 0.75] {
             if good {
                 let q = curve.point(a.t + (b.t - a.t) * s);
-                let near = chart.locate(&q, Some(cubic(s)));
+                let near = chart.locate(&q, Some(guess(&q, s)));
                 let off = chart.point(&chart.clamped(cubic(s))) - chart.point(&near.uv);
                 worst = off.norm();
                 good = worst <= FIT * size;
