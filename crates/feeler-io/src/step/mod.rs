@@ -10,6 +10,7 @@
 //! | `hyperbola` | the part of a hyperbola that a surface is made of |
 //! | `chart` | uv of a point |
 //! | `pcurve` | curves in uv of edges, with a bound |
+//! | `points` | points of edges' curves |
 //! | `smooth` | how far images on elementary surfaces are off, without composing them |
 //! | `loops` | sheets, poles, seams |
 //! | `body` | a solid or a set of faces as a BREP |
@@ -25,6 +26,7 @@ mod hyperbola;
 mod loops;
 mod part21;
 mod pcurve;
+mod points;
 mod products;
 mod smooth;
 

@@ -18,6 +18,7 @@
 
 use super::chart::{Chart, Located};
 use super::entities::form;
+use super::points::Points;
 use super::smooth;
 use crate::error::ReadError;
 use crate::occt::projection::projected;
@@ -62,8 +63,8 @@ struct Trace {
     on_axis: [bool; 2],
 }
 
-fn sample(chart: &Chart, curve: &Curve3, span: Interval) -> Trace {
-    let mut breaks = curve.breaks();
+fn sample(chart: &Chart, points: &Points<'_>, span: Interval) -> Trace {
+    let mut breaks = points.curve.breaks();
     breaks.retain(|b| span.start < *b && *b < span.end);
     let mut ends = vec![span.start];
     ends.extend(breaks);
@@ -75,7 +76,7 @@ fn sample(chart: &Chart, curve: &Curve3, span: Interval) -> Trace {
     }
     t.push(span.end);
     let n = t.len();
-    let points: Vec<Point3<f64>> = t.iter().map(|t| curve.point(*t)).collect();
+    let points: Vec<Point3<f64>> = t.iter().map(|t| points.at(*t)).collect();
     let middle = n / 2;
     let mut found: Vec<Option<Located>> = vec![None; n];
     if let (Some(p), Some(slot)) = (points.get(middle), found.get_mut(middle)) {
@@ -111,10 +112,11 @@ fn straight(from: Point2<f64>, to: Point2<f64>, span: Interval) -> Option<Curve2
 /// Where an edge goes through the axis of its surface, between its ends: it must be split there. Between samples that are farther from the axis, by
 /// golden section of the distance, which falls and rises there.
 pub(super) fn pole(chart: &Chart, curve: &Curve3, span: Interval) -> Option<f64> {
-    chart.off_axis(&curve.point(span.start))?;
+    let points = Points::of(curve);
+    chart.off_axis(&points.at(span.start))?;
     let off = |t: f64| {
         chart
-            .off_axis(&curve.point(t))
+            .off_axis(&points.at(t))
             .unwrap_or([f64::INFINITY, 0.0])
     };
     let is_on = |t: f64| {
@@ -124,7 +126,7 @@ pub(super) fn pole(chart: &Chart, curve: &Curve3, span: Interval) -> Option<f64>
     let n = MOST_SAMPLES.min(SAMPLES * curve.breaks().len());
     let at: Vec<(f64, Point3<f64>, f64)> = (0..=n)
         .map(|k| span.lerp(k as f64 / n as f64))
-        .map(|t| (t, curve.point(t), off(t)[0]))
+        .map(|t| (t, points.at(t), off(t)[0]))
         .collect();
     for w in at.windows(3) {
         let [(mut lo, p, before), (t, q, own), (mut hi, r, after)] = [w[0], w[1], w[2]];
@@ -155,9 +157,9 @@ pub(super) fn pole(chart: &Chart, curve: &Curve3, span: Interval) -> Option<f64>
 }
 
 /// Whether the image of a curve in uv is as near the edge as the surface is.
-fn fits(chart: &Chart, curve: &Curve3, trace: &Trace, made: &Curve2, slack: f64) -> bool {
+fn fits(chart: &Chart, points: &Points<'_>, trace: &Trace, made: &Curve2, slack: f64) -> bool {
     trace.t.iter().zip(&trace.at).all(|(t, uv)| {
-        let p = curve.point(*t);
+        let p = points.at(*t);
         let own = (chart.point(uv) - p).norm();
         (chart.point(&made.point(*t)) - p).norm() <= 2.0 * own + slack
     })
@@ -204,14 +206,15 @@ pub(super) fn made(
             on_axis: [false; 2],
         });
     }
-    let trace = sample(chart, curve, span);
+    let points = Points::of(curve);
+    let trace = sample(chart, &points, span);
     let (Some(&from), Some(&to)) = (trace.at.first(), trace.at.last()) else {
         return Err(super::entities::shape(entity, "an edge of no length"));
     };
     let middle = trace.at.get(trace.at.len() / 2).copied().unwrap_or(from);
     let slack = ROUNDED * size;
     let worst = { trace.t.iter().zip(&trace.at) }
-        .map(|(t, uv)| (chart.point(uv) - curve.point(*t)).norm())
+        .map(|(t, uv)| (chart.point(uv) - points.at(*t)).norm())
         // No number is the worst there is.
         .fold(0.0, |a: f64, b| if b <= a { a } else { b });
     if !(worst <= most) {
@@ -228,7 +231,7 @@ pub(super) fn made(
         let Some(line) = straight(a, b, span) else {
             continue;
         };
-        if !fits(chart, curve, &trace, &line, slack) {
+        if !fits(chart, &points, &trace, &line, slack) {
             continue;
         }
         let bound = if i < 2 && chart.is_elementary() {
@@ -244,7 +247,7 @@ pub(super) fn made(
             on_axis: trace.on_axis,
         });
     }
-    let fitted = fitted(chart, curve, &trace, size, most)
+    let fitted = fitted(chart, &points, &trace, size, most)
         .ok_or_else(|| super::entities::shape(entity, "an edge that could not be projected"))?;
     Ok(Made {
         bound: smooth::bound(chart, curve, &fitted, span, size, pieces),
@@ -327,13 +330,19 @@ struct Knot {
 }
 
 /// `None`: it comes no nearer than `most`.
-fn fitted(chart: &Chart, curve: &Curve3, trace: &Trace, size: f64, most: f64) -> Option<Curve2> {
+fn fitted(
+    chart: &Chart,
+    points: &Points<'_>,
+    trace: &Trace,
+    size: f64,
+    most: f64,
+) -> Option<Curve2> {
     let knots: Vec<Knot> = { trace.t.iter().zip(&trace.at) }
         .map(|(t, uv)| Knot { t: *t, uv: *uv })
         .collect();
     let (first, last) = (*knots.first()?, *knots.last()?);
     // Pieces at first: those of the edge's own curve.
-    let mut breaks = curve.breaks();
+    let mut breaks = points.curve.breaks();
     breaks.retain(|b| first.t < *b && *b < last.t);
     let mut stack: Vec<(Knot, Knot, u32)> = Vec::new();
     let mut ends = vec![first];
@@ -355,8 +364,8 @@ fn fitted(chart: &Chart, curve: &Curve3, trace: &Trace, size: f64, most: f64) ->
     let mut pieces = 0;
     while let Some((a, b, depth)) = stack.pop() {
         let tangents = [
-            tangent(chart, curve, a, b, Limit::FromAbove),
-            tangent(chart, curve, b, a, Limit::FromBelow),
+            tangent(chart, points, a, b, Limit::FromAbove),
+            tangent(chart, points, b, a, Limit::FromBelow),
         ];
         let third = (b.t - a.t) / 3.0;
         let p = [
@@ -384,14 +393,14 @@ fn fitted(chart: &Chart, curve: &Curve3, trace: &Trace, size: f64, most: f64) ->
                 chord
             }
         };
-        let q = curve.point(middle);
+        let q = points.at(middle);
         let located = chart.locate(&q, Some(guess(&q, 0.5)));
         let own = chart.point(&located.uv);
         let mut worst = (chart.point(&chart.clamped(cubic(0.5))) - own).norm();
         let mut good = worst <= FIT * size;
         for s in [0.25, 0.75] {
             if good {
-                let q = curve.point(a.t + (b.t - a.t) * s);
+                let q = points.at(a.t + (b.t - a.t) * s);
                 let near = chart.locate(&q, Some(guess(&q, s)));
                 let off = chart.point(&chart.clamped(cubic(s))) - chart.point(&near.uv);
                 worst = off.norm();
@@ -420,16 +429,21 @@ fn fitted(chart: &Chart, curve: &Curve3, trace: &Trace, size: f64, most: f64) ->
 }
 
 /// The derivative of the projection at `at`, on the side of `other`.
-fn tangent(chart: &Chart, curve: &Curve3, at: Knot, other: Knot, limit: Limit) -> Vector2<f64> {
-    let d = curve.derivatives_in::<f64>(at.t, 1, limit);
-    let along = d.get(1).map(|d| Vector3::from(*d)).unwrap_or_default();
+fn tangent(
+    chart: &Chart,
+    points: &Points<'_>,
+    at: Knot,
+    other: Knot,
+    limit: Limit,
+) -> Vector2<f64> {
+    let along = points.tangent(at.t, limit);
     if let Some(uv) = chart.pulled_back(&at.uv, &along) {
         return uv;
     }
     // Where the surface has no tangent plane: a difference.
     let step = (other.t - at.t) / (1 << 12) as f64;
     let near = at.uv + (other.uv - at.uv) / f64::from(1 << 12);
-    let next = chart.locate(&curve.point(at.t + step), Some(near));
+    let next = chart.locate(&points.at(at.t + step), Some(near));
     (next.uv - at.uv) / step
 }
 

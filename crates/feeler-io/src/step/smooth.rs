@@ -24,7 +24,7 @@
 //! **Roundings.** What is computed of positive numbers alone has a thousandth to spare, which is also room for a middle that is off by `2 PLACE h`. The Taylor coefficients of `c` come from its derivatives at the middle. The difference quotients in the k-th derivative are over
 //! spans no shorter than the piece, `2 h`, so that `h^k / k!` times it is off by less than `C(p, k)` times some 40 units of the largest control
 //! point: [`COEFFICIENT`] has room for degrees up to 3. `f` is evaluated by de Boor's triangles of degree 16 at most, 96 roundings of half a unit of the
-//! largest control point, and some dozen for the surface, of numbers up to [`Chart::far`]; an angle that is off moves the point by as much times that:
+//! largest control point (of an arc no more: [`Points`]), and some dozen for the surface, of numbers up to [`Chart::far`]; an angle that is off moves the point by as much times that:
 //! [`FORMULA`], twice, times 1 and the largest angles. The homogeneous points of a rational curve are off by as much of the largest weight `W`, so a point is
 //! by twice that times `W / w`. The points `x_j` are hit at the ends of the piece, elsewhere to `2 PLACE`: as
 //! angles to 2^-20, as the sine is at least sin(pi / 48) there; [`FACTOR`] has room for that.
@@ -36,6 +36,7 @@
 
 use super::chart::Chart;
 use super::pcurve::{FIT, FORMULA};
+use super::points::Points;
 use crate::sheets::{ROUNDING, stays};
 use feeler::numeric::Interval;
 use feeler::nurbs::{Curve, Curve2, Curve3, NurbsCurve};
@@ -130,6 +131,7 @@ pub(super) fn bound(
     let far = chart.far(largest(made, 1)).max(size);
     let far = (0..3).fold(far, |a: f64, c| a.max(largest(curve, c)));
     let rounding = (2.0 * FORMULA * rest.rounding() + STRAY) * far * angles;
+    let points = Points::of(curve);
     let mut worst = 0.0_f64;
     for ([a, b], left_out) in small {
         let (m, h) = (0.5 * (a + b), 0.5 * (b - a));
@@ -137,7 +139,7 @@ pub(super) fn bound(
         let mut own: f64 = 0.0;
         for t in at {
             let uv = made.point(t);
-            let off = (chart.point(&uv) - curve.point(t)).norm();
+            let off = (chart.point(&uv) - points.at(t)).norm();
             // No number is no bound.
             if !(off < f64::INFINITY) {
                 return None;
