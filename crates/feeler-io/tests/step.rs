@@ -1246,6 +1246,7 @@ fn surfaces_made_of_hyperbolas_reach_as_far_as_their_edges() {
     let axis = w.put(format!("AXIS1_PLACEMENT('',{origin},{z})"));
     let surface = w.put(format!("SURFACE_OF_REVOLUTION('',{profile},{axis})"));
     let [low, high] = [-1.0, 1.5].map(on);
+    let (text, count) = (w.text.clone(), w.count);
     let low = w.round([0., 0., low[1]], Z, X, low[0]);
     let high = w.round([0., 0., high[1]], Z, X, high[0]);
     let bounds = [w.bound(&[(&low, true)]), w.bound(&[(&high, false)])];
@@ -1257,6 +1258,18 @@ fn surfaces_made_of_hyperbolas_reach_as_far_as_their_edges() {
         let [x, z] = on(t);
         near(distance(&document, [0.6 * x, -0.8 * x, z]), 0.0, 1e-8);
     }
+    // What a rim is off is what is said.
+    near(said_bound(&document), 0.0, 1e-11);
+    let off = 3e-6;
+    let mut w = Writer { text, count };
+    let rims = [-1.0, 1.5].map(on);
+    let rims = rims.map(|[x, z]| w.round([0., 0., z], Z, X, x + off));
+    let bounds = [w.bound(&[(&rims[0], true)]), w.bound(&[(&rims[1], false)])];
+    let face = w.face(&surface, &bounds);
+    w.sheet(&[face]);
+    // The surface next to a rim is as near as its slope lets it be.
+    let said = said_bound(&w.document());
+    assert!(said >= 0.3 * off && said <= 1.1 * off, "{said:e}");
 }
 
 /// A hyperbola that is extruded along its asymptote has no end in the plane across: it is refused.

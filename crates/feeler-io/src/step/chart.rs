@@ -9,7 +9,7 @@ use crate::error::ReadError;
 use crate::occt::curves::{Budget, Form};
 use crate::occt::surfaces::{Axes, Form3};
 use feeler::numeric::{Ball, sin_cos};
-use feeler::nurbs::{Curve3, Surface};
+use feeler::nurbs::{Curve, Curve3, Surface};
 use nalgebra::{Matrix2, Point2, Point3, Vector2, Vector3};
 use std::f64::consts::TAU;
 
@@ -327,7 +327,8 @@ impl Chart {
         }
     }
 
-    /// How far a point moves at most with each of u and v, up to `v` from 0; `None` but of planes and elementary surfaces.
+    /// How far a point moves at most with each of u and v, up to `v` from 0 (infinite: that is not known); `None` but of planes and surfaces that are
+    /// turned about an axis.
     pub(super) fn speeds(&self, v: f64) -> Option<[f64; 2]> {
         match &self.kind {
             Kind::Plane(a) => Some([a.x.norm(), a.y.norm()]),
@@ -337,8 +338,39 @@ impl Chart {
             Kind::Turned(_, Meridian::Circle { major, minor }) => {
                 Some([major.abs() + minor.abs(), minor.abs()])
             }
+            // No farther from the axis than the control points.
+            Kind::Turned(a, Meridian::Curve(Curve::Nurbs(n))) => {
+                let far = n.control_points().iter().map(|p| {
+                    let l = local(a, &(p.xyz() / p.w - a.origin.coords));
+                    l.x.hypot(l.y)
+                });
+                Some([far.fold(0.0, f64::max), f64::INFINITY])
+            }
             _ => None,
         }
+    }
+
+    /// What the roundings of a point are parts of, [`FORMULA`](super::pcurve::FORMULA) twice, on a surface that is turned about an axis; `None` of others. Of
+    /// one by a rational profile as in [`smooth`](super::smooth): its control points, times twice what weights differ by.
+    pub(super) fn rounded(&self) -> Option<f64> {
+        let Kind::Turned(_, Meridian::Curve(profile)) = &self.kind else {
+            return self.is_elementary().then_some(self.size);
+        };
+        let own = match profile {
+            Curve::Line(l) => l.from.coords.amax().max(l.to.coords.amax()),
+            Curve::Arc(_) => 0.0,
+            Curve::Nurbs(n) if n.degree() <= 16 => {
+                let points = n.control_points().iter();
+                let far = points.map(|p| (p.xyz() / p.w).amax()).fold(0.0, f64::max);
+                let weights = n.control_points().iter().map(|p| p.w);
+                let [least, most] = weights.fold([f64::INFINITY, 0.0], |[a, b]: [f64; 2], w| {
+                    [a.min(w), b.max(w)]
+                });
+                far * (2.0 * most / least)
+            }
+            _ => return None,
+        };
+        Some(own.max(self.size))
     }
 
     /// Whether its meridians are straight.

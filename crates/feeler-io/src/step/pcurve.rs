@@ -6,7 +6,7 @@
 //!   nearest point of the surface is, beyond rounding.
 //! - **Fitted**: otherwise cubics through points and tangents of the projection, halved until the middle of each is within [`FIT`] of the size.
 //!
-//! **Bound.** On elementary surfaces the distance `D(t)` of the image of a straight curve in uv and of the edge is
+//! **Bound.** On elementary surfaces (and, of circles of latitude, on all that are turned about an axis) the distance `D(t)` of the image of a straight curve in uv and of the edge is
 //! - of a line along a cylinder or cone: of two lines, affine in t, so largest at an end, by convexity;
 //! - of an arc and a circle of latitude or of a meridian (u or v fixed, the other the arc's angle, with it or against it):
 //!   `D = a + b cos t + c sin t`, each of the two being so. From `D` at three angles 120 degrees apart follow a (their mean), b and c
@@ -234,8 +234,8 @@ pub(super) fn made(
         if !fits(chart, &points, &trace, &line, slack) {
             continue;
         }
-        let bound = if i < 2 && chart.is_elementary() {
-            straight_bound(chart, curve, span, [a, b], i, size)
+        let bound = if i < 2 && (i == 1 || chart.is_elementary()) {
+            straight_bound(chart, curve, span, [a, b], i)
         } else {
             None
         };
@@ -288,8 +288,8 @@ fn straight_bound(
     span: Interval,
     [a, b]: [Point2<f64>; 2],
     fixed: usize,
-    size: f64,
 ) -> Option<f64> {
+    let rounded = chart.rounded()?;
     let rate = (b - a) / span.length();
     let at = |t: f64| a + rate * (t - span.start);
     let bound = match curve {
@@ -319,7 +319,7 @@ fn straight_bound(
         }
         _ => return None,
     };
-    Some(bound + 2.0 * FORMULA * size)
+    Some(bound + 2.0 * FORMULA * rounded)
 }
 
 /// One end of a piece.

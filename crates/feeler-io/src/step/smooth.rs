@@ -191,8 +191,16 @@ pub(super) fn cut_off(
                 return Some(0.0);
             }
             let speeds = chart.speeds(l.from.y.abs().max(l.to.y.abs()))?;
+            let moved = [0, 1].map(|c| {
+                if out[c] > 0.0 {
+                    out[c] * speeds[c]
+                } else {
+                    0.0
+                }
+            });
             // A thousandth for roundings.
-            Some(1.001 * (out[0] * speeds[0] + out[1] * speeds[1]))
+            let moved = 1.001 * (moved[0] + moved[1]);
+            moved.is_finite().then_some(moved)
         }
         Curve::Nurbs(_) => {
             let slack = [0, 1].map(|c| slack(chart, c, domain[c], size));
