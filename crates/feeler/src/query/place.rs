@@ -147,6 +147,7 @@ fn face_normal(brep: &PreparedBrep, place: &Place) -> Vector3<f64> {
 }
 
 /// What is told of a contact at a place; without bounds on foot and normal.
+#[inline]
 pub(super) fn make_contact(
     brep: &PreparedBrep,
     probe: &Probe,
