@@ -1,7 +1,9 @@
 //! The same of surfaces with knots a few steps of f64 apart, and of faces as thin as that.
 
 use super::{NORMALS, ball, bounds, meet, place, prepared};
-use feeler::brep::{Brep, BrepParts, Face, Iso, LoopKind, TrimCurve, TrimKind, TrimLoop, Vertex};
+use feeler::brep::{
+    Brep, BrepParts, Edge, Face, Iso, LoopKind, TrimCurve, TrimKind, TrimLoop, Vertex,
+};
 use feeler::numeric::Interval;
 use feeler::nurbs::{Curve, Curve2, Line, NurbsSurface, Surface};
 use feeler::prepare::PreparedBrep;
@@ -92,14 +94,23 @@ fn within(faces: &[(Surface, Vec<[f64; 2]>)]) -> PreparedBrep {
             let [a, b] = [corners[i], corners[(i + 1) % corners.len()]].map(Point2::from);
             let unit = Interval::new(0.0, 1.0).unwrap();
             let line: Curve2 = Curve::Line(Line::new(a, b, unit).unwrap());
+            let trim = parts.trims.len();
+            parts.edges.push(Edge {
+                curve: None,
+                span: unit,
+                reversed: false,
+                vertices: [0; 2],
+                trims: vec![trim],
+                tolerance: None,
+            });
             parts.trims.push(TrimCurve {
                 curve: parts.curves2.len(),
                 span: unit,
                 reversed: false,
-                edge: None,
+                edge: Some(trim),
                 edge_reversed: false,
                 vertices: [0, 0],
-                kind: TrimKind::Unknown,
+                kind: TrimKind::Boundary,
                 iso: Iso::None,
                 trim_loop: f,
             });
