@@ -306,8 +306,12 @@ impl Body<'_, '_> {
                 geometry.proofs = rest;
                 proven.extend(trims);
             }
-            for own in trim_offsets(&brep, &proven) {
-                bound = bound.max(own.at_most);
+            for own in trim_offsets(&brep, &proven, geometry.patches) {
+                if own.at_most.is_finite() {
+                    bound = bound.max(own.at_most);
+                } else {
+                    left += 1;
+                }
             }
         }
         let fit = if fitted > 0 {
@@ -323,7 +327,7 @@ impl Body<'_, '_> {
         }
         if left > 0 {
             warnings.push(format!(
-                "{left} more are too many to be proven while reading: `inspect --health` does"
+                "{left} more are too many to be proven while reading, or on surfaces of too many turns: `inspect --health` does"
             ));
         }
         if !left_out.is_empty() {

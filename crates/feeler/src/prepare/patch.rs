@@ -62,6 +62,25 @@ pub(crate) fn surface_patches<T: Real>(surface: &Surface) -> Vec<Patch<T>> {
     }
 }
 
+/// How many patches a surface has.
+pub(super) fn patch_count(surface: &Surface) -> usize {
+    let pieces = |curve: &Curve3| {
+        let mut out: Vec<BezierCurve<f64, 4>> = Vec::new();
+        let domain = curve.domain();
+        curve_pieces(curve, domain.start, domain.end, &mut out);
+        out.len()
+    };
+    match surface {
+        Surface::Nurbs(s) => s.knots_u().spans().count() * s.knots_v().spans().count(),
+        Surface::Plane(_) => 1,
+        Surface::Revolution(s) => {
+            let domain = s.angle_domain;
+            spans::<f64>(s.angle, domain, domain.start, domain.end).len() * pieces(&s.profile)
+        }
+        Surface::Sum(s) => pieces(&s.first) * pieces(&s.second),
+    }
+}
+
 /// `O + along + cos a r + sin a (axis x r)` for each point of the profile, split into its part along the
 /// axis and its part `r` across it: linear in homogeneous points, so it maps control points.
 fn revolution_patches<T: Real>(s: &Revolution) -> Vec<Patch<T>> {

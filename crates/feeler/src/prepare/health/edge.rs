@@ -3,6 +3,7 @@
 use super::super::crack::{apart, end_regions};
 use super::super::image::{self, Image, distance};
 use super::super::matching::frechet;
+use super::super::patch::patch_count;
 use super::super::{Box3, PreparedBrep, around};
 use super::{Direction, EdgeHealth, FaceHealth, Offset, TINY, Turn};
 use crate::brep::{Brep, Defect, LoopKind};
@@ -114,7 +115,7 @@ pub(super) fn offsets(
 }
 
 /// See [`trim_offsets`](super::trim_offsets).
-pub(super) fn offsets_alone(brep: &Brep, trims: &[usize]) -> Vec<Offset> {
+pub(super) fn offsets_alone(brep: &Brep, trims: &[usize], most_patches: usize) -> Vec<Offset> {
     let parts = brep.parts();
     let mut of_faces: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
     for &trim in trims {
@@ -123,6 +124,14 @@ pub(super) fn offsets_alone(brep: &Brep, trims: &[usize]) -> Vec<Offset> {
     }
     let mut all = Vec::new();
     for (face, trims) in of_faces {
+        if patch_count(brep.surface(face)) > most_patches {
+            all.extend(trims.iter().map(|&trim| Offset {
+                trim,
+                at_most: f64::INFINITY,
+                about: None,
+            }));
+            continue;
+        }
         for (trim, image) in image::images_alone(brep, face, &trims) {
             let Some(edge) = parts.trims[trim].edge else {
                 continue;
