@@ -3,7 +3,7 @@
 //! The scenes are those of the table of figures to beat. One iteration is 20 queries; they go round a
 //! list of 500 places.
 
-#[path = "../tests/scenes/mod.rs"]
+#[path = "../tests/it/scenes/mod.rs"]
 mod scenes;
 
 use divan::{Bencher, black_box};

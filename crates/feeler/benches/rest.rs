@@ -3,7 +3,7 @@
 //! One iteration is 20 queries, as in the bench `contact`; they go round a list of 500 (sides: 10,000) places. A preparation is
 //! that of one surface of 25 patches and its first answer.
 
-#[path = "../tests/scenes/mod.rs"]
+#[path = "../tests/it/scenes/mod.rs"]
 mod scenes;
 
 use divan::{Bencher, black_box};

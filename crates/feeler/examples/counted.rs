@@ -3,7 +3,7 @@
 //! `counted NAME` makes the scene, asks every query once so that all that is made on demand is there, and asks them again
 //! within [`counted_queries`]: what is executed in there is counted, and nothing else. Without a name it lists them.
 
-#[path = "../tests/scenes/mod.rs"]
+#[path = "../tests/it/scenes/mod.rs"]
 mod scenes;
 
 use feeler::brep::Brep;

@@ -3,7 +3,7 @@
 //! Medians of batches, in nanoseconds a query: random points in the loop's box, and points within 1e-12 of
 //! the boundary.
 
-#[path = "../tests/scenes/mod.rs"]
+#[path = "../tests/it/scenes/mod.rs"]
 mod scenes;
 
 use feeler::nurbs::Curve2;

@@ -1,7 +1,7 @@
 //! What a query allocates when its workspace and its BREP have been used before. A test of its own: the counting allocator
 //! counts for all threads.
 
-#[path = "scenes/mod.rs"]
+#[path = "it/scenes/mod.rs"]
 mod scenes;
 
 use feeler::brep::Brep;

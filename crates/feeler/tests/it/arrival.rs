@@ -1,8 +1,6 @@
 //! Times of arrival against closed forms.
 
-#[path = "scenes/mod.rs"]
-mod scenes;
-
+use crate::scenes::{bicubic, blocks, cube, native_sphere, nurbs_cylinder, nurbs_sphere};
 use feeler::brep::Brep;
 use feeler::prepare::PreparedBrep;
 use feeler::query::{
@@ -10,7 +8,6 @@ use feeler::query::{
     StraightWay, Undecided, Way, Workspace, arrival, arrival_along,
 };
 use nalgebra::{Point3, Vector3};
-use scenes::{bicubic, blocks, cube, native_sphere, nurbs_cylinder, nurbs_sphere};
 
 fn ask(brep: &Brep, probe: &Probe, velocity: [f64; 3], until: f64) -> ArrivalAnswer {
     let brep = PreparedBrep::new(brep.clone());
@@ -224,7 +221,7 @@ fn half_spaces() {
 fn the_way_is_free() {
     let brep = bicubic();
     let prepared = PreparedBrep::new(brep.clone());
-    let mut random = scenes::Random::new(7);
+    let mut random = crate::scenes::Random::new(7);
     let mut arrived = 0;
     for _ in 0..12 {
         let from = [random.between(0.2, 0.8), random.between(0.2, 0.8), 1.0];

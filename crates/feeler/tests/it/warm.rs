@@ -1,18 +1,15 @@
 //! What queries learn from those before changes the work, not the truth of an answer.
 
-#[path = "scenes/mod.rs"]
-mod scenes;
-
+use crate::scenes::{
+    Random, as_nurbs, bicubic, cube, native_sphere, nurbs_sphere, octant, sphere, trimmed_bicubic,
+    wavy_prism,
+};
 use feeler::prepare::{PreparedBrep, Shortcuts};
 use feeler::query::{
     Accuracy, Contact, Contacts, HalfSpace, Options, Probe, Sphere, Witness, Workspace, contact,
     contact_from,
 };
 use nalgebra::{Point2, Point3, Vector3};
-use scenes::{
-    Random, as_nurbs, bicubic, cube, native_sphere, nurbs_sphere, octant, sphere, trimmed_bicubic,
-    wavy_prism,
-};
 
 fn options() -> Options {
     Options {

@@ -5,9 +5,7 @@
     reason = "indices name orders and coordinates"
 )]
 
-mod common;
-
-use common::{abs, curve, holds, q, surface};
+use crate::common::{abs, curve, holds, q, surface};
 use dashu_ratio::RBig as Q;
 use feeler::numeric::{Ball, Dd};
 use feeler::nurbs::eval::partials;
@@ -25,7 +23,7 @@ fn gamma(n: usize) -> f64 {
 fn check_curve(c: &NurbsCurve3, t: f64, order: usize) {
     let curve: Curve3 = Curve::Nurbs(c.clone());
     for (limit, below) in [(Limit::FromAbove, false), (Limit::FromBelow, true)] {
-        let truth = common::exact_curve(c, &q(t), order, below);
+        let truth = crate::common::exact_curve(c, &q(t), order, below);
         let fine = curve.derivatives_in::<Ball<Dd>>(t, order, limit);
         let coarse = curve.derivatives_in::<Ball<f64>>(t, order, limit);
         for k in 0..=order {
@@ -46,7 +44,7 @@ fn check_curve(c: &NurbsCurve3, t: f64, order: usize) {
         }
     }
     // The a-priori bound of `point`, and the rounded bound.
-    let truth = &common::exact_curve(c, &q(t), 0, false)[0];
+    let truth = &crate::common::exact_curve(c, &q(t), 0, false)[0];
     let plain = curve.point(t);
     let (point, bound) = curve.point_with_bound(t);
     for i in 0..3 {
@@ -104,7 +102,7 @@ proptest! {
         let [du, dv] = s.domain();
         let native = Surface::Nurbs(s.clone());
         for (u, v) in [(du.lerp(x), dv.lerp(y)), (du.end, dv.lerp(y)), (du.start, dv.end)] {
-            let truth = common::exact_surface(&s, &q(u), &q(v), 3);
+            let truth = crate::common::exact_surface(&s, &q(u), &q(v), 3);
             let fine = partials::<Ball<Dd>>(&native, [u, v], 3, [Limit::FromAbove; 2]);
             let coarse = partials::<Ball<f64>>(&native, [u, v], 3, [Limit::FromAbove; 2]);
             for i in 0..=3 {
@@ -293,7 +291,7 @@ fn scales() {
             .collect();
         let c = bezier(points);
         for t in [0.0, 0.1, 1.0 / 3.0, 0.5, 0.999_999_9, 1.0] {
-            let truth = &common::exact_curve(&c, &q(t), 0, false)[0];
+            let truth = &crate::common::exact_curve(&c, &q(t), 0, false)[0];
             let curve: Curve3 = Curve::Nurbs(c.clone());
             let (point, bound) = curve.point_with_bound(t);
             assert!(bound.is_finite());
@@ -350,7 +348,7 @@ fn the_reference_itself() {
         Vector4::new(1., 1., 0., 1.),
     ]);
     let third = Q::ONE / Q::from(3);
-    let d = common::exact_curve(&c, &third, 3, false);
+    let d = crate::common::exact_curve(&c, &third, 3, false);
     assert_eq!(d[0], [third.clone(), &third * &third, Q::ZERO]);
     assert_eq!(d[1], [Q::ONE, Q::from(2) * third, Q::ZERO]);
     assert_eq!(d[2], [Q::ZERO, Q::from(2), Q::ZERO]);

@@ -1,8 +1,6 @@
 //! A question that asks less is answered with less work, and the same.
 
-#[path = "scenes/mod.rs"]
-mod scenes;
-
+use crate::scenes::{Random, bicubic, cube, nurbs_sphere};
 use feeler::brep::{Brep, BrepBuilder, TrimSpec};
 use feeler::nurbs::{Curve, NurbsCurve, NurbsSurface, Surface};
 use feeler::prepare::PreparedBrep;
@@ -11,7 +9,6 @@ use feeler::query::{
     any_hit, contact, line, overlap,
 };
 use nalgebra::{Point3, Vector3, Vector4};
-use scenes::{Random, bicubic, cube, nurbs_sphere};
 
 const WIDE: Options = Options {
     prediction: f64::INFINITY,

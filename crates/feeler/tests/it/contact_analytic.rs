@@ -1,7 +1,5 @@
 //! Contact queries on surfaces with known answers.
 
-mod scenes;
-
 use feeler::brep::{Brep, BrepParts, Face};
 use feeler::numeric::{Dyadic, Interval};
 use feeler::nurbs::{
@@ -515,7 +513,7 @@ fn a_trim_that_hardly_reaches_the_border() {
         )
         .unwrap(),
     );
-    let brep = scenes::loops::face_within(vec![vec![top, back]]);
+    let brep = crate::scenes::loops::face_within(vec![vec![top, back]]);
     let probe = Probe::HalfSpace(HalfSpace::new(-Vector3::y(), -10.0).unwrap());
     for closed_forms in [true, false] {
         let shortcuts = Shortcuts {

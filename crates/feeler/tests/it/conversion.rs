@@ -2,9 +2,7 @@
 //! the geometry: knot insertion, splitting, Bezier pieces, conversion to NURBS.
 #![allow(clippy::needless_range_loop, reason = "indices name coordinates")]
 
-mod common;
-
-use common::{abs, curve, q, surface};
+use crate::common::{abs, curve, q, surface};
 use dashu_ratio::RBig as Q;
 use feeler::numeric::{Ball, Dd, Interval};
 use feeler::nurbs::eval::partials;
@@ -30,8 +28,8 @@ fn agree(a: &NurbsCurve3, b: &NurbsCurve3, t: f64, n: usize) {
         .unwrap();
     let limit = size * q(n as f64 * f64::EPSILON / 2.0);
     let (x, y) = (
-        &common::exact_curve(a, &q(t), 0, false)[0],
-        &common::exact_curve(b, &q(t), 0, false)[0],
+        &crate::common::exact_curve(a, &q(t), 0, false)[0],
+        &crate::common::exact_curve(b, &q(t), 0, false)[0],
     );
     for i in 0..3 {
         assert!(abs(&(&x[i] - &y[i])) <= limit, "{t}: {x:?} {y:?}");
@@ -81,7 +79,7 @@ proptest! {
             .flat_map(|p| (0..3).map(|i| abs(&(q(p[i]) / q(p[3]))))).max().unwrap();
         let degrees = s.knots_u().degree() + s.knots_v().degree();
         let limit = size * q((2 * 6 * 2 * degrees + 2) as f64 * f64::EPSILON / 2.0);
-        let truth = &common::exact_surface(&s, &q(u), &q(v), 0)[0][0];
+        let truth = &crate::common::exact_surface(&s, &q(u), &q(v), 0)[0][0];
         let patch = s.bezier_pieces().into_iter()
             .find(|b| b.domain[0].contains(u) && b.domain[1].contains(v)).unwrap();
         let knots = |i: usize| {
@@ -92,7 +90,7 @@ proptest! {
             patch.degrees, patch.degrees.map(|d| d + 1), patch.control_net.clone(),
             [knots(0), knots(1)]).unwrap();
         for other in [s.to_clamped().unwrap(), patch] {
-            let found = &common::exact_surface(&other, &q(u), &q(v), 0)[0][0];
+            let found = &crate::common::exact_surface(&other, &q(u), &q(v), 0)[0][0];
             for c in 0..3 {
                 prop_assert!(abs(&(&truth[c] - &found[c])) <= limit);
             }
@@ -126,12 +124,12 @@ proptest! {
         for t in all.into_iter().filter(|t| from.contains(*t)) {
             let u = q(to.start) + (q(t) - q(from.start)) * &rate;
             for (limit, below) in [(Limit::FromAbove, false), (Limit::FromBelow, true)] {
-                let truth = common::exact_curve(&c, &u, 2, below);
+                let truth = crate::common::exact_curve(&c, &u, 2, below);
                 let found = poly.derivatives_in::<Ball<Dd>>(t, 2, limit);
                 let mut power = Q::ONE;
                 for k in 0..=2 {
                     for i in 0..3 {
-                        prop_assert!(common::holds(&found[k][i], &(&truth[k][i] * &power)));
+                        prop_assert!(crate::common::holds(&found[k][i], &(&truth[k][i] * &power)));
                     }
                     power *= &rate;
                 }
@@ -517,7 +515,7 @@ fn arcs_as_nurbs_are_round() {
     let center = [q(0.1), q(-3.0), q(1e3)];
     for i in 0..=50 {
         let t = q(f64::from(i)) / q(50.0);
-        let p = &common::exact_curve(&converted.nurbs, &t, 0, false)[0];
+        let p = &crate::common::exact_curve(&converted.nurbs, &t, 0, false)[0];
         let square = (0..3).fold(Q::ZERO, |s, c| {
             let d = &p[c] - &center[c];
             s + &d * &d

@@ -1,8 +1,6 @@
 //! Balls whose way is known up to a bound alone: whatever the true way is within it, what is told of the time holds of it.
 
-#[path = "scenes/mod.rs"]
-mod scenes;
-
+use crate::scenes::blocks;
 use feeler::numeric::Enclosure;
 use feeler::prepare::PreparedBrep;
 use feeler::query::{
@@ -10,7 +8,6 @@ use feeler::query::{
 };
 use nalgebra::{Point3, Vector3};
 use proptest::prelude::*;
-use scenes::blocks;
 use std::sync::LazyLock;
 
 const RADIUS: f64 = 0.5;

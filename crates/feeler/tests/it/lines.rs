@@ -1,8 +1,5 @@
 //! Lines through the joints of a surface's patches, and past the edges of faces.
 
-#[path = "scenes/mod.rs"]
-mod scenes;
-
 use feeler::brep::{Brep, BrepBuilder, TrimSpec};
 use feeler::numeric::{Dd, Interval};
 use feeler::nurbs::{
@@ -325,7 +322,7 @@ fn hits(answer: &LineAnswer) -> Vec<(usize, f64, Option<f64>, bool)> {
 }
 
 fn unit_cube() -> PreparedBrep {
-    PreparedBrep::new(scenes::cube())
+    PreparedBrep::new(crate::scenes::cube())
 }
 
 /// A line in the plane of a face lies in it from one edge to the other, where it meets the faces beside it on their edges.
@@ -594,7 +591,7 @@ fn level_lines_about_a_circle() {
 #[test]
 fn lines_next_to_a_pole() {
     let [native, ..] = round();
-    let nurbs = PreparedBrep::new(scenes::nurbs_sphere());
+    let nurbs = PreparedBrep::new(crate::scenes::nurbs_sphere());
     for (brep, radius, least) in [(&native, 1.0, 4e-16), (&nurbs, 2.5, 1e-14)] {
         for off in [1e-6, 1e-9, 1e-12, 1e-13, 2e-14, least] {
             for (turn, d) in [

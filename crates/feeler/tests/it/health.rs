@@ -1,15 +1,12 @@
 //! Health reports of parts with one thing wrong, whose size is known.
 
-#[path = "scenes/mod.rs"]
-mod scenes;
-
+use crate::scenes::cube;
 use feeler::brep::{Brep, BrepBuilder, BrepParts, Defect, TrimSpec};
 use feeler::numeric::Interval;
 use feeler::nurbs::{Arc, Curve, Curve2, Curve3, Line, NurbsCurve, Plane, Revolution, Surface};
 use feeler::prepare::{Direction, Health, PreparedBrep, Turn, Undefined};
 use feeler::trim::MeetingKind;
 use nalgebra::{Point2, Point3, Vector3, Vector4};
-use scenes::cube;
 use std::f64::consts::TAU;
 
 /// What the bound of a Frechet distance may be above the true one: `prepare::matching` stops there.

@@ -1,8 +1,6 @@
 //! Solids and sheets known by formula: signs of separations, normals of hits, widths of cracks.
 
-#[path = "scenes/mod.rs"]
-mod scenes;
-
+use crate::scenes::wavy_prism;
 use feeler::brep::{Brep, BrepBuilder, TrimSpec};
 use feeler::numeric::Interval;
 use feeler::nurbs::{Arc, Curve, Line, NurbsSurface, Plane, Revolution, Surface};
@@ -13,7 +11,6 @@ use feeler::query::{
 use feeler::trim::Side;
 use nalgebra::{Point2, Point3, Vector3, Vector4};
 use proptest::prelude::*;
-use scenes::wavy_prism;
 
 /// The box [0, 1]^3, its planes turned over where `over` says so: such a face is marked as reversed, and the solid is the same.
 fn cube(over: [bool; 6]) -> Brep {

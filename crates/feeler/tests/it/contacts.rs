@@ -1,7 +1,5 @@
 //! All contacts within a prediction, against what geometry says.
 
-mod invariance;
-
 use feeler::brep::{Brep, BrepBuilder};
 use feeler::nurbs::{NurbsSurface, Surface};
 use feeler::prepare::{PreparedBrep, Shortcuts};

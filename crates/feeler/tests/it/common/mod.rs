@@ -1,7 +1,6 @@
 //! Exact rational evaluation of NURBS from the definition of the basis functions (Cox and de
 //! Boor's recurrence and its derivative, The NURBS Book, equations 2.5 and 2.7), which shares
 //! nothing with the library: no de Boor triangle, no derivative control points.
-#![allow(dead_code, reason = "each test file uses its own part of this")]
 
 use dashu_ratio::RBig as Q;
 use feeler::numeric::{Ball, Dd};

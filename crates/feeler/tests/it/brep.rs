@@ -1,8 +1,6 @@
 //! The builder, and defects planted one at a time.
 
-#[path = "scenes/mod.rs"]
-mod scenes;
-
+use crate::scenes::cube;
 use feeler::brep::{
     Brep, BrepBuilder, BrepParts, BuildError, Defect, LoopKind, Part, Severity, TrimSpec,
 };
@@ -11,7 +9,6 @@ use feeler::nurbs::{
     Arc, Curve, Curve2, Curve3, Line, NurbsCurve, Plane, Polyline, Revolution, Surface,
 };
 use nalgebra::{Point2, Point3, Vector3, Vector4};
-use scenes::cube;
 use std::f64::consts::{PI, TAU};
 
 fn interval(start: f64, end: f64) -> Interval {

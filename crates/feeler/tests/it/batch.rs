@@ -1,8 +1,6 @@
 //! Batches, and threads that share a BREP: the same bits as queries one by one.
 
-#[path = "scenes/mod.rs"]
-mod scenes;
-
+use crate::scenes::{Random, bicubic, cube, nurbs_sphere};
 use feeler::brep::Brep;
 use feeler::prepare::PreparedBrep;
 use feeler::query::{
@@ -10,7 +8,6 @@ use feeler::query::{
     inside, line, overlap,
 };
 use nalgebra::{Point3, Vector3};
-use scenes::{Random, bicubic, cube, nurbs_sphere};
 
 const COUNT: usize = 60;
 

@@ -1,14 +1,12 @@
 //! Balls against one native sphere, or a part of it: the formula's answers against those of the search on patches.
 
-mod scenes;
-
+use crate::scenes::Random;
 use feeler::brep::Brep;
 use feeler::numeric::Interval;
 use feeler::nurbs::{Arc, Curve, Revolution, Surface};
 use feeler::prepare::{PreparedBrep, Shortcuts};
 use feeler::query::{Accuracy, Options, Probe, Sphere, Workspace, contact};
 use nalgebra::{Point3, Rotation3, Vector3};
-use scenes::Random;
 use std::f64::consts::{FRAC_PI_2, TAU};
 
 /// A sphere about a centre, between two latitudes and turned by so much, its axes those of a rotation.

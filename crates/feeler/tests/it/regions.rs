@@ -1,14 +1,11 @@
 //! Sides of points that only the last digits tell, against arithmetic of their own: integers, and closed boxes.
 
-#[path = "scenes/mod.rs"]
-mod scenes;
-
+use crate::scenes::loops::face_within;
 use feeler::numeric::{Dyadic, Interval};
 use feeler::nurbs::{Curve, Curve2, Line, NurbsCurve};
 use feeler::trim::{RegionSide, Side, TrimRegion};
 use nalgebra::{Point2, Vector3};
 use proptest::prelude::*;
-use scenes::loops::face_within;
 
 fn line(a: [f64; 2], b: [f64; 2]) -> Curve2 {
     let unit = Interval::new(0.0, 1.0).unwrap();

@@ -1,8 +1,8 @@
 //! Balls that touch at the start, and leave or go along what they touch: when they come to the rest, against closed forms and small steps.
 
-#[path = "scenes/mod.rs"]
-mod scenes;
-
+use crate::scenes::{
+    bicubic, blocks, native_sphere, nurbs_cylinder, nurbs_sphere, trimmed_bicubic,
+};
 use feeler::brep::{Brep, BrepBuilder};
 use feeler::nurbs::{NurbsSurface, Surface};
 use feeler::prepare::PreparedBrep;
@@ -11,7 +11,6 @@ use feeler::query::{
     Way, Workspace, arrival_along, arrival_past, contact,
 };
 use nalgebra::{Point3, Vector3, Vector4};
-use scenes::{bicubic, blocks, native_sphere, nurbs_cylinder, nurbs_sphere, trimmed_bicubic};
 
 const FOREVER: f64 = f64::INFINITY;
 
@@ -171,7 +170,7 @@ fn in_a_tube() {
 /// Away from a round part, in all directions that do not go into it; and out of a round hole that it fills.
 #[test]
 fn away_from_spheres() {
-    let mut random = scenes::Random::new(3);
+    let mut random = crate::scenes::Random::new(3);
     for sphere in [native_sphere(), nurbs_sphere()] {
         let brep = PreparedBrep::new(sphere);
         for _ in 0..10 {
@@ -195,7 +194,7 @@ fn away_from_spheres() {
 /// Ways along a wavy sheet, on which the ball lies: by small steps it is never deeper than is overlooked before the time told, and in touch at it.
 #[test]
 fn along_waves() {
-    let mut random = scenes::Random::new(5);
+    let mut random = crate::scenes::Random::new(5);
     let mut arrived = 0;
     let sheets: [Brep; 2] = [bicubic(), trimmed_bicubic()];
     for k in 0..60 {
@@ -330,7 +329,7 @@ fn the_other_side_of_a_socket_is_not_there_yet() {
         accuracy: Accuracy::Length(1e-4),
         ..Options::default()
     };
-    let mut random = scenes::Random::new(9);
+    let mut random = crate::scenes::Random::new(9);
     for k in 0..40 {
         let gap = [1e-5, 1e-6, 1e-8][k % 3];
         let n = random.direction();
@@ -384,7 +383,7 @@ fn at_a_tiny_speed() {
 }
 
 /// A bicubic over the unit square, below z = 0.3, whose weights differ by up to 1e24, at random; and a plate at z = 2.
-fn ill_weighted(random: &mut scenes::Random) -> PreparedBrep {
+fn ill_weighted(random: &mut crate::scenes::Random) -> PreparedBrep {
     let mut net = Vec::new();
     for i in 0..16 {
         let w = 10f64.powf(random.between(-12.0, 12.0));
@@ -405,7 +404,7 @@ fn ill_weighted(random: &mut scenes::Random) -> PreparedBrep {
 /// Where nobody knows the start as exactly as was asked, it is not known how deep the ball may come into what it arrives at, however well the way to that is known.
 #[test]
 fn a_start_that_is_known_less_exactly_than_asked() {
-    let mut random = scenes::Random::new(77);
+    let mut random = crate::scenes::Random::new(77);
     let (radius, mut workspace) = (0.1, Workspace::default());
     let options = Options {
         accuracy: Accuracy::Length(1e-6),

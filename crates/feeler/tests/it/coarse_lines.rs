@@ -1,15 +1,12 @@
 //! Hits of lines at coarse accuracies against those at full accuracy, and on BREPs that have answered nothing before.
 
-#[path = "scenes/mod.rs"]
-mod scenes;
-
+use crate::scenes::{
+    Random, bicubic, cube, native_sphere, nurbs_cylinder, nurbs_sphere, trimmed_bicubic, wavy_prism,
+};
 use feeler::brep::Brep;
 use feeler::prepare::PreparedBrep;
 use feeler::query::{Accuracy, LineAnswer, LineKind, LineProbe, Options, Workspace, any_hit, line};
 use nalgebra::{Point3, Vector3};
-use scenes::{
-    Random, bicubic, cube, native_sphere, nurbs_cylinder, nurbs_sphere, trimmed_bicubic, wavy_prism,
-};
 
 fn parts() -> Vec<(&'static str, Brep)> {
     vec![
