@@ -413,7 +413,7 @@ mod tests {
     use crate::trim::tests::shapes::{face, polygon};
 
     /// Corners of the hole are reference points, to the last digit; of these cells nothing is known, though the rays from such a point that
-    /// half-open rules leave are even each: `tests/regions.rs` asks about points in them.
+    /// half-open rules leave are even each: `tests/it/regions.rs` asks about points in them.
     #[test]
     fn nothing_is_known_of_a_reference_on_a_loop() {
         let corner = |k: usize| {

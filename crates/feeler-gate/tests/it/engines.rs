@@ -12,7 +12,7 @@ fn here() -> &'static Path {
 fn gate(python: &str, script: &Path, suite: &str) -> Report {
     let words = [python, script.to_str().unwrap()];
     let options = ProcessOptions {
-        models: ModelForm::Json(PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join("models")),
+        models: ModelForm::Json(PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join("engines")),
         ..ProcessOptions::default()
     };
     let line = shlex::try_join(words).unwrap();

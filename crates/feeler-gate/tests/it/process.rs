@@ -1,5 +1,4 @@
 //! Engines outside the process: well-behaved ones and others. They are shell scripts, a few lines each.
-#![cfg(unix)]
 
 use feeler_corpus::{Body, Fault, Model, Query, QueryLine};
 use feeler_gate::{Engine, Gate, ModelForm, ProcessEngine, ProcessOptions, Report, run};

@@ -1,12 +1,10 @@
 //! What is written as .3dm is read back as it was, number by number.
 
-mod models;
-
+use crate::models::{models, wanted};
 use feeler::brep::{Brep, Iso};
 use feeler::numeric::Interval;
 use feeler::nurbs::{Arc, Curve, Curve2, Line, NurbsCurve, Plane, Surface};
 use feeler_io::{Document, Object, ObjectKind, read_3dm, read_file, write_3dm};
-use models::{models, wanted};
 use nalgebra::{Point3, Vector3};
 use std::f64::consts::TAU;
 use std::path::Path;

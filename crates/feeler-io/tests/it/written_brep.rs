@@ -3,13 +3,11 @@
 //! What may stand otherwise without being otherwise is brought to one form here first: a line and a B-spline of degree 1 with two
 //! control points, a curve run backwards, the parameter of a line or of a single Bezier piece, an arc's parameter.
 
-mod models;
-
+use crate::models::{models, wanted};
 use feeler::brep::{Brep, BrepParts, TrimCurve};
 use feeler::numeric::Interval;
 use feeler::nurbs::{Curve, NurbsCurve, Surface};
 use feeler_io::{Format, Object, ObjectKind, read_brep, read_file, write_brep};
-use models::{models, wanted};
 use nalgebra::{Point3, SVector};
 use std::f64::consts::TAU;
 

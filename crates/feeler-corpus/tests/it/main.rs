@@ -1,0 +1,11 @@
+//! Tests that need the stored corpora, in one program.
+
+mod brep_occt;
+mod brep_truth;
+mod closed_forms;
+mod conics;
+mod contact_lists;
+mod rhino3dm_facts;
+mod shortcuts;
+mod undecided_side;
+mod winding;

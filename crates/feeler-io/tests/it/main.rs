@@ -1,0 +1,11 @@
+//! Files that are read and written, in one program.
+
+mod locations;
+mod models;
+mod regions;
+mod round_trips;
+mod siblings;
+#[cfg(feature = "step")]
+mod step;
+mod written_brep;
+mod written_solids;

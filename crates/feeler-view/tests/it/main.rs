@@ -1,0 +1,4 @@
+//! Pages and pictures, in one program.
+
+mod mouse;
+mod view;
