@@ -80,7 +80,7 @@ struct Axis {
 const REFERENCE: [f64; 2] = [0.487_213, 0.518_307];
 
 /// Cells per part, and their least and greatest number; as long as they are few enough to stay in a cache, more per part.
-const CELLS_PER_PART: usize = 4;
+const CELLS_PER_PART: usize = 8;
 const CELLS_PER_PART_OF_FEW: usize = 16;
 const FEW_CELLS: usize = 1 << 12;
 const LEAST_CELLS: usize = 256;
