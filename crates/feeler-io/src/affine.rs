@@ -166,6 +166,13 @@ impl Affine {
         (s2.sqrt(), off)
     }
 
+    /// No length becomes longer than this many times its own: no eigenvalue of a symmetric matrix of order 3 is farther from `s` than three times the
+    /// largest entry of what it differs from `s` times the identity by. The last factor is for roundings.
+    pub(crate) fn stretch(&self) -> f64 {
+        let (scale, off) = self.scale();
+        scale * (1.0 + 3.0 * off).sqrt() * (1.0 + 1e-12)
+    }
+
     /// Whether each axis goes to an axis, or against it, times the same power of two.
     fn keeps_digits(&self) -> bool {
         let entries = self.matrix.iter().filter(|x| **x != 0.0);

@@ -31,7 +31,8 @@ pub enum UnitsError {
 
 impl Document {
     /// Gives all geometry in other units: every length times the ratio of the two, which is rounded to the nearest f64 once. Returns how far any
-    /// point may be from its exact place (that of the rounded ratio), in the new units; 0 where nothing was rounded.
+    /// point may be from its exact place (that of the rounded ratio), in the new units; 0 where nothing was rounded. What objects' warnings tell of lengths stays
+    /// in the units in which they were read.
     ///
     /// # Errors
     /// [`UnitsError`]: no length for one of the units, or a size beyond the kernel's range.

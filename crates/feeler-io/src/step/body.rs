@@ -40,9 +40,54 @@ const FITTED: usize = 4096;
 /// What a body has become.
 pub(super) struct Made3 {
     pub(super) brep: Brep,
+    pub(super) images: Images,
     pub(super) warnings: Vec<String>,
     /// Faces that cannot be read: the number and why.
     pub(super) left_out: Vec<(u64, ReadError)>,
+}
+
+/// What is known of how far the images of a body's trims are from its edges' curves.
+#[derive(Clone, Copy)]
+pub(super) struct Images {
+    /// Of those that are proven, in the body's units.
+    bound: f64,
+    /// How many are not proven.
+    left: usize,
+    /// How many curves in uv are fitted.
+    fitted: usize,
+    /// Whether there is any.
+    any: bool,
+}
+
+impl Images {
+    /// What to tell where the body is placed by a map that stretches no length more than `stretch` times, and whose roundings put points off by `off` at
+    /// most: those of both, the image and the edge.
+    pub(super) fn said(&self, stretch: f64, off: f64) -> Vec<String> {
+        let mut said = Vec::new();
+        if self.any {
+            let fit = match self.fitted {
+                0 => String::new(),
+                n => format!("; {n} of them are fitted"),
+            };
+            let all = if self.left > 0 { "other" } else { "all" };
+            let bound = rounded_up(self.bound * stretch + 2.0 * off);
+            said.push(format!(
+                "curves in uv are made here where the file's are not used: {all} images are within {bound} of the edges' curves (proven){fit}"
+            ));
+        }
+        if self.left > 0 {
+            said.push(format!(
+                "{} more are too many to be proven while reading, or on surfaces of too many turns: `inspect --health` does",
+                self.left
+            ));
+        }
+        said
+    }
+}
+
+/// Three digits of a bound, no less than it is: the nearest three are off by half of the last, a two-hundredth part at most.
+pub(super) fn rounded_up(bound: f64) -> String {
+    format!("{:.2e}", bound * (1.0 + 0.005 + 1e-6))
 }
 
 /// A piece of an edge, along its curve.
@@ -314,22 +359,12 @@ impl Body<'_, '_> {
                 }
             }
         }
-        let fit = if fitted > 0 {
-            format!("; {fitted} of them are fitted")
-        } else {
-            String::new()
+        let images = Images {
+            bound,
+            left,
+            fitted,
+            any: !brep.parts().trims.is_empty(),
         };
-        if !brep.parts().trims.is_empty() {
-            let all = if left > 0 { "other" } else { "all" };
-            warnings.push(format!(
-                "curves in uv are made here where the file's are not used: {all} images are within {bound:.2e} of the edges' curves (proven){fit}"
-            ));
-        }
-        if left > 0 {
-            warnings.push(format!(
-                "{left} more are too many to be proven while reading, or on surfaces of too many turns: `inspect --health` does"
-            ));
-        }
         if !left_out.is_empty() {
             warnings.push(format!(
                 "{} of {} faces cannot be read and are left out, each named by itself: the body is open there, and nothing tells its inside",
@@ -342,6 +377,7 @@ impl Body<'_, '_> {
         let left_out = left_out.filter_map(|(i, why)| Some((faces.get(i)?.id, why)));
         Ok(Made3 {
             brep,
+            images,
             warnings,
             left_out: left_out.collect(),
         })

@@ -4,7 +4,7 @@
 //! two. The searches carry no proof: what is made with them is measured afterwards.
 
 use super::entities::form;
-use super::smooth::Disc;
+use super::smooth::{Disc, largest};
 use crate::error::ReadError;
 use crate::occt::curves::{Budget, Form};
 use crate::occt::surfaces::{Axes, Form3};
@@ -350,18 +350,18 @@ impl Chart {
         }
     }
 
-    /// What the roundings of a point are parts of, [`FORMULA`](super::pcurve::FORMULA) twice, on a surface that is turned about an axis; `None` of others. Of
-    /// one by a rational profile as in [`smooth`](super::smooth): its control points, times twice what weights differ by.
-    pub(super) fn rounded(&self) -> Option<f64> {
+    /// What the roundings of a point with this v are parts of, [`FORMULA`](super::pcurve::FORMULA) twice, on a surface that is turned about an axis; `None` of
+    /// others. A torus or cone may be much larger than the body, which lies in a small part of it. Of a rational profile as in [`smooth`](super::smooth): its
+    /// control points, times twice what weights differ by.
+    pub(super) fn rounded(&self, v: f64) -> Option<f64> {
         let Kind::Turned(_, Meridian::Curve(profile)) = &self.kind else {
-            return self.is_elementary().then_some(self.size);
+            let is_elementary = self.is_elementary();
+            return is_elementary.then(|| self.far(v).max(self.size));
         };
+        let far = (0..3).map(|c| largest(profile, c)).fold(0.0, f64::max);
         let own = match profile {
-            Curve::Line(l) => l.from.coords.amax().max(l.to.coords.amax()),
-            Curve::Arc(_) => 0.0,
+            Curve::Line(_) | Curve::Arc(_) => far,
             Curve::Nurbs(n) if n.degree() <= 16 => {
-                let points = n.control_points().iter();
-                let far = points.map(|p| (p.xyz() / p.w).amax()).fold(0.0, f64::max);
                 let weights = n.control_points().iter().map(|p| p.w);
                 let [least, most] = weights.fold([f64::INFINITY, 0.0], |[a, b]: [f64; 2], w| {
                     [a.min(w), b.max(w)]

@@ -1,6 +1,6 @@
 //! The whole file.
 
-use super::body::{brep, faces};
+use super::body::{Made3, brep, faces, rounded_up};
 use super::entities::Entities;
 use super::geometry::Geometry;
 use super::part21::{Attribute, parse};
@@ -11,7 +11,6 @@ use crate::error::ReadError;
 use crate::occt::curves::Budget;
 use crate::threedm::blocks::numbers;
 use crate::units::Units;
-use feeler::brep::Brep;
 use std::collections::{HashMap, HashSet};
 
 /// Numbers that may be made of a file of no bytes, and for each byte, as of a .brep file.
@@ -98,7 +97,7 @@ pub fn read_step(bytes: &[u8]) -> Result<Document, ReadError> {
         warnings.push(format!("{count} items of kind {what} are not read"));
     }
     let size = extent(&entities, placed.iter().map(|p| p.id));
-    let mut made: HashMap<u64, Result<(Brep, Vec<String>), ReadError>> = HashMap::new();
+    let mut made: HashMap<u64, Result<Made3, ReadError>> = HashMap::new();
     // Faces that bodies lack, of each body once.
     let mut left_out: Vec<Object> = Vec::new();
     let mut objects = Vec::new();
@@ -116,9 +115,9 @@ pub fn read_step(bytes: &[u8]) -> Result<Document, ReadError> {
             let given = context.as_ref().and_then(|c| c.tolerance).unwrap_or(0.0);
             let tolerance = given.min(MOST_TOLERANCE * size);
             let list = faces(&entities, p.id, &mut geometry.numbers)?;
-            let made = brep(p.id, &mut geometry, &list, size, tolerance)?;
+            let mut made = brep(p.id, &mut geometry, &list, size, tolerance)?;
             let more = made.left_out.len().saturating_sub(NAMED);
-            for (face, reason) in made.left_out.into_iter().take(NAMED) {
+            for (face, reason) in std::mem::take(&mut made.left_out).into_iter().take(NAMED) {
                 left_out.push(Object {
                     name: p.name.clone(),
                     layer: None,
@@ -136,18 +135,22 @@ pub fn read_step(bytes: &[u8]) -> Result<Document, ReadError> {
                     warnings: Vec::new(),
                 });
             }
-            let mut said = made.warnings;
             if more > 0 {
-                said.push(format!(
+                made.warnings.push(format!(
                     "{more} of the faces that are left out are not named"
                 ));
             }
-            Ok((made.brep, said))
+            Ok(made)
         });
         let class = entities.described(p.id).to_lowercase();
         let mut own = Vec::new();
         let kind = match result {
-            Ok((brep, said)) => {
+            Ok(Made3 {
+                brep,
+                images,
+                warnings,
+                ..
+            }) => {
                 // A copy costs what it holds.
                 let map = match (&p.map, &scale) {
                     (Some(a), Some(b)) => Some(b.after(a)),
@@ -157,13 +160,17 @@ pub fn read_step(bytes: &[u8]) -> Result<Document, ReadError> {
                 let placed = copied
                     .map_err(super::entities::form(p.id))
                     .and_then(|()| match map {
-                        None => Ok(brep.clone()),
+                        None => {
+                            own.extend(images.said(1.0, 0.0));
+                            Ok(brep.clone())
+                        }
                         Some(map) => map
                             .apply(brep)
                             .map(|moved| {
+                                own.extend(images.said(map.stretch(), moved.off));
                                 own.push(format!(
-                                    "placed by the assembly: points are off by at most {:.2e}",
-                                    moved.off
+                                    "placed by the assembly: points are off by at most {}",
+                                    rounded_up(moved.off)
                                 ));
                                 moved.brep
                             })
@@ -171,7 +178,7 @@ pub fn read_step(bytes: &[u8]) -> Result<Document, ReadError> {
                     });
                 match placed {
                     Ok(brep) => {
-                        own.splice(0..0, said.iter().cloned());
+                        own.extend(warnings.iter().cloned());
                         ObjectKind::Brep(brep)
                     }
                     Err(reason) => ObjectKind::Refused { class, reason },

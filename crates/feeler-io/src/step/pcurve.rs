@@ -19,11 +19,11 @@
 use super::chart::{Chart, Located};
 use super::entities::form;
 use super::points::Points;
-use super::smooth;
+use super::smooth::{self, largest};
 use crate::error::ReadError;
 use crate::occt::projection::projected;
 use feeler::numeric::Interval;
-use feeler::nurbs::{Curve, Curve2, Curve3, Limit, Line, NurbsCurve};
+use feeler::nurbs::{Arc, Curve, Curve2, Curve3, Limit, Line, NurbsCurve};
 use nalgebra::{Point2, Point3, Vector2, Vector3};
 use std::f64::consts::TAU;
 
@@ -199,9 +199,19 @@ pub(super) fn made(
                 .fold(0.0, f64::max),
             _ => f64::INFINITY,
         };
+        let far = (0..3).fold(size, |most, c| most.max(largest(curve, c)));
+        // An arc that becomes an ellipse has other parameters between its ends: of a piece those must be its own.
+        let part;
+        let own = match curve {
+            Curve::Arc(a) if span != a.domain => {
+                part = Curve::Arc(part_of(a, span));
+                &part
+            }
+            _ => curve,
+        };
         return Ok(Made {
-            curve: projected(curve, axes).map_err(form(entity))?,
-            bound: Some(bound + FORMULA * size),
+            curve: projected(own, axes).map_err(form(entity))?,
+            bound: Some(bound + FORMULA * far),
             fitted: false,
             on_axis: [false; 2],
         });
@@ -257,6 +267,15 @@ pub(super) fn made(
     })
 }
 
+/// A piece of an arc whose parameter is its angle.
+fn part_of(arc: &Arc<3>, span: Interval) -> Arc<3> {
+    Arc {
+        angle: span,
+        domain: span,
+        ..arc.clone()
+    }
+}
+
 /// An edge that is not on its face.
 fn astray(entity: u64, off: f64) -> ReadError {
     let what = format!("an edge that is {off:.2e} from the surface of a face that it bounds");
@@ -289,7 +308,9 @@ fn straight_bound(
     [a, b]: [Point2<f64>; 2],
     fixed: usize,
 ) -> Option<f64> {
-    let rounded = chart.rounded()?;
+    // A circle that a damaged file names may be larger than all of its points are far.
+    let rounded = chart.rounded(a.y.abs().max(b.y.abs()))?;
+    let rounded = (0..3).fold(rounded, |most, c| most.max(largest(curve, c)));
     let rate = (b - a) / span.length();
     let at = |t: f64| a + rate * (t - span.start);
     let bound = match curve {

@@ -320,7 +320,7 @@ fn polynomial<const D: usize, const H: usize>(curve: &Curve<D, H>) -> Option<usi
 }
 
 /// No point of the curve has a larger coordinate `c`.
-fn largest<const D: usize, const H: usize>(curve: &Curve<D, H>, c: usize) -> f64 {
+pub(super) fn largest<const D: usize, const H: usize>(curve: &Curve<D, H>, c: usize) -> f64 {
     match curve {
         Curve::Nurbs(n) => {
             let points = n.control_points().iter();

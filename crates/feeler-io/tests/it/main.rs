@@ -5,7 +5,5 @@ mod models;
 mod regions;
 mod round_trips;
 mod siblings;
-#[cfg(feature = "step")]
-mod step;
 mod written_brep;
 mod written_solids;
