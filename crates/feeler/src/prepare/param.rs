@@ -1,6 +1,6 @@
 //! How a native parameter runs over a Bezier piece.
 
-use crate::numeric::{Ball, Real};
+use crate::numeric::{Ball, Dd, Real};
 
 /// The map between a piece's local parameter in `[0, 1]` and the native one in
 /// `[start, end]`.
@@ -30,6 +30,12 @@ impl ParamMap {
         t.clamp(self.start, self.end)
     }
 
+    /// The same of a local parameter with more digits, rounded once as a rule: of a native parameter that is a number of f64 that number.
+    pub fn nearest_native(&self, local: Dd) -> f64 {
+        let t = Dd::from(self.start) + local * Dd::difference(self.end, self.start);
+        t.hi.clamp(self.start, self.end)
+    }
+
     /// A native interval that holds the image of the local `[a, b]`, `0 <= a <= b <= 1`; exact at 0 and 1.
     pub fn to_native_range(&self, a: f64, b: f64) -> [f64; 2] {
         // Three roundings of numbers no larger than the ends.
@@ -44,5 +50,21 @@ impl ParamMap {
             }
         };
         [at(a, -slack), at(b, slack)]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// In f64 the way back misses by some units of a number that is nearer to 0 than the ends.
+    #[test]
+    fn a_native_parameter_comes_back() {
+        let (start, end) = (-0.527_071_077_530_392_8, 0.472_928_922_469_607_16);
+        let map = ParamMap { start, end };
+        for native in [-0.200_984_391_879_907_85, start, end, 1e-9, -3e-17] {
+            let local = map.to_local(Ball::<Dd>::exact(native));
+            assert_eq!(map.nearest_native(local.mid), native);
+        }
     }
 }

@@ -508,6 +508,18 @@ fn other_contact(
             point: None,
         };
     }
+    // A piece that passes the border of its patch is known to be on it there, up to a slack: the ball holds the patch's own point.
+    for x in &mut local {
+        let inside = if x.mid < Dd::ZERO {
+            Dd::ZERO
+        } else if x.mid > Dd::ONE {
+            Dd::ONE
+        } else {
+            continue;
+        };
+        x.rad = (x.rad + (x.mid - inside).magnitude()) * (1.0 + 4.0 * f64::EPSILON);
+        x.mid = inside;
+    }
     // Below: the bound of the node. Above: f at the point itself.
     let f = objective.value(&patch.net, local);
     let hi = f.mid + Dd::from(f.rad * (1.0 + 16.0 * f64::EPSILON));

@@ -10,7 +10,7 @@ use super::upper::upper_end;
 use crate::numeric::bernstein::Bidegree;
 use crate::numeric::{Ball, Dd, Real, Td};
 use crate::prepare::closed::Extent;
-use crate::prepare::{Homogeneous, curve_jet, jet, restrict};
+use crate::prepare::{Homogeneous, jet};
 use crate::trim::BoxSide;
 use std::collections::BinaryHeap;
 
@@ -54,7 +54,7 @@ const POLISH_STEPS: usize = 16;
 /// A ball of critical points this small (in units of the node) has shrunk all it will.
 const SMALL_BALL: f64 = 1.0 / (1u64 << 20) as f64;
 /// A step below this, in local parameters, changes nothing that a double-double holds.
-const LEAST_STEP: f64 = 1.0 / (1u128 << 96) as f64;
+pub(super) const LEAST_STEP: f64 = 1.0 / (1u128 << 96) as f64;
 /// A value that is off by more than this share of the width wanted is found in triple-double.
 const LOST: f64 = 1.0 / 32.0;
 /// How often the ball of critical points is shrunk.
@@ -217,46 +217,6 @@ impl Search<'_> {
         let near = |q: [f64; 2]| (0..2).all(|k| (p[k] - q[k]).abs() <= SMALL_BALL);
         let found = self.out.foot.and_then(|f| f.found);
         found.is_some_and(|(s, q)| s == source && near(q))
-    }
-
-    /// How a part of a boundary piece lies to its patch, by its control points.
-    pub(super) fn piece_place(&self, face: usize, index: usize, range: [f64; 2]) -> PiecePlace {
-        if self.brep.double(face).piece(index).stays(range) {
-            return PiecePlace {
-                off: false,
-                leaves: false,
-            };
-        }
-        let geometry = self.brep.double_double(face);
-        let local = &geometry.piece(index).local;
-        let slack = border_slack(local);
-        let part = restrict(local, range[0], range[1]);
-        let exact = Ball::exact(slack);
-        let off = (0..2).any(|c| {
-            let below = |p: &Homogeneous<Dd, 3>| (p[c] + p[2] * exact).upper() < 0.0;
-            let above = |p: &Homogeneous<Dd, 3>| (p[c] - p[2] - p[2] * exact).lower() > 0.0;
-            part.iter().all(below) || part.iter().all(above)
-        });
-        let twice = 2.0 * slack;
-        let leaves = !twice.is_finite()
-            || part.iter().any(|p| {
-                // Negated: what is no number may be anywhere.
-                let near = twice * p[2].mid.hi;
-                !(0..2).all(|c| (p[c].mid - p[2].mid).hi <= near && p[c].mid.hi >= -near)
-            });
-        PiecePlace { off, leaves }
-    }
-
-    /// Whether a part that is off its patch may begin or end at a parameter of a boundary piece.
-    pub(super) fn piece_may_end(&self, face: usize, index: usize, at: f64) -> bool {
-        let local = &self.brep.double_double(face).piece(index).local;
-        let slack = Ball::exact(border_slack(local));
-        // All control points of a part without length are this one.
-        let (p, _) = curve_jet(local, Ball::exact(at));
-        // Negated: what is no number may be anywhere.
-        !(0..2).all(|c| {
-            (p[c] + p[2] * slack).lower() >= 0.0 && (p[c] - p[2] - p[2] * slack).upper() <= 0.0
-        })
     }
 
     /// The borders of the patch that the node touches, as nodes of their own.
@@ -507,40 +467,6 @@ fn convexity<T: Real>(shape: &Shape, cell: &Cell<T>, tau_error: f64) -> f64 {
 
 fn ball(x: Dd) -> Ball<Dd> {
     Ball { mid: x, rad: 0.0 }
-}
-
-/// Where a part of a boundary piece lies.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct PiecePlace {
-    /// Whether all of it is proven to lie off its patch: by more than the piece's [`border_slack`].
-    pub(super) off: bool,
-    /// Whether some control point lies off its patch, by more than twice that as computed.
-    pub(super) leaves: bool,
-}
-
-/// How far off its patch a boundary piece may be, in local parameters, and still be taken for on it: so far that what its control points are
-/// off does not matter.
-///
-/// Let `|x| <= m w` for all coordinates of its control points, each known within `r w`. Those of a part over a range are averages of them, made in `p`
-/// levels of three roundings: off by at most `4 p u m + r` times the true ones' weights, and `s - w` by twice that. That is an eighth of the slack `e`. So a
-/// part that does not [leave](PiecePlace::leaves) its patch is within `9/4 e` of it; one that is [off](PiecePlace::off) is farther than `e` from
-/// it all along. What leaves and is not off is put aside by its bound alone. What is off is put aside without any: where the curve comes to it from a
-/// part that does not leave, the end that both share [is seen](Search::piece_may_end) to be as far off, and that part is not put aside by a slope towards
-/// that end: the curve ends there, or a little before.
-fn border_slack(local: &[Homogeneous<Dd, 3>]) -> f64 {
-    let (mut most, mut known) = (1.0f64, 0.0f64);
-    for p in local {
-        let w = p[2].lower();
-        if !(w > 0.0) {
-            return f64::INFINITY;
-        }
-        for x in p {
-            most = most.max(x.mid.magnitude() / w);
-            known = known.max(x.rad / w);
-        }
-    }
-    let degree = local.len() as f64 - 1.0;
-    LEAST_STEP + 16.0 * (4.0 * degree * Dd::UNIT * most + known) * UP
 }
 
 fn clamp(x: Dd, range: [f64; 2]) -> Dd {

@@ -4,6 +4,7 @@ mod advance;
 mod answer;
 mod arrival;
 pub mod batch;
+mod beside;
 mod border;
 mod certify;
 mod closed;

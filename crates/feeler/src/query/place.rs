@@ -52,8 +52,8 @@ pub(super) fn place_of(brep: &PreparedBrep, s: &Settled) -> Option<(Place, usize
             let local = [p[0] / p[2], p[1] / p[2]];
             let maps = &geometry.patches[piece.patch].maps;
             let uv = Point2::new(
-                maps[0].to_native(local[0].mid.hi),
-                maps[1].to_native(local[1].mid.hi),
+                maps[0].nearest_native(local[0].mid),
+                maps[1].nearest_native(local[1].mid),
             );
             (face, piece.trim, piece.patch, local, uv)
         }

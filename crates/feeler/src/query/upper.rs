@@ -1,5 +1,6 @@
 //! Upper bounds: points of the BREP where the objective is evaluated, and the descent that finds them.
 
+use super::beside::depth;
 use super::leaf::Leaf;
 use super::objective::{Guide, Objective};
 use super::outcome::{Foot, Hint, Locus, Source};
@@ -246,7 +247,7 @@ impl Search<'_> {
     fn try_patch_point(&mut self, face: usize, patch: usize, p: [Dd; 2], trim: Option<usize>) {
         let geometry = self.brep.double_double(face);
         let surface = &geometry.patches[patch];
-        let at = |k: usize| surface.maps[k].to_native(p[k].hi.clamp(0.0, 1.0));
+        let at = |k: usize| surface.maps[k].nearest_native(p[k]);
         let center = [at(0), at(1)];
         // The point itself, then its neighbours in f64, for points on a trim.
         for (du, dv) in NEIGHBOURS {
@@ -343,13 +344,11 @@ impl Search<'_> {
         let piece = geometry.piece(index);
         let (point, _) = crate::prepare::curve_jet(&piece.local, Ball { mid: t, rad: 0.0 });
         let local = [point[0] / point[2], point[1] / point[2]];
-        // (By how far it is from 1: what is below 1 by less than an ulp is bounded by 1 and more in f64.)
-        let within = |x: &Ball<Dd>| x.lower() >= 0.0 && (Ball::exact(1.0) - *x).lower() >= 0.0;
-        if !local.iter().all(within) {
+        if !(depth(&point) >= 0.0) {
             return Err(local.map(|x| x.mid));
         }
         let maps = &geometry.patches[piece.patch].maps;
-        let uv = [0, 1].map(|k| maps[k].to_native(local[k].mid.hi));
+        let uv = [0, 1].map(|k| maps[k].nearest_native(local[k].mid));
         Ok(Foot {
             face,
             trim: piece.trim,

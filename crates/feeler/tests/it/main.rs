@@ -2,6 +2,7 @@
 
 mod arrival;
 mod batch;
+mod borders;
 mod brep;
 mod coarse_lines;
 mod common;

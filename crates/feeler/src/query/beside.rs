@@ -1,0 +1,189 @@
+//! Where parts of boundary pieces lie to their patches: a trim that passes a border of patches has a piece on either side that goes on a little past it,
+//! where what its patch's polynomials say is not the face.
+
+use super::leaf::LEAST_STEP;
+use super::outcome::Source;
+use super::search::Search;
+use crate::numeric::{Ball, Dd, Real};
+use crate::prepare::{Homogeneous, curve_jet, restrict};
+
+const UP: f64 = 1.0 + 64.0 * f64::EPSILON;
+
+impl Search<'_> {
+    /// How a part of a boundary piece lies to its patch, by its control points.
+    pub(super) fn piece_place(&self, face: usize, index: usize, range: [f64; 2]) -> PiecePlace {
+        if self.brep.double(face).piece(index).stays(range) {
+            return PiecePlace {
+                off: false,
+                leaves: false,
+            };
+        }
+        let geometry = self.brep.double_double(face);
+        let local = &geometry.piece(index).local;
+        let slack = border_slack(local);
+        let part = restrict(local, range[0], range[1]);
+        let exact = Ball::exact(slack);
+        let off = (0..2).any(|c| {
+            let below = |p: &Homogeneous<Dd, 3>| (p[c] + p[2] * exact).upper() < 0.0;
+            let above = |p: &Homogeneous<Dd, 3>| (p[c] - p[2] - p[2] * exact).lower() > 0.0;
+            part.iter().all(below) || part.iter().all(above)
+        });
+        let twice = 2.0 * slack;
+        let leaves = !twice.is_finite()
+            || part.iter().any(|p| {
+                // Negated: what is no number may be anywhere.
+                let near = twice * p[2].mid.hi;
+                !(0..2).all(|c| (p[c].mid - p[2].mid).hi <= near && p[c].mid.hi >= -near)
+            });
+        PiecePlace { off, leaves }
+    }
+
+    /// Whether a part that is off its patch may begin or end at a parameter of a boundary piece.
+    pub(super) fn piece_may_end(&self, face: usize, index: usize, at: f64) -> bool {
+        let local = &self.brep.double_double(face).piece(index).local;
+        let slack = Ball::exact(border_slack(local));
+        // All control points of a part without length are this one.
+        let (p, _) = curve_jet(local, Ball::exact(at));
+        // Negated: what is no number may be anywhere.
+        !(0..2).all(|c| {
+            (p[c] + p[2] * slack).lower() >= 0.0 && (p[c] - p[2] - p[2] * slack).upper() <= 0.0
+        })
+    }
+
+    /// Where a boundary piece comes to rest on its patch within a range, and the part of the range that is on it; `None` where no end of the range is. Both are proven to
+    /// be on the patch, or to be off it by no more than twice the piece's [`border_slack`].
+    pub(super) fn rest_on_patch(
+        &self,
+        (face, index): (usize, usize),
+        range: [f64; 2],
+    ) -> Option<(f64, [f64; 2])> {
+        let local = &self.brep.double_double(face).piece(index).local;
+        let slack = 2.0 * border_slack(local);
+        if !slack.is_finite() {
+            return None;
+        }
+        let part = on_patch(local, range, slack)?;
+        let source = Source::Piece { face, index };
+        let [at, _] = self.descend(source, [0.5 * (part[0] + part[1]), 0.0], [part, [0.0; 2]]);
+        // Between two ends that are on it a piece may still be off.
+        let on = depth_at(local, at) >= -slack;
+        Some((if on { at } else { part[0] }, part))
+    }
+}
+
+/// The part of a range of a boundary piece where that is on its patch: what matters of a range that passes the border. `None` where both ends are off the
+/// patch: it is not looked for between them.
+///
+/// Its ends are proven to be on the patch, or to be off it by no more than a slack (a trim may begin on the border).
+fn on_patch(local: &[Homogeneous<Dd, 3>], range: [f64; 2], slack: f64) -> Option<[f64; 2]> {
+    let [low, high] = range.map(|t| (t, depth_at(local, t)));
+    match (low.1 >= 0.0, high.1 >= 0.0) {
+        (true, true) => Some(range),
+        (true, false) => Some([low.0, border_between(local, low, high, slack)]),
+        (false, true) => Some([border_between(local, high, low, slack), high.0]),
+        (false, false) => match (low.1 >= -slack, high.1 >= -slack) {
+            (true, true) => Some(range),
+            (true, false) => Some([low.0; 2]),
+            (false, true) => Some([high.0; 2]),
+            (false, false) => None,
+        },
+    }
+}
+
+/// How far within its patch a point of a boundary piece is at least, in local parameters; negative where it may be off it.
+pub(super) fn depth(p: &Homogeneous<Dd, 3>) -> f64 {
+    // (By how far it is from 1: what is below 1 by less than an ulp is bounded by 1 and more in f64.)
+    let sides = [p[0], p[1], p[2] - p[0], p[2] - p[1]];
+    let mut least = f64::INFINITY;
+    for x in sides {
+        let low = x.lower();
+        // What is no number is nowhere.
+        least = if low.is_nan() {
+            f64::NEG_INFINITY
+        } else {
+            least.min(low)
+        };
+    }
+    least / p[2].mid.hi
+}
+
+/// The same at a parameter.
+fn depth_at(local: &[Homogeneous<Dd, 3>], t: f64) -> f64 {
+    depth(&curve_jet(local, Ball::exact(t)).0)
+}
+
+/// Where a piece leaves its patch between a parameter where it is on it and one where it is not: up to a slack where it still is on it, by the secant
+/// method (the Illinois rule).
+fn border_between(
+    local: &[Homogeneous<Dd, 3>],
+    (mut on, above): (f64, f64),
+    (mut off, below): (f64, f64),
+    slack: f64,
+) -> f64 {
+    /// The number of digits grows by half with each, once it is near.
+    const STEPS: usize = 16;
+    /// Where the other end is all but on the border a step goes no nearer to it than this.
+    const NEAREST: f64 = 1.0 - 1.0 / (1u64 << 20) as f64;
+    if above <= slack {
+        return on;
+    }
+    let mut weights = [above, below];
+    let mut last = None;
+    for _ in 0..STEPS {
+        let part = weights[0] / (weights[0] - weights[1]);
+        let t = on + (off - on) * part.min(NEAREST);
+        if t == on || t == off {
+            break;
+        }
+        let found = depth_at(local, t);
+        let side = usize::from(found < 0.0);
+        if side == 0 {
+            on = t;
+        } else {
+            off = t;
+        }
+        weights[side] = found;
+        if last == Some(side) {
+            weights[1 - side] *= 0.5;
+        }
+        last = Some(side);
+        if side == 0 && found <= slack {
+            break;
+        }
+    }
+    on
+}
+
+/// Where a part of a boundary piece lies.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct PiecePlace {
+    /// Whether all of it is proven to lie off its patch: by more than the piece's [`border_slack`].
+    pub(super) off: bool,
+    /// Whether some control point lies off its patch, by more than twice that as computed.
+    pub(super) leaves: bool,
+}
+
+/// How far off its patch a boundary piece may be, in local parameters, and still be taken for on it: so far that what its control points are
+/// off does not matter.
+///
+/// Let `|x| <= m w` for all coordinates of its control points, each known within `r w`. Those of a part over a range are averages of them, made in `p`
+/// levels of three roundings: off by at most `4 p u m + r` times the true ones' weights, and `s - w` by twice that. That is an eighth of the slack `e`. So a
+/// part that does not [leave](PiecePlace::leaves) its patch is within `9/4 e` of it; one that is [off](PiecePlace::off) is farther than `e` from
+/// it all along. What leaves and is not off is put aside by its bound alone. What is off is put aside without any: where the curve comes to it from a
+/// part that does not leave, the end that both share [is seen](Search::piece_may_end) to be as far off, and that part is not put aside by a slope towards
+/// that end: the curve ends there, or a little before.
+fn border_slack(local: &[Homogeneous<Dd, 3>]) -> f64 {
+    let (mut most, mut known) = (1.0f64, 0.0f64);
+    for p in local {
+        let w = p[2].lower();
+        if !(w > 0.0) {
+            return f64::INFINITY;
+        }
+        for x in p {
+            most = most.max(x.mid.magnitude() / w);
+            known = known.max(x.rad / w);
+        }
+    }
+    let degree = local.len() as f64 - 1.0;
+    LEAST_STEP + 16.0 * (4.0 * degree * Dd::UNIT * most + known) * UP
+}
