@@ -5,7 +5,7 @@ use super::objective::Objective;
 use crate::numeric::{Ball, Dd};
 use crate::prepare::{Patch, PreparedBrep};
 use crate::trim::Side;
-use nalgebra::{Point2, Point3, Vector3};
+use nalgebra::{Point, Point2, Point3, Vector3};
 
 /// A point of a face, by its parameters.
 #[derive(Clone, Copy, Debug)]
@@ -97,7 +97,7 @@ impl Surroundings<'_> {
                     if face == own.face {
                         return falls(own_uv[1 - across]);
                     }
-                    let (_, s) = nearest(|s| (self.point(at(along.lerp(s))) - point).norm());
+                    let (_, s) = nearest(|s| self.point(at(along.lerp(s))), point);
                     falls(along.lerp(s))
                 })
         })
@@ -124,8 +124,7 @@ impl Surroundings<'_> {
         }
         let loops = parts.faces[face].loops.iter().flatten();
         let own = loops.flat_map(|l| &parts.loops[*l].trims);
-        let beside =
-            |t: &&usize| nearest(|s| (self.point(self.on_trim(**t, s)) - point).norm()).0 <= near;
+        let beside = |t: &&usize| nearest(|s| self.point(self.on_trim(**t, s)), point).0 <= near;
         own.filter(beside).flat_map(|t| of_edge(*t)).collect()
     }
 
@@ -148,8 +147,7 @@ impl Surroundings<'_> {
 
     fn falls_at_trim(&self, trim: usize, point: &Point3<f64>, f: Ball<Dd>) -> bool {
         let first = FIRST_STEP * self.brep.size();
-        let distance = |s: f64| (self.point(self.on_trim(trim, s)) - point).norm();
-        let (off, s) = nearest(distance);
+        let (off, s) = nearest(|s| self.point(self.on_trim(trim, s)), point);
         if off > first {
             return false;
         }
@@ -269,25 +267,40 @@ fn below(a: Ball<Dd>, b: Ball<Dd>) -> bool {
     (b.mid - a.mid).hi > a.rad + b.rad
 }
 
-/// The least value of a function on [0, 1], and where, roughly: what is least among samples and their neighbours, each
+/// How near a curve over [0, 1] comes to a point, and where, roughly: what is nearest among samples and their neighbours, each
 /// narrowed down. (On a closed curve both ends may be near a point, and one of them is the wrong one.)
-pub(super) fn nearest(f: impl Fn(f64) -> f64) -> (f64, f64) {
+pub(super) fn nearest<const D: usize>(
+    curve: impl Fn(f64) -> Point<f64, D>,
+    to: &Point<f64, D>,
+) -> (f64, f64) {
     const SAMPLES: usize = 32;
     const ROUNDS: usize = 44;
+    /// A bend between two samples is no longer than this many times the way between them.
+    const BENT: f64 = 2.0;
     let at = |k: usize| k as f64 / SAMPLES as f64;
-    let values: Vec<f64> = (0..=SAMPLES).map(|k| f(at(k))).collect();
+    let points: [_; SAMPLES + 1] = std::array::from_fn(|k| curve(at(k)));
+    let away = points.map(|p| (p - to).norm());
+    let last = |k: usize| (k + 1).min(SAMPLES);
+    let is_least = |k: usize| {
+        let around = &away[k.saturating_sub(1)..=last(k)];
+        !around.iter().any(|v| *v < away[k])
+    };
+    // Where there is a kink between two samples the farther one may be on the right side of it.
+    let is_beside = |k: usize, other: usize| {
+        let chord = (points[k] - points[other]).norm();
+        is_least(other) && away[k] + away[other] <= BENT * chord
+    };
     let mut all = (f64::INFINITY, 0.0);
     for k in 0..=SAMPLES {
-        let around = &values[k.saturating_sub(1)..(k + 2).min(SAMPLES + 1)];
-        if around.iter().any(|v| *v < values[k]) {
+        if !(is_least(k) || is_beside(k, k.saturating_sub(1)) || is_beside(k, last(k))) {
             continue;
         }
-        let mut best = (values[k], at(k));
+        let mut best = (away[k], at(k));
         let mut step = 0.5 / SAMPLES as f64;
         for _ in 0..ROUNDS {
             for s in [best.1 - step, best.1 + step] {
                 let s = s.clamp(0.0, 1.0);
-                let value = f(s);
+                let value = (curve(s) - to).norm();
                 if value < best.0 {
                     best = (value, s);
                 }
@@ -299,4 +312,21 @@ pub(super) fn nearest(f: impl Fn(f64) -> f64) -> (f64, f64) {
         }
     }
     all
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The nearer sample is on the flat side of a fold, the point on the steep one.
+    #[test]
+    fn the_nearest_point_beyond_a_kink() {
+        let fold = |s: f64| {
+            let x = s - 25.5 / 32.0;
+            Point2::new(s, if x < 0.0 { -0.5 * x } else { 8.0 * x })
+        };
+        let to = fold(25.7 / 32.0);
+        let (off, s) = nearest(fold, &to);
+        assert!(off < 1e-12 && (s - 25.7 / 32.0).abs() < 1e-12, "{off} {s}");
+    }
 }

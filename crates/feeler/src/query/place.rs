@@ -311,7 +311,7 @@ pub(super) fn trim_at(brep: &PreparedBrep, place: &Place) -> Option<usize> {
     let distance = |t: usize| {
         let trim = &parts.trims[t];
         let curve = &parts.curves2[trim.curve];
-        nearest(|s: f64| (curve.point(trim.span.lerp(s)) - place.uv).norm()).0
+        nearest(|s: f64| curve.point(trim.span.lerp(s)).into(), &place.uv).0
     };
     let all = near.iter().map(|t| (distance(*t), *t));
     all.min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, t)| t)
