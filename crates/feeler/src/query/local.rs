@@ -2,6 +2,7 @@
 //! are. No separation rests on it.
 
 use super::objective::Objective;
+use super::place::trims_near;
 use crate::numeric::{Ball, Dd};
 use crate::prepare::{Patch, PreparedBrep};
 use crate::trim::Side;
@@ -47,7 +48,7 @@ impl Surroundings<'_> {
             return false;
         }
         !self
-            .trims_at(own.face, trim, point)
+            .trims_at(own, trim, point)
             .into_iter()
             .any(|t| self.falls_at_trim(t, point, f))
     }
@@ -103,9 +104,9 @@ impl Surroundings<'_> {
         })
     }
 
-    /// All trims that meet at a point: those of its vertex, those of the edge of the trim that it lies on, or those
-    /// of the edges that its face has within the first step of it: a foot is known to no more than that.
-    fn trims_at(&self, face: usize, trim: Option<usize>, point: &Point3<f64>) -> Vec<usize> {
+    /// All trims that meet at a point: those of its vertex, those of the edge of the trim that it lies on and of others that its face has there (a vertex may
+    /// lie elsewhere), or those of the edges that its face has within the first step of it: a foot is known to no more than that.
+    fn trims_at(&self, own: Spot, trim: Option<usize>, point: &Point3<f64>) -> Vec<usize> {
         let parts = self.brep.brep().parts();
         let near = FIRST_STEP * self.brep.size();
         let at_vertex = |v: &usize| (parts.vertices[*v].point - point).norm() <= near;
@@ -120,9 +121,12 @@ impl Surroundings<'_> {
             None => vec![trim],
         };
         if let Some(trim) = trim {
-            return of_edge(trim);
+            let others = trims_near(self.brep, own.face, &own.uv).into_iter();
+            let mut all = of_edge(trim);
+            all.extend(others.filter(|t| *t != trim).flat_map(of_edge));
+            return all;
         }
-        let loops = parts.faces[face].loops.iter().flatten();
+        let loops = parts.faces[own.face].loops.iter().flatten();
         let own = loops.flat_map(|l| &parts.loops[*l].trims);
         let beside = |t: &&usize| nearest(|s| self.point(self.on_trim(**t, s)), point).0 <= near;
         own.filter(beside).flat_map(|t| of_edge(*t)).collect()
@@ -164,19 +168,48 @@ impl Surroundings<'_> {
             return true;
         }
         // Along the trim.
-        const PROBE: f64 = 1.0 / (1u64 << 16) as f64;
-        let other = if s > 0.5 { s - PROBE } else { s + PROBE };
-        let speed = (self.point(self.on_trim(trim, other)) - self.point(at)).norm() / PROBE;
-        if !(speed > 0.0) {
-            return false;
-        }
         [-1.0, 1.0].into_iter().any(|sign| {
             let along = |length: f64| {
-                let to = s + sign * length / speed;
-                (0.0..=1.0).contains(&to).then(|| self.on_trim(trim, to))
+                let to = self.along_trim(trim, (s, sign), length)?;
+                Some(self.on_trim(trim, to))
             };
             self.falls(here, f, along, |_| true)
         })
+    }
+
+    /// The parameter of a trim about so far along it from another one, forwards or backwards; `None` beyond its end.
+    ///
+    /// A trim may stand still at its end, so that its speed there tells nothing.
+    fn along_trim(&self, trim: usize, (s, sign): (f64, f64), length: f64) -> Option<f64> {
+        const PROBE: f64 = 1.0 / (1u64 << 16) as f64;
+        const LEAST: f64 = 1.0 / (1u64 << 50) as f64;
+        const HALVINGS: usize = 8;
+        let room = if sign > 0.0 { 1.0 - s } else { s };
+        let from = self.point(self.on_trim(trim, s));
+        let away = |part: f64| (self.point(self.on_trim(trim, s + sign * part)) - from).norm();
+        let first = PROBE * length / away(PROBE.min(room));
+        if first <= room && (0.5..=2.0).contains(&(away(first) / length)) {
+            return Some(s + sign * first);
+        }
+        let mut far = LEAST;
+        while far < room && away(far) < length {
+            far *= 2.0;
+        }
+        let mut far = far.min(room);
+        // Negated: what is no number is no way.
+        if !(away(far) >= length) {
+            return None;
+        }
+        let mut near = 0.0;
+        for _ in 0..HALVINGS {
+            let middle = 0.5 * (near + far);
+            if away(middle) < length {
+                near = middle;
+            } else {
+                far = middle;
+            }
+        }
+        Some(s + sign * far)
     }
 
     /// Whether some straight line in uv leads down from a point with value `here`.

@@ -288,19 +288,7 @@ pub(super) fn trim_at(brep: &PreparedBrep, place: &Place) -> Option<usize> {
         return None;
     }
     let parts = brep.brep().parts();
-    let at = [place.uv.x, place.uv.y];
-    let slack = region.domain().map(|d| NEAR_TRIM * (d.end - d.start));
-    let mut near: Vec<usize> = Vec::new();
-    for piece in region.pieces() {
-        let (PieceOrigin::Trim { trim, .. } | PieceOrigin::Join { trim, .. }) = piece.origin else {
-            continue;
-        };
-        let close =
-            |k: usize| piece.hull[k][0] - slack[k] <= at[k] && at[k] <= piece.hull[k][1] + slack[k];
-        if close(0) && close(1) && near.last() != Some(&trim) {
-            near.push(trim);
-        }
-    }
+    let mut near = trims_near(brep, place.face, &place.uv);
     if let [only] = near.as_slice() {
         return Some(*only);
     }
@@ -311,10 +299,28 @@ pub(super) fn trim_at(brep: &PreparedBrep, place: &Place) -> Option<usize> {
     let distance = |t: usize| {
         let trim = &parts.trims[t];
         let curve = &parts.curves2[trim.curve];
-        nearest(|s: f64| curve.point(trim.span.lerp(s)).into(), &place.uv).0
+        nearest(|s: f64| curve.point(trim.span.lerp(s)), &place.uv).0
     };
     let all = near.iter().map(|t| (distance(*t), *t));
     all.min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, t)| t)
+}
+
+/// The trims of a face with a piece whose box is next to a place.
+pub(super) fn trims_near(brep: &PreparedBrep, face: usize, uv: &Point2<f64>) -> Vec<usize> {
+    let region = brep.region(face);
+    let slack = region.domain().map(|d| NEAR_TRIM * (d.end - d.start));
+    let mut near: Vec<usize> = Vec::new();
+    for piece in region.pieces() {
+        let (PieceOrigin::Trim { trim, .. } | PieceOrigin::Join { trim, .. }) = piece.origin else {
+            continue;
+        };
+        let close =
+            |k: usize| piece.hull[k][0] - slack[k] <= uv[k] && uv[k] <= piece.hull[k][1] + slack[k];
+        if close(0) && close(1) && near.last() != Some(&trim) {
+            near.push(trim);
+        }
+    }
+    near
 }
 
 /// A foot nearer to a trim's box than this part of the domain may be on the trim.

@@ -2,17 +2,14 @@
 //! computed exactly.
 
 use crate::common::{abs, q};
+use crate::scenes::polygon_face;
 use dashu_ratio::RBig as Q;
-use feeler::brep::{
-    Brep, BrepParts, Edge, Face, Iso, LoopKind, TrimCurve, TrimKind, TrimLoop, Vertex,
-};
-use feeler::numeric::Interval;
-use feeler::nurbs::{Curve, Line, NurbsSurface, Surface};
+use feeler::nurbs::{NurbsSurface, Surface};
 use feeler::prepare::PreparedBrep;
 use feeler::query::{
     Accuracy, ContactAnswer, Contacts, HalfSpace, Options, Probe, Workspace, contact,
 };
-use nalgebra::{Point2, Point3, Vector3, Vector4};
+use nalgebra::{Point2, Vector3, Vector4};
 use proptest::prelude::*;
 
 /// `z = first(x) + second(y)`, both linear between their knots, above the line between two points on the first and last knots of x.
@@ -56,7 +53,7 @@ impl Folded {
             corners.reverse();
         }
         let corners: Vec<Point2<f64>> = corners.into_iter().map(turned).collect();
-        within(&Surface::Nurbs(surface), &corners)
+        polygon_face(&Surface::Nurbs(surface), &corners)
     }
 
     /// The function along x or y, with the height times `up` and the place times `along` added, and its slopes before and after: at a place.
@@ -144,54 +141,6 @@ impl Folded {
         }
         Some(out)
     }
-}
-
-/// A face within a polygon in uv; its edges have no curves of their own.
-fn within(surface: &Surface, corners: &[Point2<f64>]) -> PreparedBrep {
-    let count = corners.len();
-    let unit = Interval::new(0.0, 1.0).unwrap();
-    let mut parts = BrepParts::default();
-    for (i, here) in corners.iter().enumerate() {
-        let next = (i + 1) % count;
-        parts.vertices.push(Vertex {
-            point: Point3::from(surface.point(here.x, here.y)),
-            edges: vec![(i + count - 1) % count, i],
-            tolerance: None,
-        });
-        parts.edges.push(Edge {
-            curve: None,
-            span: unit,
-            reversed: false,
-            vertices: [i, next],
-            trims: vec![i],
-            tolerance: None,
-        });
-        parts.trims.push(TrimCurve {
-            curve: i,
-            span: unit,
-            reversed: false,
-            edge: Some(i),
-            edge_reversed: false,
-            vertices: [i, next],
-            kind: TrimKind::Boundary,
-            iso: Iso::None,
-            trim_loop: 0,
-        });
-        let line = Line::new(*here, corners[next], unit).unwrap();
-        parts.curves2.push(Curve::Line(line));
-    }
-    parts.loops.push(TrimLoop {
-        kind: LoopKind::Unknown,
-        trims: (0..count).collect(),
-        face: 0,
-    });
-    parts.surfaces.push(surface.clone());
-    parts.faces.push(Face {
-        surface: 0,
-        loops: Some(vec![0]),
-        reversed: false,
-    });
-    PreparedBrep::new(Brep::new(parts).unwrap())
 }
 
 fn ask(

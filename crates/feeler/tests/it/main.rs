@@ -9,6 +9,7 @@ mod common;
 mod contact_analytic;
 mod contacts;
 mod conversion;
+mod corners;
 mod edges;
 mod evaluation;
 mod feet;

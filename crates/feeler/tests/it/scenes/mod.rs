@@ -3,10 +3,82 @@
 
 pub(crate) mod loops;
 
-use feeler::brep::{Brep, BrepBuilder, TrimSpec};
+use feeler::brep::{
+    Brep, BrepBuilder, BrepParts, Edge, Face, Iso, LoopKind, TrimCurve, TrimKind, TrimLoop,
+    TrimSpec, Vertex,
+};
 use feeler::numeric::Interval;
-use feeler::nurbs::{Arc, Curve, Line, NurbsCurve, NurbsSurface, Plane, Revolution, Surface};
+use feeler::nurbs::{
+    Arc, Curve, Curve2, Line, NurbsCurve, NurbsSurface, Plane, Revolution, Surface,
+};
+use feeler::prepare::PreparedBrep;
 use nalgebra::{Point2, Point3, Vector3, Vector4};
+
+/// A face within a polygon in uv; its edges have no curves of their own.
+pub(crate) fn polygon_face(surface: &Surface, corners: &[Point2<f64>]) -> PreparedBrep {
+    let points = corners.iter().map(|p| surface.point(p.x, p.y).into());
+    let side = |i: usize| {
+        let ends = [corners[i], corners[(i + 1) % corners.len()]];
+        Curve::Line(Line::new(ends[0], ends[1], unit()).unwrap())
+    };
+    let sides = (0..corners.len()).map(side).collect();
+    let face = loop_face(surface, sides, points.collect());
+    PreparedBrep::new(face)
+}
+
+fn unit() -> Interval {
+    Interval::new(0.0, 1.0).unwrap()
+}
+
+/// A face within a loop of curves over [0, 1] in uv, each from its vertex to the next one's; its edges have no curves of their own.
+pub(crate) fn loop_face(
+    surface: &Surface,
+    curves: Vec<Curve2>,
+    vertices: Vec<Point3<f64>>,
+) -> Brep {
+    let count = curves.len();
+    let mut parts = BrepParts::default();
+    for (i, point) in vertices.into_iter().enumerate() {
+        let ends = [i, (i + 1) % count];
+        parts.vertices.push(Vertex {
+            point,
+            edges: vec![(i + count - 1) % count, i],
+            tolerance: None,
+        });
+        parts.edges.push(Edge {
+            curve: None,
+            span: unit(),
+            reversed: false,
+            vertices: ends,
+            trims: vec![i],
+            tolerance: None,
+        });
+        parts.trims.push(TrimCurve {
+            curve: i,
+            span: unit(),
+            reversed: false,
+            edge: Some(i),
+            edge_reversed: false,
+            vertices: ends,
+            kind: TrimKind::Boundary,
+            iso: Iso::None,
+            trim_loop: 0,
+        });
+    }
+    parts.curves2 = curves;
+    parts.loops.push(TrimLoop {
+        kind: LoopKind::Unknown,
+        trims: (0..count).collect(),
+        face: 0,
+    });
+    parts.surfaces.push(surface.clone());
+    parts.faces.push(Face {
+        surface: 0,
+        loops: Some(vec![0]),
+        reversed: false,
+    });
+    Brep::new(parts).unwrap()
+}
 
 /// Xorshift: the same numbers everywhere.
 pub(crate) struct Random(u64);
