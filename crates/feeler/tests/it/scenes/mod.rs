@@ -16,7 +16,7 @@ use nalgebra::{Point2, Point3, Vector3, Vector4};
 
 /// A face within a polygon in uv; its edges have no curves of their own.
 pub(crate) fn polygon_face(surface: &Surface, corners: &[Point2<f64>]) -> PreparedBrep {
-    let points = corners.iter().map(|p| surface.point(p.x, p.y).into());
+    let points = corners.iter().map(|p| surface.point(p.x, p.y));
     let side = |i: usize| {
         let ends = [corners[i], corners[(i + 1) % corners.len()]];
         Curve::Line(Line::new(ends[0], ends[1], unit()).unwrap())
