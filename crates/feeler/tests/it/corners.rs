@@ -62,7 +62,7 @@ impl Flat {
             if self.misplaced {
                 Point3::new(1.0, 2.0, 100.0)
             } else {
-                surface.point(c[0], c[1]).into()
+                surface.point(c[0], c[1])
             }
         };
         let vertices = self.corners.iter().map(own).collect();
