@@ -364,16 +364,26 @@ fn findings(
         );
         let text = run.map(|o| String::from_utf8_lossy(&o.stderr).into_owned());
         let text = text.unwrap_or_default();
-        let own = format!("{}: ", target.name);
-        let said = |l: &&str| l.starts_with(&own) || l.starts_with("memory: ");
-        let other = |l: &&str| l.contains("panicked at") || l.contains("ERROR: libFuzzer");
-        let why = text.lines().find(said).or_else(|| text.lines().find(other));
+        let why = reason(&text, target);
         // What is not found again took long, or much memory, beside other work.
         let kind = name.split('-').next().unwrap_or_default().to_owned();
         all.entry(why.map_or(kind + NOT_AGAIN, without_numbers))
             .or_insert_with(|| path.clone());
     }
     all
+}
+
+/// The line that tells most of why a run ended: a target's own, the sanitizer's or a panic's, the engine's.
+fn reason<'a>(text: &'a str, target: &Target) -> Option<&'a str> {
+    let own = format!("{}: ", target.name);
+    let said = |l: &&str| l.starts_with(&own) || l.starts_with("memory: ");
+    let others = [
+        "panicked at",
+        "ERROR: libFuzzer",
+        "SUMMARY: AddressSanitizer",
+    ];
+    let other = |l: &&str| others.iter().any(|o| l.contains(o));
+    text.lines().find(said).or_else(|| text.lines().find(other))
 }
 
 /// A shorter input with a finding, as far as the engine gets.
@@ -399,7 +409,7 @@ fn smaller(program: &Path, input: &Path) -> PathBuf {
 
 #[cfg(test)]
 mod tests {
-    use super::{after, without_numbers};
+    use super::{after, reason, without_numbers};
 
     #[test]
     fn lines_of_the_engine() {
@@ -416,5 +426,24 @@ mod tests {
         let a = without_numbers("side: 1.5e-3 is 12 off");
         assert_eq!(a, without_numbers("side: 27 is 1e300 off"));
         assert_ne!(a, without_numbers("side: 27 is 1e300 on"));
+    }
+
+    #[test]
+    fn reasons_of_the_target_of_the_sanitizer_and_of_the_engine() {
+        let target = feeler_fuzz::target("side").unwrap();
+        let said = |text: &str| reason(text, &target).map(str::to_owned);
+        assert_eq!(said("INFO: Seed: 7\nExecuted input in 3 ms\n"), None);
+        let engine = "==7== ERROR: libFuzzer: deadly signal\nSUMMARY: libFuzzer: deadly signal";
+        let panic = format!("thread 'main' panicked at src/a.rs:1:2:\n{engine}");
+        assert_eq!(said(&panic).unwrap(), panic.lines().next().unwrap());
+        assert_eq!(said(engine).unwrap(), engine.lines().next().unwrap());
+        let own = format!("side: 3 is wrong\n{panic}");
+        assert_eq!(said(&own).unwrap(), "side: 3 is wrong");
+        // Not its first line, in which addresses differ between runs.
+        let place = "SUMMARY: AddressSanitizer: heap-buffer-overflow src/a.rs:1:109 in a::main";
+        let memory = format!(
+            "==7==ERROR: AddressSanitizer: heap-buffer-overflow on address 0x7b8736fe003b\n{place}"
+        );
+        assert_eq!(said(&memory).unwrap(), place);
     }
 }
