@@ -77,7 +77,7 @@ impl Images {
         }
         if self.left > 0 {
             said.push(format!(
-                "{} more are too many to be proven while reading, or on surfaces of too many turns: `inspect --health` does",
+                "{} more are too many to be proven while reading, or take too much memory for the file's size: `inspect --health` does",
                 self.left
             ));
         }
@@ -351,7 +351,7 @@ impl Body<'_, '_> {
                 geometry.proofs = rest;
                 proven.extend(trims);
             }
-            for own in trim_offsets(&brep, &proven, geometry.patches) {
+            for own in trim_offsets(&brep, &proven, geometry.proof_bytes) {
                 if own.at_most.is_finite() {
                     bound = bound.max(own.at_most);
                 } else {

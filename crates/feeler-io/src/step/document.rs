@@ -19,10 +19,10 @@ const NUMBERS_PER_BYTE: usize = 8;
 
 /// How much proof of images there may be: see [`Geometry::proofs`]. Beyond, the model's report says for how many there is none yet.
 const PROOFS: usize = 2048;
-/// See [`Geometry::patches`]: so that a small file whose curves turn often around a torus takes no more than 64 times its size, some 20 of which are taken by what is read.
-const BYTES_PER_PATCH: usize = 64;
-/// But no fewer: a torus of two turns each way.
-const LEAST_PATCHES: usize = 64;
+/// See [`Geometry::proof_bytes`]: for each byte of the file and for any, so that all takes no more than 64 times its size and what every document takes; some
+/// 20 are taken by what is read.
+const PROOF_BYTES_PER_BYTE: usize = 36;
+const LEAST_PROOF_BYTES: usize = 1 << 15;
 /// And of the quick proofs: see [`Geometry::pieces`].
 const PIECES: usize = 1 << 16;
 
@@ -78,7 +78,8 @@ pub fn read_step(bytes: &[u8]) -> Result<Document, ReadError> {
         entities: &entities,
         angle: 1.0,
         proofs: PROOFS,
-        patches: LEAST_PATCHES.max(bytes.len() / BYTES_PER_PATCH),
+        proof_bytes: LEAST_PROOF_BYTES
+            .saturating_add(bytes.len().saturating_mul(PROOF_BYTES_PER_BYTE)),
         pieces: PIECES,
         numbers: Budget::new(NUMBERS.saturating_add(NUMBERS_PER_BYTE.saturating_mul(bytes.len()))),
     };

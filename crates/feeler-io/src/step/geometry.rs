@@ -33,8 +33,8 @@ pub(super) struct Geometry<'e> {
     pub(super) numbers: Budget,
     /// How much proof the kernel may still be asked for, in pieces of cubics on bicubic patches: some 1 ms each.
     pub(super) proofs: usize,
-    /// How many patches a surface may have of which the kernel proves images: each takes some kilobyte while it does.
-    pub(super) patches: usize,
+    /// How much memory the kernel may take for the proof of an image.
+    pub(super) proof_bytes: usize,
     /// How many pieces of curves on elementary surfaces may still be proven here: some 25 us each.
     pub(super) pieces: usize,
 }
@@ -567,7 +567,7 @@ mod tests {
                 entities: &Entities::new(graph),
                 angle: 1.0,
                 proofs: 0,
-                patches: 0,
+                proof_bytes: 0,
                 pieces: 0,
                 numbers: Budget::new(0),
             };

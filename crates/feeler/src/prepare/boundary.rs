@@ -101,6 +101,16 @@ fn trim_pieces<T: Real>(brep: &Brep, t: &TrimCurve) -> Vec<Vec<Homogeneous<T, 3>
     pieces
 }
 
+/// The same as curves.
+pub(super) fn trim_curves<T: Real>(brep: &Brep, trim: usize) -> impl Iterator<Item = UvCurve<T>> {
+    let pieces = trim_pieces(brep, &brep.parts().trims[trim]);
+    pieces.into_iter().map(move |points| UvCurve {
+        trim: Some(trim),
+        after: None,
+        points,
+    })
+}
+
 /// The quotient of a homogeneous end point.
 fn end_point<T: Real>(p: &Homogeneous<T, 3>) -> Homogeneous<T, 3> {
     if p[2].rad == 0.0 && p[2].mid == T::ONE {

@@ -1,20 +1,13 @@
 //! How much memory a prepared BREP holds.
 
 use super::box_tree::BoxTree;
-use super::turned::Turned;
-use super::{
-    Box3, FaceGeometry, Image, Net, Patch, PreparedBrep, PreparedFace, Products, SideCells,
-};
+use super::{Box3, FaceGeometry, Image, Net, PreparedBrep, PreparedFace, Products, SideCells};
 use crate::numeric::Real;
 use std::sync::OnceLock;
 
 /// Of the elements that a list has room for; not of what these hold elsewhere.
 fn list<T>(v: &Vec<T>) -> usize {
     v.capacity() * size_of::<T>()
-}
-
-fn net<T>(net: &Net<T>) -> usize {
-    list(&net.points) + list(&net.plain)
 }
 
 fn products<T>(slots: &Vec<OnceLock<Products<T>>>) -> usize {
@@ -27,15 +20,11 @@ fn products<T>(slots: &Vec<OnceLock<Products<T>>>) -> usize {
 }
 
 fn geometry<T: Real>(g: &FaceGeometry<T>) -> usize {
-    let turned = |p: &Patch<T>| {
-        let turned = p.turned.as_ref();
-        turned.map_or(0, |t| size_of::<Turned<T>>() + list(&t.profile))
-    };
-    let patches = g.patches.bytes(|p| net(&p.net) + turned(p));
+    let patches = g.patches.bytes();
     let curves: usize = g.curves.iter().map(|c| list(&c.points)).sum();
     let made = g.pieces.iter().filter_map(OnceLock::get);
     let pieces: usize = made
-        .map(|p| list(&p.local) + p.space.as_ref().map_or(0, net))
+        .map(|p| list(&p.local) + p.space.as_ref().map_or(0, Net::bytes))
         .sum();
     let lists = list(&g.curves) + list(&g.cuts) + list(&g.pieces);
     let products = products(&g.patch_products) + products(&g.piece_products);

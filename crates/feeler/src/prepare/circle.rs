@@ -19,6 +19,7 @@ pub(crate) const fn degree<T: Real>() -> usize {
 const LONGEST_SPAN: f64 = std::f64::consts::FRAC_PI_8 * (1.0 + 1.0 / 1024.0);
 
 /// Bernstein coefficients of cosine and sine over a span, and the native parameters it covers.
+#[derive(Debug)]
 pub(crate) struct Span<T> {
     pub(crate) cos: Vec<Ball<T>>,
     pub(crate) sin: Vec<Ball<T>>,
@@ -45,19 +46,8 @@ pub(crate) fn spans<T: Real>(
     from: f64,
     to: f64,
 ) -> Vec<Span<T>> {
-    let width = Ball::<Dd>::difference(domain.end, domain.start);
-    let turn = Ball::<Dd>::difference(angle.end, angle.start);
-    let at = |t: f64| {
-        if t == domain.end {
-            return Ball::exact(angle.end);
-        }
-        let s = Ball::difference(t, domain.start) / width;
-        Ball::exact(angle.start) + s * turn
-    };
-    let total = (at(to) - at(from)).mid.hi;
-    // The angle of a BREP is finite; a coil of so many turns is cut coarsely and gets wide radii.
-    const MOST: f64 = 4096.0;
-    let count = (total / LONGEST_SPAN).ceil().clamp(1.0, MOST) as usize;
+    let at = angle_at(angle, domain);
+    let count = span_count(angle, domain, from, to);
     let cut = |k: usize| {
         if k == 0 {
             from
@@ -86,6 +76,28 @@ pub(crate) fn spans<T: Real>(
             }
         })
         .collect()
+}
+
+/// The angle at a parameter.
+fn angle_at(angle: Interval, domain: Interval) -> impl Fn(f64) -> Ball<Dd> {
+    let width = Ball::<Dd>::difference(domain.end, domain.start);
+    let turn = Ball::<Dd>::difference(angle.end, angle.start);
+    move |t: f64| {
+        if t == domain.end {
+            return Ball::exact(angle.end);
+        }
+        let s = Ball::difference(t, domain.start) / width;
+        Ball::exact(angle.start) + s * turn
+    }
+}
+
+/// How many [`spans`] there are.
+pub(crate) fn span_count(angle: Interval, domain: Interval, from: f64, to: f64) -> usize {
+    let at = angle_at(angle, domain);
+    let total = (at(to) - at(from)).mid.hi;
+    // The angle of a BREP is finite; a coil of so many turns is cut coarsely and gets wide radii.
+    const MOST: f64 = 4096.0;
+    (total / LONGEST_SPAN).ceil().clamp(1.0, MOST) as usize
 }
 
 /// Bernstein coefficients of the function with value `f` and derivative `g` in the middle and `f'' = -f`.

@@ -5,9 +5,10 @@
 //! each part is composed with its patch. What is left between two parts, a piece of the curve of about one
 //! rounding, goes into [`Image::extra`]; so does a part that cannot be composed.
 
-use super::boundary::{UvCurve, uv_curves};
+use super::boundary::{UvCurve, trim_curves};
 use super::closed::V3;
 use super::compose::compose;
+use super::matching::Pair;
 use super::net::curve_jet;
 use super::patch::COMPOSE_HALVINGS;
 use super::spline::curve_pieces;
@@ -153,20 +154,19 @@ enum Cell {
 struct Grid<'a, T> {
     patches: &'a Patches<T>,
     maps: [Vec<ParamMap>; 2],
+    most: usize,
     /// How near a border a curve may wander, in roundings.
     roundings: f64,
 }
 
 impl<'a, T: Real> Grid<'a, T> {
-    fn new(patches: &'a Patches<T>) -> Option<Self> {
-        let first = patches.iter().next()?;
-        let same = |p: &&Patch<T>| p.maps[0] == first.maps[0];
-        let count_v = patches.iter().take_while(same).count();
-        let maps_u = patches.iter().step_by(count_v).map(|p| p.maps[0]).collect();
-        let maps_v = patches.iter().take(count_v).map(|p| p.maps[1]).collect();
-        Some(Self {
+    /// `most`: how many bytes the patches that are made, and an image, may take; beyond there is none.
+    fn new(patches: &'a Patches<T>, most: usize) -> Option<Self> {
+        let maps = patches.maps();
+        maps.iter().all(|m| !m.is_empty()).then_some(Self {
             patches,
-            maps: [maps_u, maps_v],
+            maps,
+            most,
             roundings: ROUNDINGS[0],
         })
     }
@@ -239,6 +239,9 @@ impl<'a, T: Real> Grid<'a, T> {
     fn distance(&self, ranges: [[T; 2]; 2], by: [f64; 2]) -> Option<f64> {
         let mut steepest: [f64; 2] = [0.0; 2];
         for patch in self.met_patches(ranges) {
+            if self.patches.made() > self.most {
+                return None;
+            }
             let slope = slopes(patch)?;
             for k in 0..2 {
                 let m = &patch.maps[k];
@@ -390,6 +393,7 @@ pub(super) fn part<T: Real, const H: usize>(
 fn cut<T: Real>(grid: &Grid<T>, points: &[Homogeneous<T, 3>]) -> Option<Vec<Part<T>>> {
     let mut out: Vec<Part<T>> = Vec::new();
     let mut crossings = 0;
+    let most_parts = MOST_PARTS.min(grid.most / size_of::<Part<T>>());
     let mut stack = vec![(0.0, 1.0, 0)];
     while let Some((from, to, depth)) = stack.pop() {
         let points = part(points, T::from_f64(from), T::from_f64(to));
@@ -416,7 +420,7 @@ fn cut<T: Real>(grid: &Grid<T>, points: &[Homogeneous<T, 3>]) -> Option<Vec<Part
             }
             _ => {
                 crossings += usize::from(cells.is_none());
-                if out.len() >= MOST_PARTS || crossings > MOST_CROSSINGS {
+                if out.len() >= most_parts || crossings > MOST_CROSSINGS {
                     return None;
                 }
                 out.push(Part {
@@ -424,7 +428,7 @@ fn cut<T: Real>(grid: &Grid<T>, points: &[Homogeneous<T, 3>]) -> Option<Vec<Part
                     to,
                     cells,
                     overhang,
-                    points,
+                    points: if cells.is_none() { points } else { Vec::new() },
                 });
             }
         }
@@ -456,6 +460,8 @@ struct Builder<T> {
     image: Image<T>,
     /// What the parts since the last stretch add.
     pending: f64,
+    /// What it takes, and what it takes to match it with another: a pair for each stretch.
+    bytes: usize,
 }
 
 impl<T: Real> Builder<T> {
@@ -523,7 +529,14 @@ impl<T: Real> Builder<T> {
                 bounds: Box3::default(),
             };
             stretch.bounds = stretch.net().bounding_box()?;
+            // A list that grows has room for twice as many.
+            self.bytes += 2 * size_of::<Stretch<T>>()
+                + size_of_val(&stretch.points[..])
+                + size_of::<Pair<T>>();
             self.image.stretches.push(stretch);
+            if self.bytes.saturating_add(grid.patches.made()) > grid.most {
+                return None;
+            }
         }
         Some(())
     }
@@ -615,28 +628,27 @@ fn flat<T: Real>(patch: &Patch<T>) -> Option<f64> {
 
 /// The image of a trim of a face; `None` where it is not known, or none of it can be composed.
 pub(super) fn image<T: Real>(geometry: &FaceGeometry<T>, trim: usize) -> Option<Image<T>> {
-    image_of(&geometry.patches, &geometry.curves, |c| {
+    image_of(&geometry.patches, &geometry.curves, usize::MAX, |c| {
         c.trim == Some(trim)
     })
 }
 
-/// The images of some of a face's trims, one after the other: all that is made of the face for them are its patches and its curves in uv.
-pub(super) fn images_alone<'a>(
+/// The image of one trim, where no more than `most` bytes are taken for it and for the patches that are made; else it counts as not known.
+pub(super) fn image_alone(
     brep: &Brep,
-    face: usize,
-    trims: &'a [usize],
-) -> impl Iterator<Item = (usize, Option<Image<f64>>)> + use<'a> {
-    let patches = Patches::all(brep.surface(face));
-    let curves = uv_curves(brep, face);
-    let image = move |t| image_of(&patches, &curves, |c: &UvCurve<f64>| c.trim == Some(t));
-    trims.iter().map(move |t| (*t, image(*t)))
+    patches: &Patches<f64>,
+    trim: usize,
+    most: usize,
+) -> Option<Image<f64>> {
+    let curves: Vec<_> = trim_curves(brep, trim).collect();
+    image_of(patches, &curves, most, |_| true)
 }
 
 /// The image of the segment that joins a trim to the next, if there is one: `Some(None)` where it is not known.
 pub(super) fn join<T: Real>(geometry: &FaceGeometry<T>, after: usize) -> Option<Option<Image<T>>> {
     let own = |c: &UvCurve<T>| c.after == Some(after);
     let any = geometry.curves.iter().any(own);
-    any.then(|| image_of(&geometry.patches, &geometry.curves, own))
+    any.then(|| image_of(&geometry.patches, &geometry.curves, usize::MAX, own))
 }
 
 /// A box around the first or the last point of a trim's image.
@@ -652,7 +664,7 @@ pub(super) fn end<T: Real>(geometry: &FaceGeometry<T>, trim: usize, last: bool) 
 
 /// A box around the image of a point of uv.
 pub(super) fn point<T: Real>(geometry: &FaceGeometry<T>, at: &Homogeneous<T, 3>) -> Option<Box3> {
-    let mut grid = Grid::new(&geometry.patches)?;
+    let mut grid = Grid::new(&geometry.patches, usize::MAX)?;
     let point = std::slice::from_ref(at);
     let ranges = [range(point, 0)?, range(point, 1)?];
     let cells = ROUNDINGS.into_iter().find_map(|roundings| {
@@ -763,9 +775,10 @@ pub(super) fn distance(a: &Box3, b: &Box3) -> Enclosure {
 fn image_of<T: Real>(
     patches: &Patches<T>,
     curves: &[UvCurve<T>],
+    most: usize,
     own: impl Fn(&UvCurve<T>) -> bool,
 ) -> Option<Image<T>> {
-    let mut grid = Grid::new(patches)?;
+    let mut grid = Grid::new(patches, most)?;
     // Crossings are cut finer once where the numbers go finer.
     let levels = u32::from(T::UNIT < f64::UNIT);
     let mut with = |roundings: f64| {
@@ -776,6 +789,7 @@ fn image_of<T: Real>(
                 extra: 0.0,
             },
             pending: 0.0,
+            bytes: 0,
         };
         for curve in curves.iter().filter(|c| own(c)) {
             builder.curve(&grid, &curve.points, levels, COMPOSE_HALVINGS)?;

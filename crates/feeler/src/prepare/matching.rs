@@ -123,7 +123,7 @@ fn foot<T: Real>(stretch: &Stretch<T>, p: &[T; 3], [lo, hi]: [T; 2], starts: usi
 }
 
 /// A part of `A` and the part of `B` that it is matched with.
-struct Pair<T> {
+pub(super) struct Pair<T> {
     stretches: [usize; 2],
     from: [T; 2],
     to: [T; 2],
@@ -330,7 +330,7 @@ impl<T: Real> Matching<'_, T> {
 pub(super) fn frechet<T: Real>(a: &Image<T>, b: &Image<T>) -> Option<f64> {
     let mut matching = Matching {
         images: [a, b],
-        pairs: Vec::new(),
+        pairs: Vec::with_capacity(a.stretches.len() + b.stretches.len() + MOST_CUTS),
         farthest: 0.0,
     };
     matching.start()?;

@@ -375,6 +375,12 @@ impl<T: Real> Net<T> {
         Self::new(degree, points, origin)
     }
 
+    /// Bytes of its lists, as large as they were reserved.
+    pub(super) fn bytes(&self) -> usize {
+        self.points.capacity() * size_of::<Homogeneous<T, 4>>()
+            + self.plain.capacity() * size_of::<[f64; 4]>()
+    }
+
     /// The homogeneous point and first derivatives (relative to the origin) at local `(s, t)`,
     /// by de Casteljau; derivatives are with respect to the local parameters.
     pub(crate) fn jet(&self, s: Ball<T>, t: Ball<T>) -> Jet<T> {

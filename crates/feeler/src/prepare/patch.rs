@@ -1,14 +1,16 @@
 //! Rational Bezier patches of a face's surface, with bounds.
 
-use super::circle::{Span, normalized, spans};
+use super::circle::{Span, normalized, span_count, spans};
 use super::compose::compose;
-use super::spline::{BezierCurve, Blossom, curve_pieces};
+use super::spline::{BezierCurve, Blossom, curve_pieces, piece_count};
 use super::turned::Turned;
 use super::{Box3, Homogeneous, Net, ParamMap};
 use crate::numeric::bernstein::Bidegree;
 use crate::numeric::{Ball, Dd, Interval, Real};
-use crate::nurbs::{Curve3, KnotVector, NurbsSurface, Plane, Revolution, Sum, Surface};
+use crate::nurbs::{Curve3, KnotVector, NurbsSurface, Plane, Surface};
+use nalgebra::{Point3, Vector3};
 use std::sync::OnceLock;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// A rational Bezier patch on the unit square, and the native parameters it covers.
 #[derive(Clone, Debug)]
@@ -36,6 +38,14 @@ impl<T: Real> Patch<T> {
         compose(&self.net, curve)
     }
 
+    /// Bytes that it takes, as large as its lists were reserved.
+    pub(super) fn bytes(&self) -> usize {
+        let turned = self.turned.as_ref().map_or(0, |t| {
+            size_of::<Turned<T>>() + t.profile.capacity() * size_of::<Homogeneous<T, 4>>()
+        });
+        size_of::<Self>() + self.net.bytes() + turned
+    }
+
     fn composed_degree(&self, curve: &[Homogeneous<T, 3>]) -> usize {
         (curve.len() - 1) * (self.net.degree.u + self.net.degree.v)
     }
@@ -57,151 +67,244 @@ pub(crate) fn surface_patches<T: Real>(surface: &Surface) -> Vec<Patch<T>> {
     match surface {
         Surface::Nurbs(s) => nurbs_patches(s),
         Surface::Plane(s) => vec![plane_patch(s)],
-        Surface::Revolution(s) => revolution_patches(s),
-        Surface::Sum(s) => sum_patches(s),
+        Surface::Revolution(_) | Surface::Sum(_) => {
+            let source = Source::new(surface);
+            let [u, v] = source.counts();
+            let all = (0..u).flat_map(|i| (0..v).map(move |j| [i, j]));
+            all.map(|at| source.patch(at)).collect()
+        }
     }
 }
 
-/// How many patches a surface has.
-pub(super) fn patch_count(surface: &Surface) -> usize {
+/// How many patches a surface has along u and v: nothing of them is made.
+pub(super) fn patch_counts(surface: &Surface) -> [usize; 2] {
     let pieces = |curve: &Curve3| {
-        let mut out: Vec<BezierCurve<f64, 4>> = Vec::new();
         let domain = curve.domain();
-        curve_pieces(curve, domain.start, domain.end, &mut out);
-        out.len()
+        piece_count(curve, domain.start, domain.end).pieces
     };
     match surface {
-        Surface::Nurbs(s) => s.knots_u().spans().count() * s.knots_v().spans().count(),
-        Surface::Plane(_) => 1,
+        Surface::Nurbs(s) => [s.knots_u(), s.knots_v()].map(|k| k.spans().count()),
+        Surface::Plane(_) => [1, 1],
         Surface::Revolution(s) => {
             let domain = s.angle_domain;
-            spans::<f64>(s.angle, domain, domain.start, domain.end).len() * pieces(&s.profile)
+            let turns = span_count(s.angle, domain, domain.start, domain.end);
+            let pieces = pieces(&s.profile);
+            if s.transposed {
+                [pieces, turns]
+            } else {
+                [turns, pieces]
+            }
         }
-        Surface::Sum(s) => pieces(&s.first) * pieces(&s.second),
+        Surface::Sum(s) => [pieces(&s.first), pieces(&s.second)],
     }
 }
 
-/// `O + along + cos a r + sin a (axis x r)` for each point of the profile, split into its part along the
-/// axis and its part `r` across it: linear in homogeneous points, so it maps control points.
-fn revolution_patches<T: Real>(s: &Revolution) -> Vec<Patch<T>> {
-    let axis: [Ball<Dd>; 3] = normalized(&std::array::from_fn(|c| Ball::exact(s.axis[c])));
-    let axis = axis.map(|b| Ball::<T>::from_dd(b.mid, b.rad));
-    let mut profile = Vec::new();
-    let domain = s.profile.domain();
-    curve_pieces(&s.profile, domain.start, domain.end, &mut profile);
-    let turns = spans::<T>(
-        s.angle,
-        s.angle_domain,
-        s.angle_domain.start,
-        s.angle_domain.end,
-    );
-    let point = |turn: &Span<T>, i: usize, p: &Homogeneous<T, 4>| -> Homogeneous<T, 4> {
-        let q: [Ball<T>; 3] = std::array::from_fn(|c| p[c] - p[3] * Ball::exact(s.origin[c]));
-        let height = q[0] * axis[0] + q[1] * axis[1] + q[2] * axis[2];
-        std::array::from_fn(|c| {
-            if c == 3 {
-                return p[3];
+/// What the patches of a surface are made of, each by itself.
+#[derive(Debug)]
+pub(crate) enum Source<T> {
+    Plane(Box<Plane>),
+    Nurbs {
+        surface: Box<NurbsSurface>,
+        spans: [Vec<KnotSpan>; 2],
+    },
+    Revolution(Box<Turns<T>>),
+    Sum {
+        base: Vector3<f64>,
+        pieces: [Vec<BezierCurve<T, 4>>; 2],
+    },
+}
+
+/// The spans of the angle and the pieces of the profile of a surface of revolution.
+#[derive(Debug)]
+pub(crate) struct Turns<T> {
+    transposed: bool,
+    origin: Point3<f64>,
+    axis: [Ball<T>; 3],
+    turns: Vec<Span<T>>,
+    profile: Vec<BezierCurve<T, 4>>,
+}
+
+impl<T: Real> Source<T> {
+    fn new(surface: &Surface) -> Self {
+        let pieces = |curve: &Curve3| {
+            let mut out = Vec::new();
+            let domain = curve.domain();
+            curve_pieces(curve, domain.start, domain.end, &mut out);
+            out
+        };
+        match surface {
+            Surface::Plane(s) => Self::Plane(Box::new(s.clone())),
+            Surface::Nurbs(s) => Self::Nurbs {
+                surface: Box::new(s.clone()),
+                spans: [s.knots_u(), s.knots_v()].map(|k| k.spans().collect()),
+            },
+            Surface::Revolution(s) => {
+                let axis: [Ball<Dd>; 3] =
+                    normalized(&std::array::from_fn(|c| Ball::exact(s.axis[c])));
+                let domain = s.angle_domain;
+                Self::Revolution(Box::new(Turns {
+                    transposed: s.transposed,
+                    origin: s.origin,
+                    axis: axis.map(|b| Ball::<T>::from_dd(b.mid, b.rad)),
+                    turns: spans(s.angle, domain, domain.start, domain.end),
+                    profile: pieces(&s.profile),
+                }))
             }
-            let (j, k) = ((c + 1) % 3, (c + 2) % 3);
-            let along = height * axis[c];
-            let across = q[c] - along;
-            let turned = axis[j] * q[k] - axis[k] * q[j];
-            p[3] * Ball::exact(s.origin[c]) + along + turn.cos[i] * across + turn.sin[i] * turned
-        })
-    };
-    let map = |r: Interval| ParamMap {
-        start: r.start,
-        end: r.end,
-    };
-    let turned = |turn: &Span<T>, piece: &BezierCurve<T, 4>| {
-        Some(Box::new(Turned {
-            transposed: s.transposed,
-            angle: turn.angle,
-            origin: s.origin.coords.into(),
-            axis,
-            profile: piece.points.clone(),
-            arc: piece.arc.clone(),
-        }))
-    };
-    let mut out = Vec::new();
-    if s.transposed {
-        for piece in &profile {
-            for turn in &turns {
-                let points = &piece.points;
-                let net = points
-                    .iter()
-                    .flat_map(|p| (0..turn.cos.len()).map(move |i| point(turn, i, p)))
-                    .collect();
-                let degree = Bidegree {
-                    u: points.len() - 1,
-                    v: turn.cos.len() - 1,
-                };
-                out.push(Patch {
-                    net: Net::centered(degree, net),
-                    maps: [piece.map, map(turn.range)],
-                    turned: turned(turn, piece),
-                });
-            }
-        }
-        return out;
-    }
-    for turn in &turns {
-        for piece in &profile {
-            let points = &piece.points;
-            let net = (0..turn.cos.len())
-                .flat_map(|i| points.iter().map(move |p| point(turn, i, p)))
-                .collect();
-            let degree = Bidegree {
-                u: turn.cos.len() - 1,
-                v: points.len() - 1,
-            };
-            out.push(Patch {
-                net: Net::centered(degree, net),
-                maps: [map(turn.range), piece.map],
-                turned: turned(turn, piece),
-            });
+            Surface::Sum(s) => Self::Sum {
+                base: s.base,
+                pieces: [pieces(&s.first), pieces(&s.second)],
+            },
         }
     }
-    out
+
+    /// Native parameters of the patches along u and v.
+    fn maps(&self) -> [Vec<ParamMap>; 2] {
+        let of_pieces = |pieces: &[BezierCurve<T, 4>]| pieces.iter().map(|p| p.map).collect();
+        match self {
+            Self::Plane(s) => [0, 1].map(|c| vec![map(s.domain[c])]),
+            Self::Nurbs { spans, .. } => {
+                let map = |&(_, start, end): &KnotSpan| ParamMap { start, end };
+                [0, 1].map(|c| spans[c].iter().map(map).collect())
+            }
+            Self::Revolution(s) => {
+                let turns = s.turns.iter().map(|t| map(t.range)).collect();
+                let profile = of_pieces(&s.profile);
+                if s.transposed {
+                    [profile, turns]
+                } else {
+                    [turns, profile]
+                }
+            }
+            Self::Sum { pieces, .. } => [0, 1].map(|c| of_pieces(&pieces[c])),
+        }
+    }
+
+    fn counts(&self) -> [usize; 2] {
+        match self {
+            Self::Plane(_) => [1, 1],
+            Self::Nurbs { spans, .. } => [0, 1].map(|c| spans[c].len()),
+            Self::Revolution(s) if s.transposed => [s.profile.len(), s.turns.len()],
+            Self::Revolution(s) => [s.turns.len(), s.profile.len()],
+            Self::Sum { pieces, .. } => [0, 1].map(|c| pieces[c].len()),
+        }
+    }
+
+    /// One of the [patches](surface_patches), the same to the last bit.
+    fn patch(&self, [i, j]: [usize; 2]) -> Patch<T> {
+        match self {
+            Self::Plane(s) => plane_patch(s),
+            Self::Nurbs { surface, spans } => nurbs_patch(surface, [spans[0][i], spans[1][j]]),
+            Self::Revolution(s) if s.transposed => s.patch(j, i),
+            Self::Revolution(s) => s.patch(i, j),
+            Self::Sum { base, pieces } => sum_patch(base, [&pieces[0][i], &pieces[1][j]]),
+        }
+    }
+
+    /// Bytes of its lists.
+    fn bytes(&self) -> usize {
+        let of_pieces = |pieces: &Vec<BezierCurve<T, 4>>| {
+            let points: usize = pieces.iter().map(|p| p.points.len()).sum();
+            pieces.capacity() * size_of::<BezierCurve<T, 4>>()
+                + points * size_of::<Homogeneous<T, 4>>()
+        };
+        match self {
+            Self::Plane(_) => size_of::<Plane>(),
+            Self::Nurbs { surface, spans } => {
+                let knots: usize = spans.iter().map(Vec::capacity).sum();
+                size_of_val(surface.control_net()) + knots * size_of::<KnotSpan>()
+            }
+            Self::Revolution(s) => {
+                let own: usize = s.turns.iter().map(|t| t.cos.len() + t.sin.len()).sum();
+                s.turns.capacity() * size_of::<Span<T>>()
+                    + own * size_of::<Ball<T>>()
+                    + of_pieces(&s.profile)
+            }
+            Self::Sum { pieces, .. } => pieces.iter().map(of_pieces).sum(),
+        }
+    }
+}
+
+fn map(range: Interval) -> ParamMap {
+    ParamMap {
+        start: range.start,
+        end: range.end,
+    }
+}
+
+impl<T: Real> Turns<T> {
+    /// `O + along + cos a r + sin a (axis x r)` for each point of the profile, split into its part along the
+    /// axis and its part `r` across it: linear in homogeneous points, so it maps control points.
+    fn patch(&self, turn: usize, piece: usize) -> Patch<T> {
+        let (turn, piece) = (&self.turns[turn], &self.profile[piece]);
+        let (origin, axis) = (&self.origin, &self.axis);
+        let point = |i: usize, p: &Homogeneous<T, 4>| -> Homogeneous<T, 4> {
+            let q: [Ball<T>; 3] = std::array::from_fn(|c| p[c] - p[3] * Ball::exact(origin[c]));
+            let height = q[0] * axis[0] + q[1] * axis[1] + q[2] * axis[2];
+            std::array::from_fn(|c| {
+                if c == 3 {
+                    return p[3];
+                }
+                let (j, k) = ((c + 1) % 3, (c + 2) % 3);
+                let along = height * axis[c];
+                let across = q[c] - along;
+                let turned = axis[j] * q[k] - axis[k] * q[j];
+                p[3] * Ball::exact(origin[c]) + along + turn.cos[i] * across + turn.sin[i] * turned
+            })
+        };
+        let points = &piece.points;
+        let count = turn.cos.len();
+        let mut net = Vec::with_capacity(count * points.len());
+        let (degree, maps) = if self.transposed {
+            for p in points {
+                net.extend((0..count).map(|i| point(i, p)));
+            }
+            ([points.len() - 1, count - 1], [piece.map, map(turn.range)])
+        } else {
+            for i in 0..count {
+                net.extend(points.iter().map(|p| point(i, p)));
+            }
+            ([count - 1, points.len() - 1], [map(turn.range), piece.map])
+        };
+        let [u, v] = degree;
+        Patch {
+            net: Net::centered(Bidegree { u, v }, net),
+            maps,
+            turned: Some(Box::new(Turned {
+                transposed: self.transposed,
+                angle: turn.angle,
+                origin: origin.coords.into(),
+                axis: *axis,
+                profile: points.clone(),
+                arc: piece.arc.clone(),
+            })),
+        }
+    }
 }
 
 /// `base + X_1 / w_1 + X_2 / w_2`: a rational patch with weights `w_1 w_2`.
-fn sum_patches<T: Real>(s: &Sum) -> Vec<Patch<T>> {
-    let pieces = |c: &Curve3| {
-        let mut out = Vec::new();
-        let domain = c.domain();
-        curve_pieces::<T, 3, 4>(c, domain.start, domain.end, &mut out);
-        out
-    };
-    let (first, second) = (pieces(&s.first), pieces(&s.second));
-    let mut out = Vec::new();
-    for a in &first {
-        for b in &second {
-            let mut net = Vec::with_capacity(a.points.len() * b.points.len());
-            for p in &a.points {
-                for q in &b.points {
-                    let w = p[3] * q[3];
-                    net.push(std::array::from_fn(|c| {
-                        if c == 3 {
-                            w
-                        } else {
-                            p[c] * q[3] + q[c] * p[3] + Ball::exact(s.base[c]) * w
-                        }
-                    }));
+fn sum_patch<T: Real>(base: &Vector3<f64>, [a, b]: [&BezierCurve<T, 4>; 2]) -> Patch<T> {
+    let mut net = Vec::with_capacity(a.points.len() * b.points.len());
+    for p in &a.points {
+        for q in &b.points {
+            let w = p[3] * q[3];
+            net.push(std::array::from_fn(|c| {
+                if c == 3 {
+                    w
+                } else {
+                    p[c] * q[3] + q[c] * p[3] + Ball::exact(base[c]) * w
                 }
-            }
-            let degree = Bidegree {
-                u: a.points.len() - 1,
-                v: b.points.len() - 1,
-            };
-            out.push(Patch {
-                net: Net::centered(degree, net),
-                maps: [a.map, b.map],
-                turned: None,
-            });
+            }));
         }
     }
-    out
+    let degree = Bidegree {
+        u: a.points.len() - 1,
+        v: b.points.len() - 1,
+    };
+    Patch {
+        net: Net::centered(degree, net),
+        maps: [a.map, b.map],
+        turned: None,
+    }
 }
 
 fn plane_patch<T: Real>(plane: &Plane) -> Patch<T> {
@@ -218,13 +321,9 @@ fn plane_patch<T: Real>(plane: &Plane) -> Patch<T> {
             }));
         }
     }
-    let map = |i: usize| ParamMap {
-        start: plane.domain[i].start,
-        end: plane.domain[i].end,
-    };
     Patch {
         net: Net::centered(Bidegree { u: 1, v: 1 }, net),
-        maps: [map(0), map(1)],
+        maps: plane.domain.map(map),
         turned: None,
     }
 }
@@ -315,11 +414,13 @@ fn of_columns<T: Real>(
 pub(crate) enum Patches<T> {
     /// All of them.
     Made(Vec<Patch<T>>),
-    /// Those of a NURBS surface, each made when it is first asked for.
+    /// Each made when it is first asked for.
     OnDemand {
-        surface: Box<NurbsSurface>,
-        spans: [Vec<KnotSpan>; 2],
-        slots: Vec<OnceLock<Patch<T>>>,
+        source: Source<T>,
+        count_v: usize,
+        slots: Vec<OnceLock<Box<Patch<T>>>>,
+        /// Bytes of those that are made.
+        made: AtomicUsize,
     },
 }
 
@@ -328,17 +429,15 @@ impl<T: Real> Patches<T> {
         Self::Made(surface_patches(surface))
     }
 
-    /// Patches that are made when they are needed, where that can be.
+    /// Patches that are made when they are needed.
     pub(super) fn on_demand(surface: &Surface) -> Self {
-        let Surface::Nurbs(s) = surface else {
-            return Self::all(surface);
-        };
-        let spans = [s.knots_u(), s.knots_v()].map(|k| k.spans().collect::<Vec<_>>());
-        let count = spans[0].len() * spans[1].len();
+        let source = Source::new(surface);
+        let [count_u, count_v] = source.counts();
         Self::OnDemand {
-            surface: Box::new(s.clone()),
-            spans,
-            slots: (0..count).map(|_| OnceLock::new()).collect(),
+            source,
+            count_v,
+            slots: (0..count_u * count_v).map(|_| OnceLock::new()).collect(),
+            made: AtomicUsize::new(0),
         }
     }
 
@@ -353,19 +452,45 @@ impl<T: Real> Patches<T> {
         (0..self.len()).map(|i| &self[i])
     }
 
-    /// Bytes of its lists, and of the patches that have been made as `patch` tells.
-    pub(super) fn bytes(&self, patch: impl Fn(&Patch<T>) -> usize) -> usize {
+    /// Native parameters of the patches along u and v.
+    pub(super) fn maps(&self) -> [Vec<ParamMap>; 2] {
         match self {
             Self::Made(all) => {
-                let own = all.iter().map(patch);
-                all.capacity() * size_of::<Patch<T>>() + own.sum::<usize>()
+                let first = all.first().map(|p| p.maps[0]);
+                let same = |p: &&Patch<T>| Some(p.maps[0]) == first;
+                let count_v = all.iter().take_while(same).count();
+                let maps_u = all.iter().step_by(count_v.max(1)).map(|p| p.maps[0]);
+                let maps_v = all.iter().take(count_v).map(|p| p.maps[1]);
+                [maps_u.collect(), maps_v.collect()]
             }
-            Self::OnDemand { surface, slots, .. } => {
-                let own = slots.iter().filter_map(OnceLock::get).map(patch);
-                slots.capacity() * size_of::<OnceLock<Patch<T>>>()
-                    + size_of_val(surface.control_net())
-                    + own.sum::<usize>()
+            Self::OnDemand { source, .. } => source.maps(),
+        }
+    }
+
+    /// Bytes of its lists, and of the patches that have been made.
+    pub(super) fn bytes(&self) -> usize {
+        match self {
+            Self::Made(all) => {
+                let unused = all.capacity() - all.len();
+                all.iter().map(Patch::bytes).sum::<usize>() + unused * size_of::<Patch<T>>()
             }
+            Self::OnDemand {
+                source,
+                slots,
+                made,
+                ..
+            } => {
+                let own = slots.capacity() * size_of::<OnceLock<Box<Patch<T>>>>();
+                source.bytes() + own + made.load(Ordering::Relaxed)
+            }
+        }
+    }
+
+    /// Bytes of the patches that were made on demand.
+    pub(super) fn made(&self) -> usize {
+        match self {
+            Self::Made(_) => 0,
+            Self::OnDemand { made, .. } => made.load(Ordering::Relaxed),
         }
     }
 }
@@ -377,11 +502,15 @@ impl<T: Real> std::ops::Index<usize> for Patches<T> {
         match self {
             Self::Made(all) => &all[index],
             Self::OnDemand {
-                surface,
-                spans: [u, v],
+                source,
+                count_v,
                 slots,
-            } => slots[index]
-                .get_or_init(|| nurbs_patch(surface, [u[index / v.len()], v[index % v.len()]])),
+                made,
+            } => slots[index].get_or_init(|| {
+                let patch = source.patch([index / count_v, index % count_v]);
+                made.fetch_add(patch.bytes(), Ordering::Relaxed);
+                Box::new(patch)
+            }),
         }
     }
 }
@@ -447,4 +576,149 @@ pub(crate) fn meets_itself(surface: &Surface, along_u: bool) -> bool {
             .all(|row| row[0] == row[count_v - 1])
     };
     knots.is_clamped() && same
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::spline::PieceCount;
+    use super::*;
+    use crate::nurbs::{Arc, Line, NurbsCurve, NurbsSurface, PolyCurve, Polyline, Revolution, Sum};
+    use std::f64::consts::TAU;
+
+    fn interval(a: f64, b: f64) -> Interval {
+        Interval::new(a, b).unwrap()
+    }
+
+    fn line(t: [f64; 2]) -> Curve3 {
+        let ends = [Point3::new(2.0, 0.0, 0.0), Point3::new(3.0, 0.0, 4.0)];
+        Curve3::Line(Line::new(ends[0], ends[1], interval(t[0], t[1])).unwrap())
+    }
+
+    fn arc(angle: [f64; 2], domain: [f64; 2]) -> Curve3 {
+        let arc = Arc {
+            center: Point3::new(5.0, 0.0, 0.0),
+            x: Vector3::x(),
+            y: Vector3::z(),
+            z: -Vector3::y(),
+            radius: 1.5,
+            angle: interval(angle[0], angle[1]),
+            domain: interval(domain[0], domain[1]),
+        };
+        Curve3::Arc(Arc::new(arc).unwrap())
+    }
+
+    /// A curve of each kind; spans of no length, whole and several turns, and segments that are poly-lines and arcs.
+    fn curves() -> Vec<Curve3> {
+        let points = (0..9).map(|k| {
+            let x = f64::from(k);
+            Point3::new(3.0 + x * x / 16.0, 0.0, x)
+        });
+        let points: Vec<_> = points.collect();
+        let homogeneous = points.iter().map(|p| p.coords.push(1.0)).collect();
+        let knots = vec![
+            0.0, 0.0, 0.0, 0.0, 1.0, 2.0, 2.0, 2.0, 2.5, 3.0, 3.0, 3.0, 3.0,
+        ];
+        let nurbs = NurbsCurve::new(3, homogeneous, knots).unwrap();
+        let params = (0..9).map(|k| f64::from(k) * 0.75).collect();
+        let polyline = Curve3::Polyline(Polyline::new(points, params).unwrap());
+        let own = [line([0.0, 1.0]), arc([0.0, 3.0], [0.0, 3.0]), polyline];
+        let poly = PolyCurve::new(own.to_vec(), vec![0.0, 0.5, 1.5, 7.0]).unwrap();
+        let mut all = vec![
+            line([-1.0, 2.0]),
+            arc([0.0, TAU], [0.0, TAU]),
+            arc([-1.0, 0.25], [3.0, 4.0]),
+            Curve3::Nurbs(nurbs),
+            Curve3::Poly(poly),
+        ];
+        all.extend(own);
+        all
+    }
+
+    fn surfaces() -> Vec<Surface> {
+        let mut all = Vec::new();
+        let plane = Plane {
+            origin: Point3::origin(),
+            x: Vector3::x(),
+            y: Vector3::y(),
+            domain: [interval(0.0, 1.0), interval(-2.0, 2.0)],
+            extents: [interval(0.0, 1.0), interval(0.0, 8.0)],
+        };
+        all.push(Surface::Plane(plane));
+        let net = (0..20).map(|k| {
+            let (i, j) = (f64::from(k / 5), f64::from(k % 5));
+            Vector3::new(i, j, i * j).push(1.0)
+        });
+        let knots = [
+            vec![0.0, 0.0, 0.0, 1.0, 2.0, 2.0, 2.0],
+            vec![0.0, 0.0, 1.0, 1.5, 1.75, 2.0, 2.0],
+        ];
+        let [u, v] = knots;
+        let net = net.collect();
+        let nurbs = NurbsSurface::new([2, 1], [4, 5], net, [u, v]).unwrap();
+        all.push(Surface::Nurbs(nurbs));
+        for profile in curves() {
+            for (angle, domain) in [
+                ([0.0, TAU], [0.0, TAU]),
+                ([0.5, 0.625], [0.0, 1.0]),
+                ([-1.0, 40.0], [0.0, 7.0]),
+            ] {
+                for transposed in [false, true] {
+                    let revolution = Revolution {
+                        origin: Point3::origin(),
+                        axis: Vector3::z(),
+                        profile: profile.clone(),
+                        angle: interval(angle[0], angle[1]),
+                        angle_domain: interval(domain[0], domain[1]),
+                        transposed,
+                    };
+                    all.push(Surface::Revolution(revolution));
+                }
+            }
+            for second in curves() {
+                let sum = Sum {
+                    base: Vector3::new(1.0, 2.0, 3.0),
+                    first: profile.clone(),
+                    second,
+                };
+                all.push(Surface::Sum(sum));
+            }
+        }
+        all
+    }
+
+    /// Counted without making any, there are as many patches as are made, and each that is made by itself is the same.
+    #[test]
+    fn patches_are_as_many_as_counted() {
+        for surface in surfaces() {
+            let all = surface_patches::<f64>(&surface);
+            let [u, v] = patch_counts(&surface);
+            assert_eq!(u * v, all.len(), "{surface:?}");
+            let alone = Patches::<f64>::on_demand(&surface);
+            assert_eq!(alone.len(), all.len());
+            for k in [0, all.len() / 2, all.len() - 1] {
+                assert_eq!(format!("{:?}", alone[k]), format!("{:?}", all[k]));
+            }
+            let maps = alone.maps();
+            assert_eq!(maps.each_ref().map(Vec::len), [u, v]);
+            assert_eq!(Patches::Made(all).maps(), maps);
+        }
+    }
+
+    /// The same of the pieces of curves, and of parts of these.
+    #[test]
+    fn pieces_are_as_many_as_counted() {
+        for curve in curves() {
+            let domain = curve.domain();
+            for [a, b] in [[0.0, 1.0], [0.0, 0.3], [0.25, 0.26], [0.5, 1.0]] {
+                let (from, to) = (domain.lerp(a), domain.lerp(b));
+                let mut pieces: Vec<BezierCurve<f64, 4>> = Vec::new();
+                curve_pieces(&curve, from, to, &mut pieces);
+                let made = PieceCount {
+                    pieces: pieces.len(),
+                    points: pieces.iter().map(|p| p.points.len()).sum(),
+                };
+                assert_eq!(piece_count(&curve, from, to), made, "{curve:?} {a} {b}");
+            }
+        }
+    }
 }

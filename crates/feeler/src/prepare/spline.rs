@@ -1,7 +1,7 @@
 //! Bezier pieces of splines, with bounds.
 
 use super::ParamMap;
-use super::circle::arc_pieces;
+use super::circle::{arc_pieces, degree, span_count};
 use crate::numeric::{Ball, Dd, Interval, Real};
 use crate::nurbs::{Curve, KnotVector};
 use nalgebra::{Point, SVector};
@@ -178,25 +178,12 @@ pub(crate) fn curve_pieces<T: Real, const D: usize, const H: usize>(
         }
         Curve::Poly(c) => {
             for (piece, t) in c.segments().iter().zip(c.params().windows(2)) {
-                let (s, e) = (from.max(t[0]), to.min(t[1]));
-                if s >= e {
-                    continue;
-                }
                 let own = piece.domain();
-                let at = |x: f64| {
-                    // The poly-curve's own rounding rule: segments are cut at rounded
-                    // parameters, whole segments at their ends.
-                    if x == t[0] {
-                        own.start
-                    } else if x == t[1] {
-                        own.end
-                    } else {
-                        own.lerp((x - t[0]) / (t[1] - t[0]))
-                            .clamp(own.start, own.end)
-                    }
+                let Some([s, e]) = poly_part(own, [t[0], t[1]], [from, to]) else {
+                    continue;
                 };
                 let first = out.len();
-                curve_pieces(piece, at(s), at(e), out);
+                curve_pieces(piece, s, e, out);
                 for piece in &mut out[first..] {
                     reparametrize(piece, own, [t[0], t[1]]);
                 }
@@ -204,6 +191,75 @@ pub(crate) fn curve_pieces<T: Real, const D: usize, const H: usize>(
         }
         Curve::Arc(c) => arc_pieces(c, from, to, out),
     }
+}
+
+/// How many pieces a curve has, and control points in all.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) struct PieceCount {
+    pub(crate) pieces: usize,
+    pub(crate) points: usize,
+}
+
+impl std::ops::Add for PieceCount {
+    type Output = Self;
+
+    fn add(self, other: Self) -> Self {
+        Self {
+            pieces: self.pieces.saturating_add(other.pieces),
+            points: self.points.saturating_add(other.points),
+        }
+    }
+}
+
+/// How many [`curve_pieces`] there are, in f64: nothing of them is made.
+pub(crate) fn piece_count<const D: usize, const H: usize>(
+    curve: &Curve<D, H>,
+    from: f64,
+    to: f64,
+) -> PieceCount {
+    let of = |pieces: usize, each: usize| PieceCount {
+        pieces,
+        points: pieces.saturating_mul(each),
+    };
+    let meets = |start: f64, end: f64| from.max(start) < to.min(end);
+    match curve {
+        Curve::Line(c) => of(usize::from(meets(c.domain.start, c.domain.end)), 2),
+        Curve::Polyline(c) => {
+            let met = c.params().windows(2).filter(|t| meets(t[0], t[1]));
+            of(met.count(), 2)
+        }
+        Curve::Nurbs(c) => {
+            let met = c.knots().spans().filter(|(_, a, b)| meets(*a, *b));
+            of(met.count(), c.degree() + 1)
+        }
+        Curve::Arc(c) => of(span_count(c.angle, c.domain, from, to), degree::<f64>() + 1),
+        Curve::Poly(c) => {
+            let met = { c.segments().iter().zip(c.params().windows(2)) };
+            let met = met.filter_map(|(piece, t)| {
+                let [s, e] = poly_part(piece.domain(), [t[0], t[1]], [from, to])?;
+                Some(piece_count(piece, s, e))
+            });
+            met.fold(PieceCount::default(), |a, b| a + b)
+        }
+    }
+}
+
+/// The part of a segment of a poly-curve, in its own parameters `own`, that lies over `[from, to]` of the poly-curve's; `t`: where the segment
+/// lies among these. `None` where nothing of it does.
+fn poly_part(own: Interval, t: [f64; 2], [from, to]: [f64; 2]) -> Option<[f64; 2]> {
+    let (s, e) = (from.max(t[0]), to.min(t[1]));
+    // The poly-curve's own rounding rule: segments are cut at rounded parameters, whole segments at their ends.
+    let at = |x: f64| {
+        if x == t[0] {
+            own.start
+        } else if x == t[1] {
+            own.end
+        } else {
+            own.lerp((x - t[0]) / (t[1] - t[0]))
+                .clamp(own.start, own.end)
+        }
+    };
+    (s < e).then(|| [at(s), at(e)])
 }
 
 /// Moves a piece from a segment's own parameters to those of its poly-curve, `own` to `to` linearly.

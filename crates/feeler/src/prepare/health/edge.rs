@@ -3,11 +3,13 @@
 use super::super::crack::{apart, end_regions};
 use super::super::image::{self, Image, distance};
 use super::super::matching::frechet;
-use super::super::patch::patch_count;
+use super::super::patch::{Patches, patch_counts};
+use super::super::spline::{PieceCount, piece_count};
 use super::super::{Box3, PreparedBrep, around};
 use super::{Direction, EdgeHealth, FaceHealth, Offset, TINY, Turn};
 use crate::brep::{Brep, Defect, LoopKind};
-use crate::numeric::Enclosure;
+use crate::numeric::{Enclosure, Interval};
+use crate::nurbs::Curve3;
 use std::collections::BTreeMap;
 
 /// A bound that is off by a few roundings.
@@ -115,7 +117,7 @@ pub(super) fn offsets(
 }
 
 /// See [`trim_offsets`](super::trim_offsets).
-pub(super) fn offsets_alone(brep: &Brep, trims: &[usize], most_patches: usize) -> Vec<Offset> {
+pub(super) fn offsets_alone(brep: &Brep, trims: &[usize], most_bytes: usize) -> Vec<Offset> {
     let parts = brep.parts();
     let mut of_faces: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
     for &trim in trims {
@@ -124,30 +126,64 @@ pub(super) fn offsets_alone(brep: &Brep, trims: &[usize], most_patches: usize) -
     }
     let mut all = Vec::new();
     for (face, trims) in of_faces {
-        if patch_count(brep.surface(face)) > most_patches {
-            all.extend(trims.iter().map(|&trim| Offset {
-                trim,
-                at_most: f64::INFINITY,
-                about: None,
-            }));
-            continue;
-        }
-        for (trim, image) in image::images_alone(brep, face, &trims) {
+        let surface = brep.surface(face);
+        let [u, v] = patch_counts(surface);
+        // Before any of them is made.
+        let bytes = u.saturating_mul(v).saturating_mul(SLOT) + (u + v) * SPAN;
+        let room = most_bytes.checked_sub(bytes);
+        let mut patches = None;
+        for trim in trims {
             let Some(edge) = parts.trims[trim].edge else {
                 continue;
             };
             let Some(curve) = parts.edges[edge].curve else {
                 continue;
             };
-            let own = image::of_curve(&parts.curves3[curve], parts.edges[edge].span);
+            let span = parts.edges[edge].span;
+            let curve = &parts.curves3[curve];
+            let room = room.and_then(|r| r.checked_sub(curves_bytes(brep, trim, curve, span)));
+            let at_most = room.map_or(f64::INFINITY, |room| {
+                // Those that others met make room.
+                if patches
+                    .as_ref()
+                    .is_some_and(|p: &Patches<f64>| p.made() > room / 2)
+                {
+                    patches = None;
+                }
+                let patches = patches.get_or_insert_with(|| Patches::on_demand(surface));
+                let image = image::image_alone(brep, patches, trim, room);
+                let own = image.as_ref().and_then(|_| image::of_curve(curve, span));
+                at_most(brep, edge, trim, image.as_ref(), own.as_ref())
+            });
             all.push(Offset {
                 trim,
-                at_most: at_most(brep, edge, trim, image.as_ref(), own.as_ref()),
+                at_most,
                 about: None,
             });
         }
     }
     all
+}
+
+/// What a patch's slot takes, and what patches of one span of u or v are made of.
+const SLOT: usize = 16;
+const SPAN: usize = 1024;
+/// What a piece of a trim takes, and a control point of it.
+const TRIM_PIECE: [usize; 2] = [256, 64];
+/// The same of an edge's curve, which becomes an image, and one that is turned around.
+const EDGE_PIECE: [usize; 2] = [640, 128];
+
+/// What the pieces of a trim and of its edge's curve take.
+fn curves_bytes(brep: &Brep, trim: usize, curve: &Curve3, span: Interval) -> usize {
+    let trim = &brep.parts().trims[trim];
+    let own = &brep.parts().curves2[trim.curve];
+    let bytes = |count: PieceCount, [piece, point]: [usize; 2]| {
+        let pieces = count.pieces.saturating_mul(piece);
+        pieces.saturating_add(count.points.saturating_mul(point))
+    };
+    let own = piece_count(own, trim.span.start, trim.span.end);
+    let curve = piece_count(curve, span.start, span.end);
+    bytes(own, TRIM_PIECE).saturating_add(bytes(curve, EDGE_PIECE))
 }
 
 /// How far a trim's image is from that of its edge's curve at most.

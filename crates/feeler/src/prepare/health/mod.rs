@@ -314,16 +314,16 @@ pub struct Health {
 /// How far the images of some trims are from the curves in space of their edges, proven: as [`PreparedBrep::edge_offsets`], face by face. Nothing of a
 /// trim whose edge has no curve.
 ///
-/// An image on a surface of more than `most_patches` patches counts as not known: its offset is infinite.
+/// What takes more than about `most_bytes` of memory counts as not known: its offset is infinite.
 ///
 /// # Panics
 /// If there is no such trim.
 ///
 /// # Cost
-/// Some 100 us to milliseconds for each trim. No face is prepared: in memory are the patches and curves in uv of one, and one trim's image, some
-/// kilobyte for each patch.
-pub fn trim_offsets(brep: &Brep, trims: &[usize], most_patches: usize) -> Vec<Offset> {
-    edge::offsets_alone(brep, trims, most_patches)
+/// Some 100 us to milliseconds for each trim. No face is prepared: in memory are the patches of one that the images of some trims met, and one
+/// trim's image.
+pub fn trim_offsets(brep: &Brep, trims: &[usize], most_bytes: usize) -> Vec<Offset> {
+    edge::offsets_alone(brep, trims, most_bytes)
 }
 
 impl PreparedBrep {
