@@ -613,6 +613,9 @@ pub(super) fn general_crossing(gr: &Polynomial, gh: &Polynomial) -> Crossing {
     };
     let mut odd = false;
     for i in 0..roots.as_slice().len() {
+        // Halvings between two looks at all of gr on what is left, which take much longer: as many as all before, where its
+        // root is close.
+        let mut halvings = 1;
         loop {
             let root = &roots.as_slice()[i];
             let at_zero = root.is_exact() && root.lo == Parameter::zero();
@@ -642,7 +645,10 @@ pub(super) fn general_crossing(gr: &Polynomial, gh: &Polynomial) -> Crossing {
                 odd ^= sign > 0;
                 break;
             }
-            roots.refine(i);
+            for _ in 0..halvings {
+                roots.refine(i);
+            }
+            halvings *= 2;
         }
     }
     Crossing::odd(odd)
