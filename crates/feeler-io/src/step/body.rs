@@ -16,7 +16,7 @@ use crate::sheets::{ROUNDING, jumps, kinds};
 use crate::step_problem::StepProblem;
 use feeler::brep::{Brep, Edge, Vertex};
 use feeler::numeric::Interval;
-use feeler::nurbs::{Curve, Curve3};
+use feeler::nurbs::{Curve, Curve2, Curve3};
 use feeler::prepare::trim_offsets;
 use nalgebra::{Point2, Point3};
 use std::collections::{BTreeMap, HashMap};
@@ -305,6 +305,17 @@ fn edge(b: &mut Builder, key: usize, curve: Option<(Curve3, Interval)>, vertices
     }
 }
 
+/// Bytes of a curve in uv that is fitted, of which the file has none: its lists have room for half as much again.
+fn held(curve: &Curve2) -> usize {
+    match curve {
+        Curve::Nurbs(n) => {
+            let own = size_of_val(n.control_points()) + size_of_val(n.knots().knots());
+            own + own / 2
+        }
+        _ => 0,
+    }
+}
+
 impl Body<'_, '_> {
     fn finish(
         self,
@@ -351,7 +362,9 @@ impl Body<'_, '_> {
                 geometry.proofs = rest;
                 proven.extend(trims);
             }
-            for own in trim_offsets(&brep, &proven, geometry.proof_bytes) {
+            let held = brep.parts().curves2.iter().map(held).sum();
+            let room = geometry.proof_bytes.saturating_sub(held);
+            for own in trim_offsets(&brep, &proven, room) {
                 if own.at_most.is_finite() {
                     bound = bound.max(own.at_most);
                 } else {

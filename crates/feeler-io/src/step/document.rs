@@ -19,10 +19,10 @@ const NUMBERS_PER_BYTE: usize = 8;
 
 /// How much proof of images there may be: see [`Geometry::proofs`]. Beyond, the model's report says for how many there is none yet.
 const PROOFS: usize = 2048;
-/// See [`Geometry::proof_bytes`]: for each byte of the file and for any, so that all takes no more than 64 times its size and what every document takes; some
-/// 20 are taken by what is read.
-const PROOF_BYTES_PER_BYTE: usize = 36;
-const LEAST_PROOF_BYTES: usize = 1 << 15;
+/// See [`Geometry::proof_bytes`]: for each byte of the file and for any, so that all takes no more than 64 times its size and what every document takes; 17
+/// are taken by what is read.
+const PROOF_BYTES_PER_BYTE: usize = 44;
+const LEAST_PROOF_BYTES: usize = 7 << 13;
 /// And of the quick proofs: see [`Geometry::pieces`].
 const PIECES: usize = 1 << 16;
 

@@ -33,7 +33,7 @@ pub(super) struct Geometry<'e> {
     pub(super) numbers: Budget,
     /// How much proof the kernel may still be asked for, in pieces of cubics on bicubic patches: some 1 ms each.
     pub(super) proofs: usize,
-    /// How much memory the kernel may take for the proof of an image.
+    /// How much memory the kernel may take for the proof of an image, and the curves in uv of the body.
     pub(super) proof_bytes: usize,
     /// How many pieces of curves on elementary surfaces may still be proven here: some 25 us each.
     pub(super) pieces: usize,

@@ -19,6 +19,8 @@ const MOST_ANGLE: f64 = 12.6;
 pub(super) struct Points<'c> {
     pub(super) curve: &'c Curve3,
     arc: Option<Turning>,
+    /// Where the derivative from below may be another.
+    breaks: Vec<f64>,
 }
 
 struct Turning {
@@ -49,7 +51,11 @@ impl<'c> Points<'c> {
             }
             _ => None,
         };
-        Self { curve, arc }
+        Self {
+            curve,
+            arc,
+            breaks: curve.breaks(),
+        }
     }
 
     pub(super) fn at(&self, t: f64) -> Point3<f64> {
@@ -69,10 +75,16 @@ impl<'c> Points<'c> {
                 let (sin, cos) = sincos(arc.angle_at(t));
                 (arc.y * cos - arc.x * sin) * arc.rate
             }
-            None => {
+            None if limit == Limit::FromBelow && self.breaks.contains(&t) => {
                 let d = self.curve.derivatives_in::<f64>(t, 1, limit);
                 d.get(1).map(|d| Vector3::from(*d)).unwrap_or_default()
             }
+            None => self
+                .curve
+                .derivatives(t, 1)
+                .get(1)
+                .copied()
+                .unwrap_or_default(),
         }
     }
 }

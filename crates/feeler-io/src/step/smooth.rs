@@ -12,7 +12,7 @@
 //! and an arc of radius `rho` and `a` radians over half the piece `rho e^(a r)`. A rational `C = N / w` has, but for the constant `k = N_0 / w_0`, at most the
 //! length `sum_i |N_i - k w_i| r^i / (w_0 - sum_(i>0) |w_i| r^i)`, where what is divided by is positive. With `M` the sum of these, Cauchy's estimate is
 //! `|f_k| <= M r^-k` for every k above the degrees of the polynomials. With `n` no less than these, `p` the series up to `x^n`, and `q = 1 / r`,
-//! `|f - p| <= e = M q^(n+1) / (1 - q)` on `[-1, 1]`.
+//! `|f - p| <= e = M q^(n+1) / (1 - q)` on `[-1, 1]`. Each piece has the least such n for which `e` is nothing beside the roundings, or the highest that is kept.
 //!
 //! **What is left.** A polynomial of degree n that is largest at `cos a` is there in absolute value at most
 //! `1 / cos(n pi / 2 N)` times its largest value at the `N + 1` points `cos(j pi / N)`, `N > n`, as one of these is within `pi / 2 N` of `a` as an
@@ -40,9 +40,10 @@ use super::points::Points;
 use crate::sheets::{ROUNDING, stays};
 use feeler::numeric::Interval;
 use feeler::nurbs::{Curve, Curve2, Curve3, NurbsCurve};
+use nalgebra::Vector4;
 use std::f64::consts::PI;
 
-/// The least degree that is kept; edges of a higher degree have their own, up to [`MOST_DEGREE`].
+/// The highest degree that is kept; edges of a higher degree have their own, up to [`MOST_DEGREE`].
 const DEGREE: usize = 8;
 const MOST_DEGREE: usize = 16;
 /// Curves in uv: straight, or fitted cubics.
@@ -55,8 +56,10 @@ const LEFT_OUT: f64 = FIT / 16.0;
 /// ...or pieces are halved, so often and so many.
 const HALVINGS: u32 = 10;
 const MOST_PIECES: usize = 1024;
+/// Where it is no more than this part of the roundings that a bound counts, too, the degree that is kept is high enough.
+const ROUNDED_OUT: f64 = 1.0 / 64.0;
 /// Discs of radius 2^1 to 2^this are tried.
-const RADII: i32 = 6;
+const RADII: i32 = 8;
 /// Roundings of a Taylor coefficient, relative to the largest control point.
 const COEFFICIENT: f64 = 1.0 / (1_u64 << 44) as f64;
 /// See the [module](self): twice [`MOST_OUTSIDE`] times [`ROUNDING`].
@@ -89,10 +92,22 @@ pub(super) fn bound(
         return None;
     }
     let rest = Rest::of(curve)?;
-    let n = match rest {
+    let own_degree = polynomial(curve).unwrap_or(0).max(DEGREE_UV);
+    let most_degree = match rest {
         Rest::Rational(_) => DEGREE_RATIONAL,
-        _ => polynomial(curve).unwrap_or(0).max(DEGREE),
+        _ => own_degree.max(DEGREE),
     };
+    let angles = 1.0
+        + largest(made, 0)
+        + if chart.is_ruled() {
+            0.0
+        } else {
+            largest(made, 1)
+        };
+    let far = chart.far(largest(made, 1)).max(size);
+    let far = (0..3).fold(far, |a: f64, c| a.max(largest(curve, c)));
+    let rounding = (2.0 * FORMULA * rest.rounding() + STRAY) * far * angles;
+    let of_coefficients = [0, 1].map(|c| COEFFICIENT * largest(made, c));
     let mut ends: Vec<f64> = curve.breaks();
     ends.extend(made.breaks());
     ends.retain(|t| span.start < *t && *t < span.end);
@@ -109,33 +124,31 @@ pub(super) fn bound(
         if small.len() + open.len() >= MOST_PIECES || !is_clear {
             return None;
         }
-        let left_out = left_out(chart, made, m, h, &rest, n)?;
-        if left_out <= LEFT_OUT * size {
-            small.push(([a, b], left_out));
+        let discs = Discs::new(chart, made, of_coefficients, [m, h], &rest)?;
+        if discs.left_out(most_degree) <= LEFT_OUT * size {
+            // What is less than roundings needs no higher degree, which takes more points.
+            let mut degrees = own_degree..most_degree;
+            let n = degrees.find(|n| discs.left_out(*n) <= ROUNDED_OUT * rounding);
+            let n = n.unwrap_or(most_degree);
+            small.push(([a, b], n, discs.left_out(n)));
         } else if depth < HALVINGS {
             open.extend([([a, m], depth + 1), ([m, b], depth + 1)]);
         } else {
             return None;
         }
     }
-    let nodes: Vec<f64> = (1..3 * n)
-        .map(|j| libm::cos(PI * j as f64 / (3 * n) as f64))
+    let nodes: Vec<Vec<f64>> = (own_degree..=most_degree)
+        .map(|n| {
+            let angle = |j: usize| PI * j as f64 / (3 * n) as f64;
+            (1..3 * n).map(|j| libm::cos(angle(j))).collect()
+        })
         .collect();
-    let angles = 1.0
-        + largest(made, 0)
-        + if chart.is_ruled() {
-            0.0
-        } else {
-            largest(made, 1)
-        };
-    let far = chart.far(largest(made, 1)).max(size);
-    let far = (0..3).fold(far, |a: f64, c| a.max(largest(curve, c)));
-    let rounding = (2.0 * FORMULA * rest.rounding() + STRAY) * far * angles;
     let points = Points::of(curve);
     let mut worst = 0.0_f64;
-    for ([a, b], left_out) in small {
+    for ([a, b], n, left_out) in small {
         let (m, h) = (0.5 * (a + b), 0.5 * (b - a));
-        let at = nodes.iter().map(|x| m + h * x).chain([a, b]);
+        let inner = nodes.get(n - own_degree)?.iter();
+        let at = inner.map(|x| m + h * x).chain([a, b]);
         let mut own: f64 = 0.0;
         for t in at {
             let uv = made.point(t);
@@ -237,8 +250,17 @@ enum Rest {
         /// Radians for a unit of the parameter.
         rate: f64,
     },
-    /// A rational curve: its homogeneous points, and the largest weight against the least.
-    Rational(Box<(Curve<4, 5>, f64)>),
+    /// A rational curve.
+    Rational(Box<Homogeneous>),
+}
+
+/// A rational curve's homogeneous points.
+struct Homogeneous {
+    curve: Curve<4, 5>,
+    /// What roundings of its coordinates' coefficients are.
+    rounding: [f64; 4],
+    /// The largest weight against the least.
+    weights: f64,
 }
 
 impl Rest {
@@ -260,8 +282,12 @@ impl Rest {
                 let points = n.control_points().iter().map(|p| p.push(1.0)).collect();
                 let knots = n.knots().knots().to_vec();
                 let homogeneous = NurbsCurve::new(n.degree(), points, knots).ok()?;
-                let homogeneous = Curve::Nurbs(homogeneous);
-                Some(Self::Rational(Box::new((homogeneous, most / least))))
+                let curve = Curve::Nurbs(homogeneous);
+                Some(Self::Rational(Box::new(Homogeneous {
+                    rounding: [0, 1, 2, 3].map(|c| COEFFICIENT * largest(&curve, c)),
+                    curve,
+                    weights: most / least,
+                })))
             }
             _ => (polynomial(curve)? <= MOST_DEGREE).then_some(Self::Nothing),
         }
@@ -270,23 +296,30 @@ impl Rest {
     /// By how much more than a polynomial's its points are off by roundings.
     fn rounding(&self) -> f64 {
         match self {
-            Self::Rational(own) => 2.0 * own.1,
+            Self::Rational(own) => 2.0 * own.weights,
             _ => 1.0,
         }
     }
 
-    /// How long it is at most over the disc of radius `r`.
-    fn most_in(&self, m: f64, h: f64, r: f64) -> f64 {
+    /// Its derivatives at the middle of a piece, where they are needed.
+    fn derivatives(&self, m: f64) -> Vec<Vector4<f64>> {
+        match self {
+            Self::Rational(own) => own.curve.derivatives(m, DEGREE_UV),
+            _ => Vec::new(),
+        }
+    }
+
+    /// How long it is at most over the disc of radius `r`, of its derivatives at the middle.
+    fn most_in(&self, derivatives: &[Vector4<f64>], h: f64, r: f64) -> f64 {
         match self {
             Self::Nothing => 0.0,
             Self::Arc { radius, rate } => radius * libm::exp((rate * h).abs() * r),
             Self::Rational(own) => {
-                let derivatives = own.0.derivatives(m, DEGREE_UV);
                 let Some(first) = derivatives.first() else {
                     return f64::INFINITY;
                 };
                 let k = first.xyz() / first.w;
-                let rounding = [0, 1, 2, 3].map(|c| COEFFICIENT * largest(&own.0, c));
+                let rounding = own.rounding;
                 let of_point = rounding[0] + rounding[1] + rounding[2] + k.lp_norm(1) * rounding[3];
                 let (mut above, mut below) = (of_point, first.w - rounding[3]);
                 let mut scale = 1.0;
@@ -332,33 +365,52 @@ pub(super) fn largest<const D: usize, const H: usize>(curve: &Curve<D, H>, c: us
     }
 }
 
-/// The least `e` of the discs that are tried.
-fn left_out(chart: &Chart, made: &Curve2, m: f64, h: f64, rest: &Rest, n: usize) -> Option<f64> {
-    let derivatives = made.derivatives(m, DEGREE_UV);
-    let rounding = [0, 1].map(|c| COEFFICIENT * largest(made, c));
-    let mut least = f64::INFINITY;
-    for e in 1..=RADII {
-        let r = f64::from(1 << e);
-        let disc = |c: usize| {
-            let mut off = 0.0;
-            let mut scale = 1.0;
-            for (k, d) in derivatives.iter().enumerate().skip(1) {
-                scale *= h * r / k as f64;
-                off += d[c].abs() * scale + rounding[c] * r.powi(k as i32);
-            }
-            let start = derivatives.first().map_or(0.0, |d| d[c].abs());
-            let most = start + rounding[c] + off;
-            Disc { off, most }
-        };
-        let mut most = chart.most_in(disc(0), disc(1))?;
-        most += rest.most_in(m, h, r);
-        let left = most * r.powi(-(n as i32 + 1)) / (1.0 - 1.0 / r) * 1.001;
-        // What is no number is no bound.
-        if left < least {
-            least = left;
+/// What the discs of radius 2, 4, ... around the middle of a piece say.
+struct Discs([f64; RADII as usize]);
+
+impl Discs {
+    /// `rounding`: of the Taylor coefficients of the curve in uv.
+    fn new(
+        chart: &Chart,
+        made: &Curve2,
+        rounding: [f64; 2],
+        [m, h]: [f64; 2],
+        rest: &Rest,
+    ) -> Option<Self> {
+        let derivatives = made.derivatives(m, DEGREE_UV);
+        let of_rest = rest.derivatives(m);
+        let mut all = [0.0; RADII as usize];
+        for (e, own) in (1..).zip(&mut all) {
+            let r = f64::from(1 << e);
+            let disc = |c: usize| {
+                let mut off = 0.0;
+                let mut scale = 1.0;
+                for (k, d) in derivatives.iter().enumerate().skip(1) {
+                    scale *= h * r / k as f64;
+                    off += d[c].abs() * scale + rounding[c] * r.powi(k as i32);
+                }
+                let start = derivatives.first().map_or(0.0, |d| d[c].abs());
+                let most = start + rounding[c] + off;
+                Disc { off, most }
+            };
+            *own = chart.most_in(disc(0), disc(1))? + rest.most_in(&of_rest, h, r);
         }
+        Some(Self(all))
     }
-    Some(least)
+
+    /// The least `e` where the series are kept up to degree `n`.
+    fn left_out(&self, n: usize) -> f64 {
+        let mut least = f64::INFINITY;
+        for (e, most) in (1..).zip(&self.0) {
+            let r = f64::from(1 << e);
+            let left = most * r.powi(-(n as i32 + 1)) / (1.0 - 1.0 / r) * 1.001;
+            // What is no number is no bound.
+            if left < least {
+                least = left;
+            }
+        }
+        least
+    }
 }
 
 #[cfg(test)]
@@ -367,7 +419,7 @@ mod tests {
     use crate::occt::curves::Budget;
     use crate::occt::surfaces::{Axes, Form3};
     use feeler::nurbs::{Arc, Line};
-    use nalgebra::{Point2, Point3, Vector3, Vector4};
+    use nalgebra::{Point2, Point3, Vector3};
 
     fn axes() -> Axes {
         Axes {

@@ -943,6 +943,10 @@ fn proofs_are_counted_by_the_trims_that_need_one() {
     ));
     let own = w.bound(&[(&edge, true)]);
     let fitted = w.face(&uneven, &[own]);
+    // What a file has besides: for one of a thousand bytes there is no room for a proof of so many pieces.
+    for k in 0..128 {
+        w.point([0., 0., f64::from(k)]);
+    }
     for (others, count, left) in [(10, 1, false), (2100, 1, false), (0, 600, true)] {
         let mut w = Writer {
             text: w.text.clone(),

@@ -273,12 +273,12 @@ pub(crate) fn arc_pieces<T: Real, const D: usize, const H: usize>(
                 start: span.range.start,
                 end: span.range.end,
             },
-            arc: Some(ArcPiece {
+            arc: Some(Box::new(ArcPiece {
                 center: coordinates(&|c| Ball::exact(arc.center[c]), Ball::ONE),
                 x: coordinates(&|c| x[c], Ball::ZERO),
                 y: coordinates(&|c| y[c], Ball::ZERO),
                 angle: span.angle,
-            }),
+            })),
         });
     }
 }

@@ -41,7 +41,8 @@ impl<T: Real> Patch<T> {
     /// Bytes that it takes, as large as its lists were reserved.
     pub(super) fn bytes(&self) -> usize {
         let turned = self.turned.as_ref().map_or(0, |t| {
-            size_of::<Turned<T>>() + t.profile.capacity() * size_of::<Homogeneous<T, 4>>()
+            let arc = t.arc.as_ref().map_or(0, |a| size_of_val(&**a));
+            size_of::<Turned<T>>() + t.profile.capacity() * size_of::<Homogeneous<T, 4>>() + arc
         });
         size_of::<Self>() + self.net.bytes() + turned
     }

@@ -16,7 +16,7 @@ pub(crate) struct BezierCurve<T, const H: usize> {
     pub(crate) points: Vec<Homogeneous<T, H>>,
     pub(crate) map: ParamMap,
     /// What the points stand for where it is an arc.
-    pub(crate) arc: Option<ArcPiece<T, H>>,
+    pub(crate) arc: Option<Box<ArcPiece<T, H>>>,
 }
 
 /// `center + cos a x + sin a y`, homogeneous, the angle running linearly over the piece.

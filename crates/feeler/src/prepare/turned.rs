@@ -44,7 +44,7 @@ pub(crate) struct Turned<T> {
     /// The profile over the patch, relative to the origin of space: control points...
     pub(super) profile: Vec<Homogeneous<T, 4>>,
     /// ...and what they stand for where it is an arc.
-    pub(super) arc: Option<ArcPiece<T, 4>>,
+    pub(super) arc: Option<Box<ArcPiece<T, 4>>>,
 }
 
 /// Curves of more points are not taken: binomials are exact up to here.

@@ -2,7 +2,7 @@
 
 use super::Scalar;
 use super::parameter::{Limit, Parameter};
-use super::spline::{Span, binomial, value};
+use super::spline::{SHORT, ShortSpan, Span, binomial, value};
 use crate::numeric::{Ball, Dd, Interval, sin_cos};
 use crate::nurbs::{Arc, Curve, NurbsCurve};
 use nalgebra::{Point, SVector};
@@ -16,6 +16,10 @@ impl<const D: usize, const H: usize> Curve<D, H> {
         {
             return point;
         }
+        if let Self::Line(c) = self {
+            let t = Parameter::new(t, c.domain, Limit::FromAbove);
+            return Point::from(SVector::from(on_segment(&c.from, &c.to, c.domain, &t)));
+        }
         let derivatives = self.derivatives_in::<f64>(t, 0, Limit::FromAbove);
         Point::from(SVector::from(derivatives[0]))
     }
@@ -23,6 +27,12 @@ impl<const D: usize, const H: usize> Curve<D, H> {
     /// The point and the derivatives with respect to `t`, orders 0 to `order`, in f64. At
     /// knots and joints they are one-sided, from above (see [`Limit`]).
     pub fn derivatives(&self, t: f64, order: usize) -> Vec<SVector<f64, D>> {
+        if order == 1
+            && let Self::Nurbs(curve) = self
+            && let Some(both) = nurbs_tangent(curve, t)
+        {
+            return both.into();
+        }
         self.derivatives_in::<f64>(t, order, Limit::FromAbove)
             .into_iter()
             .map(SVector::from)
@@ -115,22 +125,32 @@ fn segment<S: Scalar, const D: usize>(
     t: &Parameter,
     order: usize,
 ) -> Vec<[S; D]> {
-    let (r, s) = t.fractions::<S>(on);
     let mut out = vec![[S::ZERO; D]; order + 1];
-    let length = S::difference(on.end, on.start);
-    for c in 0..D {
+    out[0] = on_segment(from, to, on, t);
+    if order > 0 {
+        let length = S::difference(on.end, on.start);
+        out[1] = std::array::from_fn(|c| S::difference(to[c], from[c]) / length);
+    }
+    out
+}
+
+/// From the nearer end; exact at both, and where the ends agree.
+fn on_segment<S: Scalar, const D: usize>(
+    from: &Point<f64, D>,
+    to: &Point<f64, D>,
+    on: Interval,
+    t: &Parameter,
+) -> [S; D] {
+    let (r, s) = t.fractions::<S>(on);
+    let is_first = s.value() <= r.value();
+    std::array::from_fn(|c| {
         let step = S::difference(to[c], from[c]);
-        // From the nearer end; exact at both, and where the ends agree.
-        out[0][c] = if s.value() <= r.value() {
+        if is_first {
             S::exact(from[c]) + s * step
         } else {
             S::exact(to[c]) - r * step
-        };
-        if order > 0 {
-            out[1][c] = step / length;
         }
-    }
-    out
+    })
 }
 
 fn nurbs<S: Scalar, const D: usize, const H: usize>(
@@ -188,6 +208,31 @@ fn nurbs_point<const D: usize, const H: usize>(
     };
     // The quotient by 1 is the number itself.
     Some(Point::from(SVector::from_fn(|c, _| h[c] / by)))
+}
+
+/// The point and the first derivative as [`nurbs`] has them, to the same bits; `None` where [`ShortSpan`] does not serve.
+fn nurbs_tangent<const D: usize, const H: usize>(
+    curve: &NurbsCurve<H>,
+    t: f64,
+) -> Option<[SVector<f64, D>; 2]> {
+    let t = Parameter::new(t, curve.domain(), Limit::FromAbove);
+    let span = ShortSpan::new(curve.knots(), &t)?;
+    let active = &curve.control_points()[span.index - span.degree..=span.index];
+    let mut local = [[0.0; H]; SHORT + 1];
+    for (own, p) in local.iter_mut().zip(active) {
+        *own = (*p).into();
+    }
+    let (h, d) = (span.value(&local), span.derivative(&local));
+    let weight = active[0][D];
+    let is_plain = active.iter().all(|p| p[D] == weight);
+    let by = if is_plain { weight } else { h[D] };
+    // The quotient by 1 is the number itself.
+    let point = SVector::from_fn(|c, _| h[c] / by);
+    let slope = SVector::from_fn(|c, _| {
+        let turn = if is_plain { 0.0 } else { d[D] * point[c] };
+        (d[c] - turn) / by
+    });
+    Some([point, slope])
 }
 
 /// An exact vector, times a power of two that brings its largest coordinate near 1. Coordinates below

@@ -89,10 +89,15 @@ impl Parameter {
     }
 
     /// Exactly how the parameter compares with `x`.
+    #[inline]
     fn compare(&self, x: f64) -> Ordering {
         let Some((from, to)) = self.map else {
             return self.t.partial_cmp(&x).unwrap_or(Ordering::Less);
         };
+        self.compare_mapped(from, to, x)
+    }
+
+    fn compare_mapped(&self, from: Interval, to: Interval, x: f64) -> Ordering {
         let near = self.ball_minus(x);
         if near.lower() > 0.0 {
             return Ordering::Greater;

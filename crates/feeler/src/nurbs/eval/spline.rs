@@ -105,8 +105,8 @@ impl<S: Scalar> Span<S> {
     }
 }
 
-/// Up to this degree [`value`] serves: what files hold, with few exceptions.
-const SHORT: usize = 7;
+/// Up to this degree [`value`] and [`ShortSpan`] serve: what files hold, with few exceptions.
+pub(super) const SHORT: usize = 8;
 
 /// The homogeneous value in f64 and the index of the first active control point: [`Span::derivatives`] of order 0, by the same
 /// operations and so to the same bits, but without memory of its own, which takes most of the time there. `None` above degree [`SHORT`].
@@ -148,6 +148,93 @@ pub(super) fn value<const N: usize>(
         }
     }
     Some((triangle[0], index - p))
+}
+
+/// A [`Span`] in f64 without memory of its own, up to degree [`SHORT`]: values and first derivatives, by the same operations and so to the same bits.
+pub(super) struct ShortSpan {
+    pub(super) index: usize,
+    pub(super) degree: usize,
+    ratios: [Ratio<f64>; SHORT * (SHORT + 1) / 2],
+}
+
+impl ShortSpan {
+    /// `None` above degree [`SHORT`].
+    pub(super) fn new(knots: &KnotVector, t: &Parameter) -> Option<Self> {
+        let degree = knots.degree();
+        if degree > SHORT {
+            return None;
+        }
+        let index = t.find_span(knots);
+        let k = knots.knots();
+        let none = Ratio {
+            smaller: 0.0,
+            low: true,
+            width: 1.0,
+        };
+        let mut ratios = [none; SHORT * (SHORT + 1) / 2];
+        let (mut below, mut above) = ([0.0; SHORT], [0.0; SHORT]);
+        for j in 0..degree {
+            below[j] = t.minus(k[index - j]);
+            above[j] = -t.minus::<f64>(k[index + 1 + j]);
+        }
+        let mut at = 0;
+        for level in 1..=degree {
+            for i in 0..level {
+                let m = index + 1 - level + i;
+                let width = k[m + level] - k[m];
+                let (from, to) = (below[level - 1 - i], above[i]);
+                let low = from <= to;
+                ratios[at] = Ratio {
+                    smaller: if low { from } else { to } / width,
+                    low,
+                    width,
+                };
+                at += 1;
+            }
+        }
+        Some(Self {
+            index,
+            degree,
+            ratios,
+        })
+    }
+
+    fn level(&self, level: usize) -> &[Ratio<f64>] {
+        let start = level * (level - 1) / 2;
+        &self.ratios[start..start + level]
+    }
+
+    fn reduced<const N: usize>(&self, mut own: [[f64; N]; SHORT + 1], from: usize) -> [f64; N] {
+        for level in (1..=from).rev() {
+            for (i, ratio) in self.level(level).iter().enumerate() {
+                for c in 0..N {
+                    let (p, q) = (own[i][c], own[i + 1][c]);
+                    own[i][c] = if ratio.low {
+                        p + ratio.smaller * (q - p)
+                    } else {
+                        q + ratio.smaller * (p - q)
+                    };
+                }
+            }
+        }
+        own[0]
+    }
+
+    /// Of the active control points, the first `degree + 1` of `local`.
+    pub(super) fn value<const N: usize>(&self, local: &[[f64; N]; SHORT + 1]) -> [f64; N] {
+        self.reduced(*local, self.degree)
+    }
+
+    pub(super) fn derivative<const N: usize>(&self, local: &[[f64; N]; SHORT + 1]) -> [f64; N] {
+        let mut own = *local;
+        let factor = self.degree as f64;
+        for (i, ratio) in self.level(self.degree).iter().enumerate() {
+            for c in 0..N {
+                own[i][c] = (own[i + 1][c] - own[i][c]) * factor / ratio.width;
+            }
+        }
+        self.reduced(own, self.degree - 1)
+    }
 }
 
 /// `n! / (k! (n - k)!)`, exact up to n = 56.

@@ -3,7 +3,7 @@
 use super::Scalar;
 use super::curve::{rounded, turn, unit};
 use super::parameter::{Limit, Parameter};
-use super::spline::{Span, binomial};
+use super::spline::{SHORT, ShortSpan, Span, binomial};
 use crate::numeric::{Ball, Dd};
 use crate::nurbs::{NurbsSurface, Plane, Revolution, Sum, Surface};
 use nalgebra::{Point3, Vector3, Vector4};
@@ -85,12 +85,27 @@ impl Surface {
     /// The point at `(u, v)` (clamped to the domain), in f64, with the a-priori error
     /// stated [here](super).
     pub fn point(&self, u: f64, v: f64) -> Point3<f64> {
+        if let Self::Nurbs(s) = self
+            && let Some([point, ..]) = short_nurbs(s, [u, v], 0)
+        {
+            return Vector3::from(point).into();
+        }
         self.derivatives(u, v, 0).get(0, 0).into()
     }
 
     /// The point and all mixed partial derivatives up to total order `order`, in f64. At knots
     /// they are one-sided, from above (see [`Limit`]).
     pub fn derivatives(&self, u: f64, v: f64, order: usize) -> Partials<Vector3<f64>> {
+        if order == 1
+            && let Self::Nurbs(s) = self
+            && let Some(all) = short_nurbs(s, [u, v], order)
+        {
+            let [point, du, dv] = all.map(Vector3::from);
+            return Partials {
+                order,
+                values: vec![point, dv, du],
+            };
+        }
         partials::<f64>(self, [u, v], order, [Limit::FromAbove; 2]).map(Vector3::from)
     }
 
@@ -323,6 +338,51 @@ fn nurbs<S: Scalar>(s: &NurbsSurface, at: &[Parameter; 2], order: usize) -> Part
         out.set(k, l, value.map(|x| x / w.get(0, 0)));
     }
     out
+}
+
+/// The point and, of order 1, the first derivatives along u and v as [`nurbs`] has them, to the same bits; `None` where [`ShortSpan`] does not serve.
+fn short_nurbs(s: &NurbsSurface, uv: [f64; 2], order: usize) -> Option<[[f64; 3]; 3]> {
+    let knots = [s.knots_u(), s.knots_v()];
+    let [du, dv] = [0, 1].map(|c| Parameter::new(uv[c], knots[c].domain(), Limit::FromAbove));
+    let (span_u, span_v) = (
+        ShortSpan::new(knots[0], &du)?,
+        ShortSpan::new(knots[1], &dv)?,
+    );
+    let (p, q) = (span_u.degree, span_v.degree);
+    let [_, count_v] = s.counts();
+    let net = s.control_net();
+    let first_weight = net[(span_u.index - p) * count_v + span_v.index - q][3];
+    let mut rational = false;
+    let mut local = [[0.0; 4]; SHORT + 1];
+    let mut columns = [[[0.0; 4]; SHORT + 1]; 2];
+    for i in 0..=p {
+        let last = (span_u.index - p + i) * count_v + span_v.index;
+        let row = &net[last - q..=last];
+        rational |= row.iter().any(|x| x[3] != first_weight);
+        for (own, x) in local.iter_mut().zip(row) {
+            *own = (*x).into();
+        }
+        columns[0][i] = span_v.value(&local);
+        if order > 0 {
+            columns[1][i] = span_v.derivative(&local);
+        }
+    }
+    let point = span_u.value(&columns[0]);
+    let mut all = [point, [0.0; 4], [0.0; 4]];
+    if order > 0 {
+        all[1] = span_u.derivative(&columns[0]);
+        all[2] = span_u.value(&columns[1]);
+    }
+    let by = if rational { point[3] } else { first_weight };
+    // The quotient by 1 is the number itself.
+    let at: [f64; 3] = std::array::from_fn(|c| point[c] / by);
+    let slope = |d: &[f64; 4]| {
+        std::array::from_fn(|c| {
+            let turn = if rational { d[3] * at[c] } else { 0.0 };
+            (d[c] - turn) / by
+        })
+    };
+    Some([at, slope(&all[1]), slope(&all[2])])
 }
 
 /// A homogeneous point `(w x, w y, w z, w)` taken apart for turning about a revolution's axis:

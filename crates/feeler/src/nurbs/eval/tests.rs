@@ -114,7 +114,7 @@ fn mapped_parameters_on_knots() {
     }
 }
 
-/// Points by the short way are those of the long one, to the last bit: at knots, at ends and beyond them, with weights and without.
+/// Points and first derivatives by the short way are those of the long one, to the last bit: at knots, at ends and beyond them, with weights and without.
 #[test]
 fn points_have_the_bits_of_derivatives() {
     let mut state = 1_u64;
@@ -125,7 +125,7 @@ fn points_have_the_bits_of_derivatives() {
         (state >> 11) as f64 / (1_u64 << 53) as f64
     };
     let mut compared = 0;
-    for degree in 1..=9 {
+    for degree in 1..=10 {
         for weights in 0..3 {
             let mut inner: Vec<f64> = (0..6).map(|_| random()).collect();
             inner.sort_by(f64::total_cmp);
@@ -152,18 +152,67 @@ fn points_have_the_bits_of_derivatives() {
             let curve: Curve3 = Curve::Nurbs(nurbs);
             let at = (0..50).map(|_| random()).chain(knots).chain([f64::NAN]);
             for t in at {
-                let long = curve.derivatives_in::<f64>(t, 0, Limit::FromAbove)[0];
-                let short = curve.point(t);
-                assert_eq!(
-                    short.coords.map(f64::to_bits),
-                    Vector3::from(long).map(f64::to_bits),
-                    "degree {degree} at {t}"
-                );
+                let long = curve.derivatives_in::<f64>(t, 1, Limit::FromAbove);
+                let long: Vec<_> = { long.into_iter() }
+                    .map(|x| Vector3::from(x).map(f64::to_bits))
+                    .collect();
+                let short = curve.derivatives(t, 1);
+                let bits: Vec<_> = short.iter().map(|x| x.map(f64::to_bits)).collect();
+                assert_eq!(bits, long, "degree {degree} at {t}");
+                let point = curve.point(t).coords.map(f64::to_bits);
+                assert_eq!(point, long[0], "degree {degree} at {t}");
                 compared += 1;
             }
         }
     }
     assert!(compared > 1500, "{compared}");
+}
+
+/// The same of surfaces, of all pairs of degrees.
+#[test]
+fn points_of_surfaces_have_the_bits_of_derivatives() {
+    let mut state = 1_u64;
+    let mut random = || {
+        state = state
+            .wrapping_mul(6_364_136_223_846_793_005)
+            .wrapping_add(1);
+        (state >> 11) as f64 / (1_u64 << 53) as f64
+    };
+    for degrees in (1..=9).flat_map(|p| (1..=9).map(move |q| [p, q])) {
+        for weights in 0..3 {
+            let knots = degrees.map(|p| {
+                let mut knots = vec![0.0; p + 1];
+                knots.extend([0.25, 0.5, 0.5]);
+                knots.extend(vec![1.0; p + 1]);
+                if p == 1 {
+                    knots.remove(3);
+                }
+                knots
+            });
+            let counts = [0, 1].map(|c| knots[c].len() - degrees[c] - 1);
+            let net = (0..counts[0] * counts[1]).map(|_| {
+                let w = [1.0, 0.5, 0.25 + random()][weights];
+                Vector4::new(random() * w, (random() - 0.5) * w, -3.0 * random() * w, w)
+            });
+            let nurbs = NurbsSurface::new(degrees, counts, net.collect(), knots).unwrap();
+            let surface = Surface::Nurbs(nurbs);
+            let places = [0.0, 0.25, 0.5, 1.0, -1.0, 2.0, f64::NAN];
+            for k in 0..20 {
+                let uv = [random(), places.get(k).copied().unwrap_or(random())];
+                let uv = if k % 2 == 0 { uv } else { [uv[1], uv[0]] };
+                let long = of::<f64>(&surface, uv, 1, Limit::FromAbove);
+                let long = long.map(|x| Vector3::from(x).map(f64::to_bits));
+                let short = surface.derivatives(uv[0], uv[1], 1);
+                assert_eq!(
+                    short.map(|x| x.map(f64::to_bits)),
+                    long,
+                    "{degrees:?} {uv:?}"
+                );
+                let point = surface.point(uv[0], uv[1]).coords.map(f64::to_bits);
+                assert_eq!(point, long.get(0, 0), "{degrees:?} {uv:?}");
+            }
+        }
+    }
 }
 
 /// At the end, and at the start from below, the interval next to it that is not empty.

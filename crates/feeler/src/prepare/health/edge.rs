@@ -169,7 +169,7 @@ pub(super) fn offsets_alone(brep: &Brep, trims: &[usize], most_bytes: usize) -> 
 const SLOT: usize = 16;
 const SPAN: usize = 1024;
 /// What a piece of a trim takes, and a control point of it.
-const TRIM_PIECE: [usize; 2] = [256, 64];
+const TRIM_PIECE: [usize; 2] = [96, 64];
 /// The same of an edge's curve, which becomes an image, and one that is turned around.
 const EDGE_PIECE: [usize; 2] = [640, 128];
 
