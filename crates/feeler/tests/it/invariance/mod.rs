@@ -1,6 +1,7 @@
 //! What must not change a separation. All numbers are dyadic with few digits, so that what is moved, swapped or cut is so exactly, and two
 //! enclosures of one separation must meet.
 
+mod lists;
 mod near;
 
 use feeler::brep::{Brep, BrepBuilder};
