@@ -132,6 +132,8 @@ class Search {
     }
 
     Near in_passage(const LineHit& hit, const Passage& p) const {
+        // A crack leads into its own BREP, whatever others are there.
+        if (core_.model().faces[hit.face].brep != edges_.images().brep_of[p.edge]) return Near::No;
         const Interval reach = reach_of(p);
         if (hit.t.hi < reach.lo || reach.hi < hit.t.lo) return Near::No;
         const Near near = near_edge(hit, p.edge);

@@ -290,6 +290,15 @@ fn crossings_of_a_planted_crack_are_those_of_the_definition() {
     let away = [0.0, 1.0, -1.0];
     assert_eq!(count(&o, beside(1.5, 1.5), away, whole), (0, Some(0), no));
     assert_eq!(count(&o, beside(0.5, 1.0), away, whole), (0, Some(0), yes));
+    // A sheet beside the cube that the line meets in that crack: the sheet's hit is none of the cube's.
+    let mut sheet = BrepBuilder::new();
+    let corners = [[0.0, 0.0], [1.0, 0.0], [1.0, 2.0], [0.0, 2.0]];
+    let corners = corners.map(|[x, y]| sheet.vertex([x, y, 1.0 + c]));
+    sheet.planar_face(&corners).unwrap();
+    let sheet = sheet.build().unwrap();
+    let both = Oracle::new(&[&cracked([0.0, 0.0, c]), &sheet]).unwrap();
+    let met = count(&both, beside(0.5, 1.0), away, whole);
+    assert_eq!(met, (1, Some(1), yes));
     // An overlap: the sides stand out over the top. The line hits both within c, and the bottom.
     let o = Oracle::new(&[&cracked([0.0, 0.0, -c])]).unwrap();
     let over = [0.5, 1.0, 1.0 - 0.5 * c];
