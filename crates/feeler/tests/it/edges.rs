@@ -1,5 +1,6 @@
 //! Lines next to where faces end: beside the cracks of edges, and beside trims by less than f64 tells; balls next to where a trim leaves its surface.
 
+use crate::scenes::loop_face;
 use feeler::brep::{BrepBuilder, TrimSpec};
 use feeler::numeric::Interval;
 use feeler::nurbs::{Curve, Line, NurbsCurve, NurbsSurface, Plane, Surface};
@@ -198,5 +199,52 @@ fn a_ball_is_nearest_to_where_a_trim_leaves_the_domain() {
                 "{off} {weight}: {bounds:?}, not {truth}"
             );
         }
+    }
+}
+
+/// A straight trim drawn in degree 10 on a surface of degrees 7 and 6 bounds a ball's distance as the same one does that is drawn in degree 1.
+#[test]
+fn a_trim_of_a_high_degree_on_a_surface_of_a_high_degree() {
+    let net = (0..8)
+        .flat_map(|i| (0..7).map(move |j| (i, j)))
+        .map(|(i, j)| {
+            let z = f64::from((5 * i * i + 3 * i * j + 7 * j) % 11) / 16.0;
+            Vector4::new(f64::from(i), f64::from(j), z, 1.0)
+        });
+    let bezier = |p: usize| [vec![0.0; p + 1], vec![1.0; p + 1]].concat();
+    let knots = [bezier(7), bezier(6)];
+    let surface = NurbsSurface::new([7, 6], [8, 7], net.collect(), knots);
+    let surface = Surface::Nurbs(surface.unwrap());
+    let side = |a: [f64; 2], b: [f64; 2], degree: usize| {
+        let at = |k: usize| {
+            let t = k as f64 / degree as f64;
+            Vector3::new(a[0] + t * (b[0] - a[0]), a[1] + t * (b[1] - a[1]), 1.0)
+        };
+        let points = (0..=degree).map(at).collect();
+        Curve::Nurbs(NurbsCurve::new(degree, points, bezier(degree)).unwrap())
+    };
+    let corners = [[0.0, 0.5], [1.0, 0.5], [1.0, 1.0], [0.0, 1.0]];
+    let face = |degree: usize| {
+        let sides = (0..4).map(|i| {
+            side(
+                corners[i],
+                corners[(i + 1) % 4],
+                if i == 0 { degree } else { 1 },
+            )
+        });
+        let at = corners.map(|c| surface.point(c[0], c[1]));
+        PreparedBrep::new(loop_face(&surface, sides.collect(), at.to_vec()))
+    };
+    let (high, low) = (face(10), face(1));
+    for center in [[2.0, 1.0, 3.0], [5.5, 2.0, -1.0], [3.5, 2.5, 0.5]] {
+        let probe = Probe::Sphere(Sphere::new(Point3::from(center), 0.25).unwrap());
+        let of = |brep| contact(brep, &probe, &Options::default(), &mut Workspace::default());
+        let (a, b) = (of(&high), of(&low));
+        assert!(
+            a.undecided.is_none() && b.undecided.is_none(),
+            "{a:?} {b:?}"
+        );
+        let (a, b) = (a.separation.bounds, b.separation.bounds);
+        assert!(a.lo <= b.hi && b.lo <= a.hi, "{a:?} {b:?}");
     }
 }
