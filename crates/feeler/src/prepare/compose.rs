@@ -6,8 +6,8 @@ use crate::numeric::bernstein::binomials;
 use crate::numeric::{Ball, Real};
 
 /// The largest degree of a composed curve; beyond it a trim is not composed, and the width of a crack along it is not known. The thread of OCCT's bottle has
-/// trims of degree 8 on a surface of degree 12 x 1 and on a cylinder's patches of 11 x 1; OCCT's propeller has some of degree 10 on surfaces of 7 x 6.
-pub(crate) const MAX_COMPOSED_DEGREE: usize = 144;
+/// trims of degree 8 on a surface of degree 12 x 1 and on a cylinder's patches of 11 x 1; of OCCT's propeller and sink some have degree 10 on surfaces of 7 x 6 and 6 x 9.
+pub(crate) const MAX_COMPOSED_DEGREE: usize = 192;
 
 /// Bernstein coefficients of a polynomial.
 pub(super) type Poly<T> = Vec<Ball<T>>;
