@@ -31,6 +31,7 @@ mod refine;
 mod round;
 mod rows;
 mod search;
+mod settle;
 mod shape;
 mod steady;
 mod task;

@@ -114,16 +114,21 @@ fn mapped_parameters_on_knots() {
     }
 }
 
-/// Points and first derivatives by the short way are those of the long one, to the last bit: at knots, at ends and beyond them, with weights and without.
-#[test]
-fn points_have_the_bits_of_derivatives() {
+/// Numbers in [0, 1), the same ones everywhere.
+fn numbers() -> impl FnMut() -> f64 {
     let mut state = 1_u64;
-    let mut random = || {
+    move || {
         state = state
             .wrapping_mul(6_364_136_223_846_793_005)
             .wrapping_add(1);
         (state >> 11) as f64 / (1_u64 << 53) as f64
-    };
+    }
+}
+
+/// Points and first derivatives by the short way are those of the long one, to the last bit: at knots, at ends and beyond them, with weights and without.
+#[test]
+fn points_have_the_bits_of_derivatives() {
+    let mut random = numbers();
     let mut compared = 0;
     for degree in 1..=10 {
         for weights in 0..3 {
@@ -171,13 +176,7 @@ fn points_have_the_bits_of_derivatives() {
 /// The same of surfaces, of all pairs of degrees.
 #[test]
 fn points_of_surfaces_have_the_bits_of_derivatives() {
-    let mut state = 1_u64;
-    let mut random = || {
-        state = state
-            .wrapping_mul(6_364_136_223_846_793_005)
-            .wrapping_add(1);
-        (state >> 11) as f64 / (1_u64 << 53) as f64
-    };
+    let mut random = numbers();
     for degrees in (1..=9).flat_map(|p| (1..=9).map(move |q| [p, q])) {
         for weights in 0..3 {
             let knots = degrees.map(|p| {
