@@ -9,5 +9,6 @@ mod models;
 mod mutated;
 mod older;
 mod on_surface;
+mod random;
 mod reference;
 mod written;

@@ -4,8 +4,11 @@
 #[allow(dead_code, unreachable_pub)]
 mod fixture;
 
+mod random;
+
 use feeler_io::{Document, ReadError, read_3dm, read_brep, read_step};
 use peak_alloc::PeakAlloc;
+use random::Random;
 use std::path::Path;
 
 #[global_allocator]
@@ -237,18 +240,5 @@ fn of_wrong_numbers(folder: &Path) {
             most = most.max(taken(read_step, words.concat().as_bytes(), STEP_FACTOR));
         }
         println!("{part} with wrong numbers: {most:.1} bytes a byte");
-    }
-}
-
-/// The generator of S. Vigna's "splitmix64", public domain.
-struct Random(u64);
-
-impl Random {
-    fn below(&mut self, n: usize) -> usize {
-        self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
-        let mut x = self.0;
-        x = (x ^ (x >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
-        x = (x ^ (x >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
-        ((x ^ (x >> 31)) % n as u64) as usize
     }
 }

@@ -2,6 +2,7 @@
 //! said twice or blanked. Each loads or gives one clear line, at once. (`memory.rs` watches allocation.) `FEELER_DAMAGED=5000` asks for so many of
 //! each format.
 
+use crate::random::Random;
 use feeler_io::{Document, ObjectKind, Problem, ReadError, read_3dm, read_brep, read_step};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
@@ -17,24 +18,6 @@ const SMALL: u64 = 50_000;
 const LONG: Duration = Duration::from_secs(5);
 /// How many checksums of a file are made to fit: more do not differ after a few changes.
 const MENDED: usize = 64;
-
-/// Knuth's multiplier (MMIX): the same numbers everywhere.
-struct Random(u64);
-
-impl Random {
-    fn next(&mut self) -> u64 {
-        self.0 = self
-            .0
-            .wrapping_mul(6_364_136_223_846_793_005)
-            .wrapping_add(1_442_695_040_888_963_407);
-        self.0 >> 33
-    }
-
-    /// Below `count`.
-    fn below(&mut self, count: usize) -> usize {
-        (self.next() as usize) % count.max(1)
-    }
-}
 
 /// How many files of a kind are damaged: those said here, or as many as one asks for.
 fn wanted(usual: u32) -> u32 {
