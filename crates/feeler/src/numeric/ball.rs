@@ -58,6 +58,12 @@ impl<T: Real> Ball<T> {
         }
     }
 
+    /// Whether it is 1, exactly.
+    #[inline]
+    pub fn is_one(&self) -> bool {
+        self.rad == 0.0 && self.mid == T::ONE
+    }
+
     /// `a - b` of two exact numbers; exact in double-double.
     #[inline]
     pub fn difference(a: f64, b: f64) -> Self {

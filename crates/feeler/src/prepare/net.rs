@@ -67,19 +67,27 @@ impl<T: Real> Coefficients<T> {
         }
     }
 
-    /// The lower or the upper half along u (or v).
-    fn halve(&mut self, degree: Bidegree, along_u: bool, high: bool) {
+    /// Those of 1.
+    fn ones(degree: Bidegree) -> Self {
+        Self {
+            values: vec![T::ONE; degree.count()],
+            error: 0.0,
+            largest: 1.0,
+            tiny: TINY,
+        }
+    }
+
+    /// Becomes its lower half along u (or v); the upper one.
+    fn split(&mut self, degree: Bidegree, along_u: bool) -> Self {
         let own = split_error::<T>(degree, along_u, self.largest, self.tiny);
-        let right = split_off(&mut self.values, degree, along_u);
-        let values = if high {
-            right
-        } else {
-            std::mem::take(&mut self.values)
-        };
+        let high = split_off(&mut self.values, degree, along_u);
         const UP: f64 = 1.0 + 16.0 * f64::EPSILON;
-        self.values = values;
         self.error = (self.error + own) * UP;
         self.largest = (self.largest + own) * UP;
+        Self {
+            values: high,
+            ..*self
+        }
     }
 }
 
@@ -91,8 +99,10 @@ pub(crate) struct Products<T> {
     pub(crate) a: Coefficients<T>,
     /// `X w`, each coordinate.
     pub(crate) b: [Coefficients<T>; 3],
-    /// `w^2`.
+    /// `w^2`; all are 1, exactly, where all weights are.
     pub(crate) c: Coefficients<T>,
+    /// Whether they are.
+    pub(crate) unit_weights: bool,
 }
 
 impl<T: Real> Products<T> {
@@ -108,17 +118,28 @@ impl<T: Real> Products<T> {
                 if !(range[0] <= target[0] && target[0] < target[1] && target[1] <= range[1]) {
                     return None;
                 }
-                out.halve(along_u, high);
+                let upper = out.split(along_u);
+                if high {
+                    out = upper;
+                }
             }
         }
         Some(out)
     }
 
-    /// Cut to the lower or the upper half along u (or v).
-    pub(crate) fn halve(&mut self, along_u: bool, high: bool) {
-        let [x, y, z] = &mut self.b;
-        for part in [&mut self.a, x, y, z, &mut self.c] {
-            part.halve(self.degree, along_u, high);
+    /// Becomes its lower half along u (or v); the upper one.
+    pub(crate) fn split(&mut self, along_u: bool) -> Self {
+        let degree = self.degree;
+        Self {
+            degree,
+            a: self.a.split(degree, along_u),
+            b: self.b.each_mut().map(|b| b.split(degree, along_u)),
+            c: if self.unit_weights {
+                self.c.clone()
+            } else {
+                self.c.split(degree, along_u)
+            },
+            unit_weights: self.unit_weights,
         }
     }
 
@@ -130,9 +151,12 @@ impl<T: Real> Products<T> {
         let mut out = [[f64::INFINITY, f64::NEG_INFINITY]; 3];
         for (k, own) in out.iter_mut().enumerate() {
             let b = &self.b[k];
-            for (x, c) in b.values.iter().zip(&self.c.values) {
-                let at = x.approximate() / c.approximate();
-                *own = [lesser(own[0], at), greater(own[1], at)];
+            let mut take = |at: f64| *own = [lesser(own[0], at), greater(own[1], at)];
+            if self.unit_weights {
+                b.values.iter().for_each(|x| take(x.approximate()));
+            } else {
+                let quotients = b.values.iter().zip(&self.c.values);
+                quotients.for_each(|(x, c)| take(x.approximate() / c.approximate()));
             }
             let size = b.largest + b.error;
             let off = b.error + size * (2.0 * self.c.error + 16.0 * f64::EPSILON) + TINY;
@@ -161,6 +185,7 @@ impl<T: Real> Products<T> {
             a: take(&self.a),
             b: self.b.each_ref().map(take),
             c: take(&self.c),
+            unit_weights: self.unit_weights,
         }
     }
 }
@@ -238,7 +263,11 @@ impl<T: Real> Net<T> {
         }
         let size: f64 = squares.iter().map(|s| s.largest).sum();
         let error: f64 = squares.iter().map(|s| s.error).sum();
-        let c = times(&w, &w);
+        let c = if self.unit_weights {
+            Coefficients::ones(self.degree + self.degree)
+        } else {
+            times(&w, &w)
+        };
         // Two additions of parts no larger than `size`.
         let error = (error + 2.0 * T::UNIT * size) * (1.0 + 16.0 * f64::EPSILON);
         // The computed ones are off by a few roundings, as are their quotients.
@@ -257,6 +286,7 @@ impl<T: Real> Net<T> {
             },
             b: std::array::from_fn(|c| times(&x[c], &w)),
             c,
+            unit_weights: self.unit_weights,
         }
     }
 

@@ -1,7 +1,7 @@
 //! Functions on a patch as quotients of polynomials.
 
 use super::{Net, Products};
-use crate::numeric::bernstein::Bidegree;
+use crate::numeric::bernstein::{Bidegree, lesser};
 use crate::numeric::{Ball, Dd, Real};
 use nalgebra::Point3;
 
@@ -89,8 +89,7 @@ impl<T: Real> Quotient<T> {
         let Self { mut n, mut c, .. } = self;
         n.clear();
         c.clear();
-        let q: [Ball<T>; 3] = std::array::from_fn(|c| Ball::difference(q[c], net.origin[c]));
-        let q2 = q[0].square() + q[1].square() + q[2].square();
+        let Arm { q, q2, n_error } = Arm::new(q, net, products);
         let two = T::from_f64(2.0);
         let [bx, by, bz] = &products.b;
         let pairs = products.a.values.iter().zip(&products.c.values);
@@ -102,17 +101,10 @@ impl<T: Real> Quotient<T> {
         if !net.unit_weights {
             c.extend_from_slice(&products.c.values);
         }
-        let mut size = products.a.largest + q2.magnitude() * products.c.largest;
-        let mut error =
-            products.a.error + q2.magnitude() * products.c.error + q2.rad * products.c.largest;
-        for (q, b) in q.iter().zip(&products.b) {
-            size += 2.0 * q.magnitude() * b.largest;
-            error += 2.0 * (q.magnitude() * b.error + q.rad * b.largest);
-        }
         Self {
             degree: products.degree,
             n,
-            n_error: (error + 8.0 * (T::UNIT * size + products.c.tiny)) * BOUND_UP,
+            n_error,
             c,
             c_error: if net.unit_weights {
                 0.0
@@ -122,4 +114,58 @@ impl<T: Real> Quotient<T> {
             tiny: products.c.tiny,
         }
     }
+}
+
+/// A centre, relative to a net's origin.
+struct Arm<T> {
+    q: [Ball<T>; 3],
+    q2: Ball<T>,
+    /// What the coefficients of `N` about it are off.
+    n_error: f64,
+}
+
+impl<T: Real> Arm<T> {
+    fn new(q: &Point3<f64>, net: &Net<T>, products: &Products<T>) -> Self {
+        let q: [Ball<T>; 3] = std::array::from_fn(|c| Ball::difference(q[c], net.origin[c]));
+        let q2 = q[0].square() + q[1].square() + q[2].square();
+        let mut size = products.a.largest + q2.magnitude() * products.c.largest;
+        let mut error =
+            products.a.error + q2.magnitude() * products.c.error + q2.rad * products.c.largest;
+        for (q, b) in q.iter().zip(&products.b) {
+            size += 2.0 * q.magnitude() * b.largest;
+            error += 2.0 * (q.magnitude() * b.error + q.rad * b.largest);
+        }
+        Self {
+            q,
+            q2,
+            n_error: (error + 8.0 * (T::UNIT * size + products.c.tiny)) * BOUND_UP,
+        }
+    }
+}
+
+/// A lower bound of `|S - q|^2` on a net whose weights are 1, by the coefficients that [`Quotient::squared_distance`] has, without keeping them.
+pub(crate) fn least_squared_distance(
+    q: &Point3<f64>,
+    net: &Net<f64>,
+    products: &Products<f64>,
+) -> f64 {
+    const LANES: usize = 4;
+    let Arm { q, q2, n_error } = Arm::new(q, net, products);
+    let [x, y, z] = q.map(|q| 2.0 * q.mid);
+    let at = |a: f64, b: [f64; 3]| (a - (x * b[0] + y * b[1] + z * b[2])) + q2.mid;
+    let [bx, by, bz] = products.b.each_ref().map(|b| b.values.as_chunks::<LANES>());
+    let (a, rest) = products.a.values.as_chunks::<LANES>();
+    // In lanes, so that they are taken at once.
+    let mut low = [f64::INFINITY; LANES];
+    for (a, ((bx, by), bz)) in a.iter().zip(bx.0.iter().zip(by.0).zip(bz.0)) {
+        for k in 0..LANES {
+            low[k] = lesser(low[k], at(a[k], [bx[k], by[k], bz[k]]));
+        }
+    }
+    let mut least = low.into_iter().fold(f64::INFINITY, lesser);
+    for (a, ((bx, by), bz)) in rest.iter().zip(bx.1.iter().zip(by.1).zip(bz.1)) {
+        least = lesser(least, at(*a, [*bx, *by, *bz]));
+    }
+    // What is subtracted, and the rounding of that.
+    (least - n_error - 4.0 * f64::EPSILON * least.abs()).max(0.0)
 }

@@ -39,10 +39,10 @@ use super::objective::Objective;
 use super::outcome::Source;
 use super::search::{NOISE_FACTOR, Search, split_along_u};
 use super::shape::Shape;
-use super::steady::Steady;
+use super::steady::{Arms, Steady};
 use super::task::{Kind, Task};
 use crate::numeric::Dd;
-use crate::prepare::{Net, Products, Quotient};
+use crate::prepare::{Net, Products, Quotient, least_squared_distance};
 use crate::trim::BoxSide;
 use nalgebra::Point3;
 use std::collections::BinaryHeap;
@@ -89,6 +89,8 @@ struct Kept {
     products: Option<Box<Products<f64>>>,
     /// A box in space that holds the part, likewise.
     hull: Option<[[f64; 2]; 3]>,
+    /// What its settling needs, once that was asked: see [`Steady::new`].
+    arms: Option<Box<Arms>>,
     /// What settles it, if that is known.
     settling: Option<Box<Settling>>,
     /// Whether nothing settles it, or what was found did not at once: it is left to the search.
@@ -134,10 +136,17 @@ impl Kept {
     fn least(&self, c: &Point3<f64>) -> f64 {
         let away = (self.away - moved(c, &self.center)).next_down().max(0.0);
         let least = (away * away).next_down().max(0.0);
+        let own = self.least_of_hull(c);
+        if own > least { own } else { least }
+    }
+
+    /// What the hull alone says of that: no root is taken for it.
+    #[inline]
+    fn least_of_hull(&self, c: &Point3<f64>) -> f64 {
         let Some(hull) = &self.hull else {
-            return least;
+            return 0.0;
         };
-        let square = (self.away * self.away).next_down();
+        let square = self.away * self.away;
         let (mut sum, mut size) = (square, square);
         for (k, own) in hull.iter().enumerate() {
             let q = self.center[k];
@@ -147,8 +156,17 @@ impl Kept {
             sum += term;
             size += term.abs() + d * d;
         }
-        let own = sum - 32.0 * f64::EPSILON * size - TINY;
-        if own > least { own } else { least }
+        sum - 32.0 * f64::EPSILON * size - TINY
+    }
+
+    /// Whether no point of it is as near to `c` as `reach`, by the triangle inequality: told without a root.
+    ///
+    /// The computed sum of squares is off by six roundings of itself and by what underflows; `gap` is rounded down, and its square once.
+    #[inline]
+    fn is_beyond(&self, c: &Point3<f64>, reach: f64) -> bool {
+        let gap = (self.away - reach) * (1.0 - 4.0 * f64::EPSILON);
+        let moved = (c - self.center).norm_squared();
+        gap > TINY && moved * (1.0 + 32.0 * f64::EPSILON) + TINY * TINY < gap * gap
     }
 
     /// Takes over a bound of the squared distance about `q`, where `least` is what is known.
@@ -186,6 +204,7 @@ impl Front {
             part: l.part,
             products: None,
             hull: None,
+            arms: None,
             settling: None,
             barren: false,
             side: None,
@@ -217,6 +236,15 @@ enum Insight {
     Halves(Box<[Kept; 2]>),
     /// All is done.
     Done,
+}
+
+/// What is made of a part for a query.
+enum Found {
+    /// There are no products of it.
+    Nothing,
+    /// Nothing: by this bound it holds no nearest point.
+    Far(Dd),
+    Node(Box<Node<f64>>),
 }
 
 /// What settles a node, if its derivatives do.
@@ -259,6 +287,11 @@ impl Search<'_> {
         }
         let (mut next, mut fresh) = (0, false);
         while next < front.parts.len() {
+            let kept = &front.parts[next];
+            if kept.is_beyond(&q, reach) || Dd::from(kept.least_of_hull(&q)) >= self.out.hi {
+                next += 1;
+                continue;
+            }
             let room = front.parts.len() < MOST_PARTS && self.out.nodes < self.goal.budget;
             let kept = &mut front.parts[next];
             let insight = self.look_at(heap, &q, kept, (room, fresh));
@@ -324,9 +357,16 @@ impl Search<'_> {
             kept.settling = None;
             kept.barren = fresh;
         }
-        let Some(mut node) = self.kept_box(q, source, [u, v], kept) else {
-            self.push(heap, lo, true, Kind::Root(source));
-            return Insight::Done;
+        let mut node = match self.kept_box(q, source, [u, v], kept) {
+            Found::Nothing => {
+                self.push(heap, lo, true, Kind::Root(source));
+                return Insight::Done;
+            }
+            Found::Far(bound) => {
+                kept.learn(q, least, bound);
+                return Insight::Done;
+            }
+            Found::Node(node) => node,
         };
         kept.learn(q, least, node.lo);
         if lo > node.lo {
@@ -349,29 +389,43 @@ impl Search<'_> {
         insight
     }
 
-    /// The node of a part.
+    /// The node of a part, if it may hold the nearest point.
     fn kept_box(
         &mut self,
         q: &Point3<f64>,
         source: Source,
         [u, v]: [[f64; 2]; 2],
         kept: &mut Kept,
-    ) -> Option<Box<Node<f64>>> {
-        let (net, all) = self.basis::<f64>(source)?;
+    ) -> Found {
+        let Some((net, all)) = self.basis::<f64>(source) else {
+            return Found::Nothing;
+        };
         let cut;
-        let products = if [u, v] == whole(all.degree) {
+        let is_whole = [u, v] == whole(all.degree);
+        let is_kept = !is_whole && all.degree.count() <= MOST_KEPT;
+        let products = if is_whole {
             all
-        } else if all.degree.count() > MOST_KEPT {
-            cut = all.restricted(u, v)?;
-            &cut
+        } else if let (true, Some(products)) = (is_kept, &kept.products) {
+            products
         } else {
-            match &mut kept.products {
-                Some(products) => products,
-                own => own.insert(Box::new(all.restricted(u, v)?)),
+            let Some(own) = all.restricted(u, v) else {
+                return Found::Nothing;
+            };
+            if is_kept {
+                kept.products.insert(Box::new(own))
+            } else {
+                cut = own;
+                &cut
             }
         };
         kept.hull = kept.hull.or_else(|| products.hull(&net.origin));
-        Some(self.node_over(q, (net, products), [u, v]))
+        if net.unit_weights {
+            let bound = Dd::from(least_squared_distance(q, net, products));
+            if self.hopeless(bound) {
+                return Found::Far(bound);
+            }
+        }
+        Found::Node(self.node_over(q, (net, products), [u, v]))
     }
 
     /// The node over a box with its products.
@@ -426,14 +480,15 @@ impl Search<'_> {
             }
         }
         let mixed = kept.side == Some(BoxSide::Mixed);
-        let products = kept.products.as_deref().unwrap_or(all);
+        let (kept_arms, kept_products) = (&mut kept.arms, &kept.products);
+        let products = kept_products.as_deref().unwrap_or(all);
         let tau = self.out.hi.hi;
         let bends = node.bends(tau);
         let shape = bends.told();
         // A leaf that the region's border crosses takes sides at each query.
         let why = why(node, &shape, products);
         if let Some(why) = why.filter(|w| !(mixed && matches!(w, Why::Convex(_)))) {
-            let steady = Steady::new(node, (net, products), q, (tau, bends));
+            let steady = Steady::new(node, (net, products), q, (tau, bends), kept_arms);
             kept.settling = Some(Box::new(Settling { steady, why }));
             return Insight::Settles;
         }
@@ -447,7 +502,9 @@ impl Search<'_> {
         let inside = matches!(kept.part, Part::Box(_, _, _, true));
         // Where a whole lies its halves do.
         let whole = kept.side;
-        let halves = [false, true].map(|high| {
+        let mut low = products.clone();
+        let high = low.split(along_u);
+        let halves = [(false, low), (true, high)].map(|(high, own)| {
             let half = |r: [f64; 2]| {
                 let middle = 0.5 * (r[0] + r[1]);
                 if high { [middle, r[1]] } else { [r[0], middle] }
@@ -457,14 +514,13 @@ impl Search<'_> {
             } else {
                 (node.u, half(node.v))
             };
-            let mut own = Box::new(products.clone());
-            own.halve(along_u, high);
             Kept {
                 center: kept.center,
                 away: kept.away,
                 part: Part::Box(source, u, v, inside),
-                products: Some(own),
+                products: Some(Box::new(own)),
                 hull: None,
+                arms: None,
                 settling: None,
                 barren: false,
                 side: whole,

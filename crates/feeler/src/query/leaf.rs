@@ -381,7 +381,16 @@ impl Search<'_> {
             return None;
         }
         let exact_tau = ball(tau);
-        let g0 = s.n - exact_tau * s.c;
+        let minus = |x: Ball<Dd>, c: Ball<Dd>| {
+            // `C` is 1.
+            if cell.constant { x } else { x - exact_tau * c }
+        };
+        // Then tau is the middle of what N is known to be.
+        let off = if s.c.is_one() {
+            s.n.rad
+        } else {
+            (s.n - exact_tau * s.c).magnitude()
+        };
         let mut free = 0.0;
         let mut all_low = 0.0;
         let mut all_high = 0.0;
@@ -390,7 +399,7 @@ impl Search<'_> {
             if widths[k] == 0.0 {
                 continue;
             }
-            let g = (s.n_slope[k] - exact_tau * s.c_slope[k]) * Ball::exact(widths[k]);
+            let g = minus(s.n_slope[k], s.c_slope[k]) * Ball::exact(widths[k]);
             let (low, high) = (g.lower(), g.upper());
             let size = low.abs().max(high.abs());
             all_high += size * size;
@@ -405,15 +414,14 @@ impl Search<'_> {
             }
         }
         let free = free.sqrt() * UP;
-        let drop = (free * free / (2.0 * lambda) + g0.magnitude()) * UP;
+        let drop = (free * free / (2.0 * lambda) + off) * UP;
         // G(p) is zero up to rounding: taken as a loss.
         let lo = tau - Dd::from(drop / shape.c_range[0] * UP);
         let lo = Dd::new(lo.hi, lo.lo) - Dd::from(8.0 * Dd::UNIT * tau.magnitude());
         let curvature = shape.curvature * UP + tau_curvature(shape, cell, tau_error);
         let all_high = all_high.sqrt() * UP;
-        let growth = |rho: f64| {
-            (g0.magnitude() + all_high * rho + 0.5 * curvature * rho * rho) / shape.c_range[0] * UP
-        };
+        let growth =
+            |rho: f64| (off + all_high * rho + 0.5 * curvature * rho * rho) / shape.c_range[0] * UP;
         // The whole node to start with.
         let mut rho = std::f64::consts::SQRT_2 * UP;
         for _ in 0..SHRINK_STEPS {
@@ -440,7 +448,7 @@ impl Search<'_> {
             point: s.point,
             spread: Spread {
                 slope: free,
-                value: g0.magnitude(),
+                value: off,
                 lambda,
                 c_max: shape.c_range[1],
                 tau,

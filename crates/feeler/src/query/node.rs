@@ -245,7 +245,7 @@ mod tests {
     use super::*;
     use crate::numeric::Ball;
     use crate::numeric::bernstein::binomials;
-    use crate::prepare::Net;
+    use crate::prepare::{Net, least_squared_distance};
     use dashu_ratio::RBig as Q;
     use nalgebra::Point3;
     use proptest::prelude::*;
@@ -373,6 +373,34 @@ mod tests {
                 .collect();
             check::<f64>(&points, q, &path);
             check::<Dd>(&points, q, &path);
+        }
+
+        /// The bound of a box without its coefficients: below the least of the true ones, by no more than roundings.
+        #[test]
+        fn the_least_coefficient_is_told_alone(
+            points in prop::collection::vec([-4.0..4.0f64, -4.0..4.0f64, -4.0..4.0f64], 6),
+            q in [-4.0..4.0f64, -4.0..4.0f64, -4.0..4.0f64],
+            path in prop::collection::vec((any::<bool>(), any::<bool>()), 0..24),
+        ) {
+            let balls = points.iter().map(|p| [p[0], p[1], p[2], 1.0].map(Ball::exact));
+            let net = Net::<f64>::new(DEGREE, balls.collect(), [0.0; 3]);
+            let mut products = net.products();
+            let mut n = vec![Q::ZERO; products.degree.count()];
+            for k in 0..3 {
+                let x: Vec<Q> = points.iter().map(|p| exact(p[k]) - exact(q[k])).collect();
+                n.iter_mut().zip(times(&x, &x)).for_each(|(sum, x)| *sum += x);
+            }
+            for (along_u, high) in path {
+                let upper = products.split(along_u);
+                if high {
+                    products = upper;
+                }
+                n = half(&n, products.degree, along_u, high);
+            }
+            let told = exact(least_squared_distance(&Point3::from(q), &net, &products));
+            let truth = n.into_iter().reduce(Q::min).unwrap();
+            prop_assert!(told <= truth.clone().max(Q::ZERO));
+            prop_assert!(truth - told < exact(1e-11));
         }
     }
 }

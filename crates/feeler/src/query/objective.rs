@@ -29,7 +29,7 @@ pub(crate) struct Sample {
 impl Sample {
     /// The value `f`.
     pub(crate) fn value(&self) -> Ball<Dd> {
-        self.n / self.c
+        quotient(self.n, self.c)
     }
 }
 
@@ -120,7 +120,7 @@ impl Objective {
     /// The value alone of that.
     pub(crate) fn rough_value(&self, net: &Net<f64>, p: [f64; 2]) -> Ball<Dd> {
         let (n, c) = self.values(&net.origin, &jet::point(net, p[0], p[1]));
-        n / c
+        quotient(n, c)
     }
 
     /// The same with values in double-double, derivatives in f64.
@@ -150,7 +150,7 @@ impl Objective {
         match jet::fine_value(net, local) {
             Some(value) => {
                 let (n, c) = self.values(&net.origin, &value);
-                n / c
+                quotient(n, c)
             }
             None => self.sample(net, local[0], local[1]).value(),
         }
@@ -165,9 +165,26 @@ impl Objective {
         }
     }
 
-    /// `X - q w` and its derivatives: the cancellation happens here, on exact q.
+    /// `X - q w`: the cancellation happens here, on exact q. Nothing is multiplied by a weight that is 1.
     fn offset<T: Real>(q: &Point3<f64>, origin: &[f64; 3], h: &[Ball<T>; 4]) -> [Ball<T>; 3] {
-        std::array::from_fn(|c| h[c] - Ball::difference(q[c], origin[c]) * h[3])
+        let unit = h[3].is_one();
+        std::array::from_fn(|c| {
+            let q = Ball::difference(q[c], origin[c]);
+            h[c] - if unit { q } else { q * h[3] }
+        })
+    }
+
+    /// The derivative of that, of a weight that is `w`.
+    fn offset_slope<T: Real>(
+        q: &Point3<f64>,
+        origin: &[f64; 3],
+        w: &Ball<T>,
+        h: &[Ball<T>; 4],
+    ) -> [Ball<T>; 3] {
+        if w.is_one() {
+            return [h[0], h[1], h[2]];
+        }
+        Self::offset(q, origin, h)
     }
 
     fn height<T: Real>(n: &Vector3<f64>, h: f64, origin: &[f64; 3], p: &[Ball<T>; 4]) -> Ball<T> {
@@ -181,7 +198,9 @@ impl Objective {
         match self {
             Self::SquaredDistance(q) => {
                 let m = Self::offset(q, origin, value);
-                (dot(&m, &m).to_dd(), value[3].square().to_dd())
+                let w = value[3];
+                let c = if w.is_one() { w } else { w.square() };
+                (dot(&m, &m).to_dd(), c.to_dd())
             }
             Self::Height(n, h) => (Self::height(n, *h, origin, value).to_dd(), value[3].to_dd()),
         }
@@ -197,11 +216,18 @@ impl Objective {
         let (n_slope, c_slope) = match self {
             Self::SquaredDistance(q) => {
                 let m = Self::offset(q, origin, &jet[0]);
-                let two = Ball::exact(2.0);
                 let w = jet[0][3];
+                let twice = |x: Ball<T>| x + x;
                 (
-                    [1, 2].map(|k| two * dot(&m, &Self::offset(q, slope_origin, &jet[k]))),
-                    [1, 2].map(|k| two * w * jet[k][3]),
+                    [1, 2]
+                        .map(|k| twice(dot(&m, &Self::offset_slope(q, slope_origin, &w, &jet[k])))),
+                    [1, 2].map(|k| {
+                        if w.is_one() {
+                            Ball::ZERO
+                        } else {
+                            twice(w * jet[k][3])
+                        }
+                    }),
                 )
             }
             Self::Height(n, h) => (
@@ -281,6 +307,11 @@ impl Objective {
             }
         }
     }
+}
+
+/// `N / C`.
+fn quotient(n: Ball<Dd>, c: Ball<Dd>) -> Ball<Dd> {
+    if c.is_one() { n } else { n / c }
 }
 
 /// `h - n.o`, in double-double at least.

@@ -15,7 +15,7 @@ use super::node::Node;
 use super::shape::{Bends, Shape};
 use crate::numeric::bernstein::{Bidegree, largest};
 use crate::numeric::{Ball, Real, TINY};
-use crate::prepare::{Net, Products};
+use crate::prepare::{Coefficients, Net, Products};
 use nalgebra::Point3;
 
 /// A bound that is off by a few roundings.
@@ -23,11 +23,14 @@ const UP: f64 = 1.0 + 64.0 * f64::EPSILON;
 
 /// Bounds on the coefficients of a polynomial and on their differences, in the order of [`Bends`].
 #[derive(Clone, Copy, Debug, Default)]
-struct Sway {
+pub(super) struct Sway {
     largest: f64,
     slopes: [f64; 2],
     seconds: [f64; 3],
 }
+
+/// Of three coordinates.
+pub(super) type Arms = [Sway; 3];
 
 /// See the [module](self).
 #[derive(Clone, Debug)]
@@ -36,7 +39,7 @@ pub(super) struct Steady {
     tau: f64,
     bends: Bends,
     /// Of the coordinates of `b'`.
-    arms: [Sway; 3],
+    arms: Arms,
     /// Of `C`.
     base: Sway,
 }
@@ -66,44 +69,67 @@ impl Sway {
     }
 }
 
+/// Of `b'` about a centre, where no coefficient of `C` is above `most`.
+fn weighted_arms(
+    (net, products): (&Net<f64>, &Products<f64>),
+    center: &Point3<f64>,
+    most: f64,
+) -> Arms {
+    std::array::from_fn(|k| {
+        let q = Ball::<f64>::difference(center[k], net.origin[k]);
+        let (b, c) = (&products.b[k], &products.c);
+        let values: Vec<f64> = b
+            .values
+            .iter()
+            .zip(&c.values)
+            .map(|(b, c)| b - q.mid * c)
+            .collect();
+        let size = b.largest + q.magnitude() * c.largest;
+        let error = b.error
+            + q.magnitude() * c.error
+            + q.rad * c.largest
+            + 4.0 * (f64::UNIT * size + c.tiny);
+        Sway::of(&values, products.degree, error * most * UP)
+    })
+}
+
 /// A range, wider by so much at both ends.
 fn outward([low, high]: [f64; 2], e: f64) -> [f64; 2] {
     [(low - e).next_down(), (high + e).next_up()]
 }
 
 impl Steady {
-    /// Of a node with its net and products, and what its derivatives are bounded by with some tau.
+    /// Of a node with its net and products, and what its derivatives are bounded by with some tau. `known`: those of `b` where all weights are 1, for the
+    /// box's next centre.
     pub(super) fn new(
         node: &Node<f64>,
         (net, products): (&Net<f64>, &Products<f64>),
         center: &Point3<f64>,
         (tau, bends): (f64, Bends),
+        known: &mut Option<Box<Arms>>,
     ) -> Self {
-        let degree = products.degree;
         let most = bends.c_range[1];
-        let arms = std::array::from_fn(|k| {
-            let q = Ball::<f64>::difference(center[k], net.origin[k]);
-            let (b, c) = (&products.b[k], &products.c);
-            let values: Vec<f64> = b
-                .values
-                .iter()
-                .zip(&c.values)
-                .map(|(b, c)| b - q.mid * c)
-                .collect();
-            let size = b.largest + q.magnitude() * c.largest;
-            let error = b.error
-                + q.magnitude() * c.error
-                + q.rad * c.largest
-                + 4.0 * (f64::UNIT * size + c.tiny);
-            Sway::of(&values, degree, error * most * UP)
-        });
+        let arms = if net.unit_weights {
+            // `b' = b - q`: its differences are those of `b`, whatever the centre is.
+            let mut arms = **known.get_or_insert_with(|| {
+                let of = |b: &Coefficients<f64>| Sway::of(&b.values, products.degree, b.error);
+                Box::new(products.b.each_ref().map(of))
+            });
+            for (k, arm) in arms.iter_mut().enumerate() {
+                let q = Ball::<f64>::difference(center[k], net.origin[k]);
+                arm.largest = (arm.largest + q.magnitude()) * UP;
+            }
+            arms
+        } else {
+            weighted_arms((net, products), center, most)
+        };
         let base = if bends.constant {
             Sway {
                 largest: 1.0,
                 ..Sway::default()
             }
         } else {
-            Sway::of(&node.f.c, degree, node.f.c_error * most * UP)
+            Sway::of(&node.f.c, products.degree, node.f.c_error * most * UP)
         };
         Self {
             center: *center,
@@ -186,7 +212,7 @@ mod tests {
         let products = cut(&rough);
         let about_q = node(&rough, &products, &q);
         let first = (tau, about_q.bends(tau));
-        let steady = Steady::new(&about_q, (&rough, &products), &q, first);
+        let steady = Steady::new(&about_q, (&rough, &products), &q, first, &mut None);
         let bends = steady.bends(&c, other);
         let fine = net::<Dd>(points);
         let about_c = node(&fine, &cut(&fine), &c);

@@ -26,9 +26,12 @@ proptest! {
         way in prop::array::uniform3(-1.0..1.0f64),
         step in 0..30i32,
         with_hull in any::<bool>(),
+        towards in any::<bool>(),
     ) {
         let hull: [[f64; 2]; 3] = std::array::from_fn(|k| [box_at[k], box_at[k] + size[k]]);
         let x: [f64; 3] = std::array::from_fn(|k| (box_at[k] + within[k] * size[k]).clamp(hull[k][0], hull[k][1]));
+        // On the way to that point nothing is lost by the triangle inequality.
+        let way = if towards { std::array::from_fn(|k| x[k] - center[k]) } else { way };
         let other: [f64; 3] = std::array::from_fn(|k| center[k] + way[k] * 0.5f64.powi(step));
         // As near as that point is, from below.
         let away = squared(x, center).approximate().next_down().max(0.0).sqrt().next_down().max(0.0);
@@ -38,6 +41,7 @@ proptest! {
             part: Part::Face(0),
             products: None,
             hull: with_hull.then_some(hull),
+            arms: None,
             settling: None,
             barren: false,
             side: None,
@@ -45,6 +49,13 @@ proptest! {
         let least = kept.least(&Point3::from(other));
         let truth = squared(x, other);
         prop_assert!(Dyadic::from_f64(least).is_some_and(|l| l <= truth), "{} {}", least, truth.approximate());
+        let own = kept.least_of_hull(&Point3::from(other));
+        prop_assert!(Dyadic::from_f64(own).is_some_and(|l| l <= truth), "{} {}", own, truth.approximate());
+        // From here on it is nearer.
+        let reach = truth.approximate().sqrt() * (1.0 + 2.0 * f64::EPSILON);
+        prop_assert!(!kept.is_beyond(&Point3::from(other), reach));
+        let known = away - (Point3::from(other) - Point3::from(center)).norm();
+        prop_assert!(known < 0.01 || kept.is_beyond(&Point3::from(other), 0.99 * known));
     }
 }
 
