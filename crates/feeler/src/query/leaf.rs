@@ -268,12 +268,13 @@ impl Search<'_> {
         // What is far still needs no way down; where a warm start has come down there is none left.
         let best = self.is_best(source, start);
         if let Some(near) = cell.near.filter(|_| !best && jet::fits(coarse.degree)) {
-            let sample = self.objective.rough_sample(coarse, near);
-            let leaf = self.prove(cell, shape, near.map(Dd::from), &sample)?;
+            // One step on from where it was, it is mostly near enough.
+            start = self.step_from(coarse, near, ranges);
+            let sample = self.objective.rough_sample(coarse, start);
+            let leaf = self.prove(cell, shape, start.map(Dd::from), &sample)?;
             if self.hopeless(leaf.lo) {
                 return Some(leaf);
             }
-            start = near;
         }
         if !(best && cell.node.is_none()) {
             start = self.descend(source, start, ranges);
