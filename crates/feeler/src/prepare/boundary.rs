@@ -256,7 +256,8 @@ fn hull<T: Real>(points: &[Homogeneous<T, 3>], c: usize) -> [f64; 2] {
         })
 }
 
-/// How far past the borders of a span what lies near them still meets it, in native units.
+/// How far past the borders of a span what lies near them still meets it, in native units. That is far more than
+/// a border that is no f64 is off the one that is compared.
 fn slack(m: &ParamMap) -> f64 {
     BORDER_SLACK * (m.end - m.start) + 8.0 * f64::EPSILON * m.start.abs().max(m.end.abs())
 }
@@ -372,10 +373,7 @@ fn composable(
 
 /// A curve in the patch's local square.
 fn to_local<T: Real>(points: &[Homogeneous<T, 3>], patch: &Patch<T>) -> Vec<Homogeneous<T, 3>> {
-    let local = |p: &Homogeneous<T, 3>, c: usize| {
-        let m = &patch.maps[c];
-        (p[c] - p[2] * Ball::exact(m.start)) / Ball::difference(m.end, m.start)
-    };
+    let local = |p: &Homogeneous<T, 3>, c: usize| patch.maps[c].local_of(p[c], p[2]);
     let both = |p| [local(p, 0), local(p, 1), p[2]];
     points.iter().map(both).collect()
 }
@@ -453,16 +451,7 @@ mod tests {
         points.iter().map(|p| p.map(Ball::exact)).collect()
     }
 
-    const HALVES: [ParamMap; 2] = [
-        ParamMap {
-            start: 0.0,
-            end: 0.5,
-        },
-        ParamMap {
-            start: 0.5,
-            end: 1.0,
-        },
-    ];
+    const HALVES: [ParamMap; 2] = [ParamMap::new(0.0, 0.5), ParamMap::new(0.5, 1.0)];
 
     /// A quarter of the unit circle has `u = 1/2` at 60 degrees, where `(1 - t^2) / (1 + t^2) = 1/2`: at `t = 1 / sqrt 3`.
     #[test]

@@ -269,10 +269,7 @@ pub(crate) fn arc_pieces<T: Real, const D: usize, const H: usize>(
             .collect();
         out.push(BezierCurve {
             points,
-            map: super::ParamMap {
-                start: span.range.start,
-                end: span.range.end,
-            },
+            map: super::ParamMap::new(span.range.start, span.range.end),
             arc: Some(Box::new(ArcPiece {
                 center: coordinates(&|c| Ball::exact(arc.center[c]), Ball::ONE),
                 x: coordinates(&|c| x[c], Ball::ZERO),

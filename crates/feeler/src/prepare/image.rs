@@ -181,7 +181,8 @@ impl<'a, T: Real> Grid<'a, T> {
         let maps = &self.maps[axis];
         let within = |m: &ParamMap| {
             let slack = self.slack(m);
-            range[0] >= T::from_f64(m.start) - slack && range[1] <= T::from_f64(m.end) + slack
+            let [start, end] = [false, true].map(|end| m.border::<T>(end).mid);
+            range[0] >= start - slack && range[1] <= end + slack
         };
         if let Some(i) = maps.iter().position(within) {
             return Some(Cell::In(i));
@@ -192,18 +193,16 @@ impl<'a, T: Real> Grid<'a, T> {
         (range[0] >= T::from_f64(maps[maps.len() - 1].end)).then_some(Cell::After)
     }
 
-    /// How far a range reaches past its cell, in local units.
+    /// How far a range reaches past its cell, in local units: from above, where the cell's border is known in a ball too.
     fn overhang(&self, axis: usize, cell: Cell, range: [T; 2]) -> f64 {
         let Cell::In(i) = cell else {
             return 0.0;
         };
         let m = &self.maps[axis][i];
-        let (low, high) = (
-            T::from_f64(m.start) - range[0],
-            range[1] - T::from_f64(m.end),
-        );
-        let most = low.approximate().max(high.approximate()).max(0.0);
-        most / (m.end - m.start) * UP
+        let [start, end] = [false, true].map(|end| m.border::<T>(end));
+        let low = (start.mid - range[0]).approximate() + start.rad;
+        let high = (range[1] - end.mid).approximate() + end.rad;
+        low.max(high).max(0.0) / least_length(m) * UP
     }
 
     /// The patches that a range of parameters may meet, with those beside it: first and last.
@@ -211,8 +210,9 @@ impl<'a, T: Real> Grid<'a, T> {
         let maps = &self.maps[axis];
         let last = maps.len() - 1;
         let reaches = |m: &ParamMap| {
-            let slack = self.slack(m);
-            range[0] <= T::from_f64(m.end) + slack && range[1] >= T::from_f64(m.start) - slack
+            let [start, end] = [false, true].map(|end| m.border::<T>(end));
+            let slack = |border: &Ball<T>| self.slack(m) + T::from_f64(border.rad);
+            range[0] <= end.mid + slack(&end) && range[1] >= start.mid - slack(&start)
         };
         let first = maps.iter().position(reaches);
         let end = maps.iter().rposition(reaches);
@@ -232,7 +232,7 @@ impl<'a, T: Real> Grid<'a, T> {
     /// A local length on a patch as a native one.
     fn native(&self, patch: &Patch<T>, local: [f64; 2], axis: usize) -> f64 {
         let m = &patch.maps[axis];
-        local[axis] * (m.end - m.start) * UP
+        local[axis] * m.length::<f64>().upper() * UP
     }
 
     /// How far the image may move in space where parameters in these ranges move by so much.
@@ -245,7 +245,7 @@ impl<'a, T: Real> Grid<'a, T> {
             let slope = slopes(patch)?;
             for k in 0..2 {
                 let m = &patch.maps[k];
-                steepest[k] = steepest[k].max(slope[k] / (m.end - m.start));
+                steepest[k] = steepest[k].max(slope[k] / least_length(m));
             }
         }
         let sum: f64 = (0..2)
@@ -268,6 +268,11 @@ impl<'a, T: Real> Grid<'a, T> {
         };
         &self.patches[index(u, 0) * self.maps[1].len() + index(v, 1)]
     }
+}
+
+/// The length of a piece's native parameters from below.
+fn least_length(m: &ParamMap) -> f64 {
+    m.length::<f64>().lower()
 }
 
 /// A bound on the derivative of a patch along u and v (local parameters), up to [`EXTENSION`] past its border; infinite where
@@ -447,8 +452,8 @@ fn localized<T: Real>(
         match cells[c] {
             Cell::Before => Ball::ZERO,
             Cell::After => p[2],
-            Cell::In(_) if m.start == 0.0 => p[c] / Ball::exact(m.end),
-            Cell::In(_) => (p[c] - p[2] * Ball::exact(m.start)) / Ball::difference(m.end, m.start),
+            Cell::In(_) if *m == ParamMap::new(0.0, m.end) => p[c] / Ball::exact(m.end),
+            Cell::In(_) => m.local_of(p[c], p[2]),
         }
     };
     let both = |p| [local(p, 0), local(p, 1), p[2]];
@@ -706,7 +711,7 @@ pub(super) fn steepest<T: Real>(geometry: &FaceGeometry<T>) -> Option<[f64; 2]> 
         let slope = slopes(patch)?;
         for k in 0..2 {
             let m = &patch.maps[k];
-            most[k] = most[k].max(slope[k] / (m.end - m.start) * UP);
+            most[k] = most[k].max(slope[k] / least_length(m) * UP);
         }
     }
     most.iter().all(|x| x.is_finite()).then_some(most)

@@ -164,7 +164,7 @@ impl<T: Real> Source<T> {
         match self {
             Self::Plane(s) => [0, 1].map(|c| vec![map(s.domain[c])]),
             Self::Nurbs { spans, .. } => {
-                let map = |&(_, start, end): &KnotSpan| ParamMap { start, end };
+                let map = |&(_, start, end): &KnotSpan| ParamMap::new(start, end);
                 [0, 1].map(|c| spans[c].iter().map(map).collect())
             }
             Self::Revolution(s) => {
@@ -226,10 +226,7 @@ impl<T: Real> Source<T> {
 }
 
 fn map(range: Interval) -> ParamMap {
-    ParamMap {
-        start: range.start,
-        end: range.end,
-    }
+    ParamMap::new(range.start, range.end)
 }
 
 impl<T: Real> Turns<T> {
@@ -370,7 +367,7 @@ impl<T: Real> Span1<T> {
     fn new(knots: &KnotVector, (index, start, end): KnotSpan) -> Self {
         Self {
             blossom: Blossom::new(knots, index, start, end),
-            map: ParamMap { start, end },
+            map: ParamMap::new(start, end),
         }
     }
 }

@@ -64,7 +64,8 @@ fn strays(brep: &PreparedBrep, face: usize, out: &mut Vec<Box3>) -> Option<()> {
             let along = piece.hull[1 - k].map(|x| x.clamp(low, high));
             for patch in brep.double(face).patches.iter() {
                 let (across, own) = (patch.maps[k], patch.maps[1 - k]);
-                let range = [along[0].max(own.start), along[1].min(own.end)];
+                let around = own.around();
+                let range = [along[0].max(around[0]), along[1].min(around[1])];
                 if [across.start, across.end][end] != side || !(range[0] <= range[1]) {
                     continue;
                 }

@@ -1,7 +1,7 @@
 //! Bezier pieces of splines, with bounds.
 
-use super::ParamMap;
 use super::circle::{arc_pieces, degree, span_count};
+use super::param::{ParamMap, order};
 use crate::numeric::{Ball, Dd, Interval, Real};
 use crate::nurbs::{Curve, KnotVector};
 use nalgebra::{Point, SVector};
@@ -129,7 +129,7 @@ pub(crate) fn curve_pieces<T: Real, const D: usize, const H: usize>(
         if s < e {
             out.push(BezierCurve {
                 points: vec![on_segment(a, b, span, s), on_segment(a, b, span, e)],
-                map: ParamMap { start: s, end: e },
+                map: ParamMap::new(s, e),
                 arc: None,
             });
         }
@@ -170,7 +170,7 @@ pub(crate) fn curve_pieces<T: Real, const D: usize, const H: usize>(
                     }
                     out.push(BezierCurve {
                         points,
-                        map: ParamMap { start: s, end: e },
+                        map: ParamMap::new(s, e),
                         arc: None,
                     });
                 }
@@ -184,8 +184,10 @@ pub(crate) fn curve_pieces<T: Real, const D: usize, const H: usize>(
                 };
                 let first = out.len();
                 curve_pieces(piece, s, e, out);
+                let (own, t) = ([own.start, own.end], [t[0], t[1]]);
+                let asked = [from.max(t[0]), to.min(t[1])];
                 for piece in &mut out[first..] {
-                    reparametrize(piece, own, [t[0], t[1]]);
+                    reparametrize(piece, own, t, ([s, e], asked));
                 }
             }
         }
@@ -264,45 +266,159 @@ fn poly_part(own: Interval, t: [f64; 2], [from, to]: [f64; 2]) -> Option<[f64; 2
 
 /// Moves a piece from a segment's own parameters to those of its poly-curve, `own` to `to` linearly.
 ///
-/// Where an end of the piece is no end of the segment its new parameter is rounded: by at most four roundings of the
-/// larger end of `to`. The local parameter of a given poly-curve parameter is then off by at most that over the
-/// piece's length, and the homogeneous point by that times its derivative, `degree` times the largest
-/// difference of control points: it goes into their radii.
+/// That changes nothing of the piece: its ends are numbers of f64 among the segment's own parameters, and the map between its local parameter and the
+/// poly-curve's [keeps them as such](ParamMap::of_segment).
+///
+/// `cut`: where the segment was cut, in its own parameters, and where that was asked for in the poly-curve's. If one is not the other's image,
+/// the own parameter was [rounded](poly_part), by less than 8 units of the larger end of `own`: 2.5 of its length for the quotient and the
+/// product, and half of one for the sum. The local parameter of a given parameter of the poly-curve is then off by that over the
+/// piece's length, `off` at most, and the homogeneous point by `off` times its derivative, `degree` times the largest
+/// difference of control points and as often at most `(1 + 2 off)^degree` as it is taken past the ends, less than 2 for
+/// `off * degree <= 1/4`: it goes into their radii.
 fn reparametrize<T: Real, const H: usize>(
     piece: &mut BezierCurve<T, H>,
-    own: Interval,
+    own: [f64; 2],
     to: [f64; 2],
+    cut: ([f64; 2], [f64; 2]),
 ) {
-    let mut exact = true;
-    let mut map = |x: f64| {
-        if x == own.start {
-            to[0]
-        } else if x == own.end {
-            to[1]
-        } else {
-            exact = false;
-            let s = (x - own.start) / (own.end - own.start);
-            (to[0] + s * (to[1] - to[0])).clamp(to[0], to[1])
-        }
+    let part = [piece.map.start, piece.map.end];
+    let Some(map) = ParamMap::of_segment(part, own, to) else {
+        // An end is no number.
+        return widen(piece, f64::INFINITY);
     };
-    let (start, end) = (map(piece.map.start), map(piece.map.end));
-    piece.map = ParamMap { start, end };
-    if exact {
-        return;
+    piece.map = map;
+    let (at, asked) = cut;
+    let moved = |k: usize| {
+        let exact = order(asked[k], at[k], own, to).is_some_and(|o| o.is_eq());
+        part[k] == at[k] && !exact
+    };
+    if moved(0) || moved(1) {
+        let off = 8.0 * f64::EPSILON * own[0].abs().max(own[1].abs()) / (part[1] - part[0]);
+        widen(piece, off);
     }
+}
+
+/// See [`reparametrize`].
+fn widen<T: Real, const H: usize>(piece: &mut BezierCurve<T, H>, off: f64) {
     // Its angle is no longer known to the last digit.
     piece.arc = None;
-    let off = 4.0 * f64::EPSILON * to[0].abs().max(to[1].abs()) / (end - start);
     let degree = (piece.points.len() - 1) as f64;
     for c in 0..H {
         let steps = piece.points.windows(2);
         let largest = steps
             .map(|p| (p[1][c] - p[0][c]).magnitude())
             .fold(0.0, f64::max);
-        // Twice: the derivative is that of the piece, a little way past its ends too.
-        let slack = 2.0 * degree * largest * off;
+        let slack = if off * degree <= 0.25 {
+            2.0 * degree * largest * off
+        } else {
+            f64::INFINITY
+        };
         for p in &mut piece.points {
             p[c].rad = (p[c].rad + slack) * (1.0 + 4.0 * f64::EPSILON);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::nurbs::{Arc, Curve2, Line, NurbsCurve, PolyCurve, Polyline};
+    use dashu_ratio::RBig;
+    use nalgebra::{Point2, Vector2, Vector3};
+
+    fn interval(start: f64, end: f64) -> Interval {
+        Interval::new(start, end).unwrap()
+    }
+
+    fn pieces<T: Real>(curve: &Curve2, from: f64, to: f64) -> Vec<BezierCurve<T, 3>> {
+        let mut out = Vec::new();
+        curve_pieces(curve, from, to, &mut out);
+        out
+    }
+
+    /// A spline with inner knots, a poly-line, and an arc of several pieces.
+    fn segments() -> Vec<Curve2> {
+        let points = [[0.1, 0.2], [1.3, 0.1], [1.7, 1.9], [0.6, 2.3], [0.1, 3.1]];
+        let homogeneous = points.iter().map(|[x, y]| Vector3::new(*x, *y, 1.0));
+        let knots = vec![0.0, 0.0, 0.0, 0.3, 0.7, 1.0, 1.0, 1.0];
+        let spline = NurbsCurve::new(2, homogeneous.collect(), knots).unwrap();
+        let params = vec![0.1, 0.2, 0.3, 0.7, 1.1];
+        let polyline = Polyline::new(points.map(Point2::from).to_vec(), params).unwrap();
+        let arc = Arc {
+            center: Point2::new(0.1, 0.2),
+            x: Vector2::x(),
+            y: Vector2::y(),
+            z: Vector2::zeros(),
+            radius: 1.5,
+            angle: interval(0.0, 2.0),
+            domain: interval(0.1, 0.9),
+        };
+        vec![
+            Curve2::Nurbs(spline),
+            Curve2::Polyline(polyline),
+            Curve2::Arc(Arc::new(arc).unwrap()),
+        ]
+    }
+
+    /// To the last bit, and as narrow.
+    fn check_whole<T: Real>() {
+        let all = segments();
+        let poly = PolyCurve::new(all.clone(), vec![1.0, 2.1, 2.8, 7.3]).unwrap();
+        let found = pieces::<T>(&Curve2::Poly(poly), 1.0, 7.3);
+        let own = all.iter().flat_map(|c| {
+            let domain = c.domain();
+            pieces::<T>(c, domain.start, domain.end)
+        });
+        let own: Vec<_> = own.collect();
+        assert_eq!(found.len(), own.len());
+        for (a, b) in found.iter().zip(&own) {
+            assert_eq!(format!("{:?}", a.points), format!("{:?}", b.points));
+            assert_eq!(format!("{:?}", a.arc), format!("{:?}", b.arc));
+        }
+        for p in found.windows(2) {
+            assert!(p[0].map.meets(&p[1].map), "{:?} {:?}", p[0].map, p[1].map);
+        }
+    }
+
+    #[test]
+    fn pieces_of_a_poly_curve_are_those_of_its_segments() {
+        check_whole::<f64>();
+        check_whole::<Dd>();
+    }
+
+    /// A segment that is cut within: its own parameters are far larger than the poly-curve's, and there the cut is rounded.
+    #[test]
+    fn a_cut_segment_holds_its_ends() {
+        let q = |x: f64| RBig::try_from(x).unwrap();
+        let line = Line::new(
+            Point2::new(0.0, -1.0),
+            Point2::new(1.0, 3.0),
+            interval(1000.0, 1001.0),
+        );
+        let poly = PolyCurve::new(vec![Curve2::Line(line.unwrap())], vec![0.0, 1.0]).unwrap();
+        let curve = Curve2::Poly(poly);
+        for cut in [0.1, 0.3, 0.7, 0.9] {
+            let (before, after) = (
+                pieces::<Dd>(&curve, 0.0, cut),
+                pieces::<Dd>(&curve, cut, 1.0),
+            );
+            let t = q(cut);
+            let truth = [t.clone(), q(-1.0) + q(4.0) * &t];
+            for p in [before[0].points[1], after[0].points[0]] {
+                for c in 0..2 {
+                    let off = q(p[c].mid.hi) + q(p[c].mid.lo) - &truth[c];
+                    let rad = q(p[c].rad);
+                    assert!(-&rad <= off && off <= rad, "{cut} {c} {p:?}");
+                    assert!(p[c].rad < 1e-10);
+                }
+            }
+        }
+        // Nothing is rounded where the cut is a round number.
+        for p in [
+            &pieces::<Dd>(&curve, 0.0, 0.5)[0],
+            &pieces::<Dd>(&curve, 0.5, 1.0)[0],
+        ] {
+            assert!(p.points.iter().flatten().all(|x| x.rad < 1e-30), "{p:?}");
         }
     }
 }

@@ -29,7 +29,7 @@ pub(super) fn side_at(
             mid: local[k],
             rad: rho * UP,
         };
-        Ball::exact(maps[k].start) + x * Ball::difference(maps[k].end, maps[k].start)
+        maps[k].to_native_ball(x)
     });
     if let Some(k) = seam {
         return side_on_seam(region, k, uv[1 - k]);

@@ -23,7 +23,7 @@
 use super::certify::{Zone, zero_near};
 use super::forms::Stabber;
 use super::zeros::{Digits, HitAt, Place, RawHit};
-use crate::numeric::Dd;
+use crate::numeric::{Ball, Dd};
 use crate::prepare::{ParamMap, PreparedBrep};
 
 /// A bound that is off by a few roundings.
@@ -99,8 +99,8 @@ fn one_of(brep: &PreparedBrep, stab: &Stabber, hits: &[RawHit], index: usize) ->
     }
     // The half sides of `B`, in native parameters.
     let length = |b: &Beside, k: usize| {
-        let map = &patches[b.patch].maps[k];
-        map.end - map.start
+        let length: Ball<f64> = patches[b.patch].maps[k].length();
+        length.mid
     };
     let sides = [0, 1].map(|k| {
         let all = around
@@ -200,17 +200,19 @@ fn star(
     // Where another patch's border is the joint, and the middle of `B` on it.
     let beside = |other: &ParamMap, k: usize| -> Option<(Option<bool>, f64)> {
         let place = |end: bool| if end { 1.0 } else { 0.0 };
-        let joint = ends[k].map(|end| {
-            let own = if end { own[k].end } else { own[k].start };
-            over_seam(k, end).unwrap_or(own)
-        });
-        match (ends[k], joint) {
-            (Some(end), _) if *other == own[k] => Some((Some(end), place(end))),
-            (Some(true), Some(at)) if other.start == at => Some((Some(false), 0.0)),
-            (Some(false), Some(at)) if other.end == at => Some((Some(true), 1.0)),
-            (None, _) if *other == own[k] => Some((None, local[k].hi)),
-            _ => None,
+        let Some(end) = ends[k] else {
+            return (*other == own[k]).then_some((None, local[k].hi));
+        };
+        if *other == own[k] {
+            return Some((Some(end), place(end)));
         }
+        let meets = match (over_seam(k, end), end) {
+            (Some(there), true) => other.start == there,
+            (Some(there), false) => other.end == there,
+            (None, true) => own[k].meets(other),
+            (None, false) => other.meets(&own[k]),
+        };
+        meets.then_some((Some(!end), place(!end)))
     };
     let around = patches.iter().enumerate().filter_map(|(patch, p)| {
         let [(a, u), (b, v)] = [beside(&p.maps[0], 0)?, beside(&p.maps[1], 1)?];

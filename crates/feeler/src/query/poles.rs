@@ -301,7 +301,7 @@ impl<'a> Strip<'a> {
                 mid: local[k],
                 rad: (off[k].hi + TURNING) * UP,
             };
-            Ball::exact(maps[k].start) + x * Ball::difference(maps[k].end, maps[k].start)
+            maps[k].to_native_ball(x)
         });
         let side = self.brep.region(self.face).side_of_ball(uv);
         if side == Some(Side::Outside) {

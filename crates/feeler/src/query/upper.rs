@@ -70,8 +70,8 @@ impl Search<'_> {
             return;
         };
         let local = [0, 1].map(|k| {
-            let map = &patches[index].maps[k];
-            ((uv[k] - map.start) / (map.end - map.start)).clamp(0.0, 1.0)
+            let local: Ball<f64> = patches[index].maps[k].to_local(Ball::exact(uv[k]));
+            local.mid.clamp(0.0, 1.0)
         });
         let source = Source::Patch { face, index };
         let p = self.descend(source, local, [[0.0, 1.0]; 2]);

@@ -19,6 +19,7 @@ mod lines;
 mod off_nominal;
 mod one_sphere;
 mod past;
+mod poly_curves;
 mod questions;
 mod regions;
 mod rulings;
