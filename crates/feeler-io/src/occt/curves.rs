@@ -353,6 +353,7 @@ pub(crate) const MOST_TURNS: f64 = 32.0;
 
 /// How many numbers may still be made: a file that uses the same spline over and over must not
 /// take memory out of all proportion.
+#[derive(Clone)]
 pub(crate) struct Budget {
     left: usize,
     limit: usize,
@@ -361,6 +362,14 @@ pub(crate) struct Budget {
 impl Budget {
     pub(crate) fn new(limit: usize) -> Self {
         Self { left: limit, limit }
+    }
+
+    pub(crate) fn left(&self) -> usize {
+        self.left
+    }
+
+    pub(crate) fn used(&self) -> usize {
+        self.limit - self.left
     }
 
     pub(crate) fn take(&mut self, count: usize) -> Result<(), Refusal> {

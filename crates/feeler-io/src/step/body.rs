@@ -16,7 +16,7 @@ use crate::sheets::{ROUNDING, jumps, kinds};
 use crate::step_problem::StepProblem;
 use feeler::brep::{Brep, Edge, Vertex};
 use feeler::numeric::Interval;
-use feeler::nurbs::{Curve, Curve2, Curve3};
+use feeler::nurbs::{Curve, Curve3};
 use feeler::prepare::trim_offsets;
 use nalgebra::{Point2, Point3};
 use std::collections::{BTreeMap, HashMap};
@@ -36,6 +36,8 @@ const MOST_SPLITS: usize = 256;
 /// again at a few bytes each, and each takes its time.
 const USE: usize = 512;
 const FITTED: usize = 4096;
+/// Numbers that a use holds beside its curves, in lists that double: files have some 80 bytes for one.
+const HELD: usize = 32;
 
 /// What a body has become.
 pub(super) struct Made3 {
@@ -186,7 +188,10 @@ pub(super) fn brep(
     let mut splits = HashMap::new();
     // By place: what a face that fails has begun is not kept, so that all is begun again without it.
     let mut left_out: BTreeMap<usize, ReadError> = BTreeMap::new();
+    let held = geometry.left.held.clone();
     for _ in 0..MOST_SPLITS {
+        // What was begun before is let go.
+        geometry.left.held = held.clone();
         let mut body = Body {
             geometry: &mut *geometry,
             b: Builder::default(),
@@ -305,13 +310,10 @@ fn edge(b: &mut Builder, key: usize, curve: Option<(Curve3, Interval)>, vertices
     }
 }
 
-/// Bytes of a curve in uv that is fitted, of which the file has none: its lists have room for half as much again.
-fn held(curve: &Curve2) -> usize {
+/// How many numbers a curve holds.
+fn held<const D: usize, const H: usize>(curve: &Curve<D, H>) -> usize {
     match curve {
-        Curve::Nurbs(n) => {
-            let own = size_of_val(n.control_points()) + size_of_val(n.knots().knots());
-            own + own / 2
-        }
+        Curve::Nurbs(n) => H * n.control_points().len() + n.knots().knots().len(),
         _ => 0,
     }
 }
@@ -362,8 +364,8 @@ impl Body<'_, '_> {
                 geometry.proofs = rest;
                 proven.extend(trims);
             }
-            let held = brep.parts().curves2.iter().map(held).sum();
-            let room = geometry.proof_bytes.saturating_sub(held);
+            let room = { geometry.proof_bytes }
+                .saturating_sub(geometry.left.held.used().saturating_mul(size_of::<f64>()));
             for own in trim_offsets(&brep, &proven, room) {
                 if own.at_most.is_finite() {
                     bound = bound.max(own.at_most);
@@ -646,11 +648,10 @@ impl Body<'_, '_> {
                 }
                 for piece in pieces {
                     // Its image may have as many numbers.
-                    let held = match &piece.curve {
-                        Curve::Nurbs(n) => 4 * n.control_points().len() + n.knots().knots().len(),
-                        _ => 0,
-                    };
+                    let held = held(&piece.curve);
                     self.work(edge_id, USE.saturating_add(held))?;
+                    let held_here = &mut self.geometry.left.held;
+                    held_here.take(HELD + held).map_err(form(edge_id))?;
                     if let Some(at) = pole(&chart, &piece.curve, piece.span) {
                         return Ok(Some((edge_id, at)));
                     }
@@ -738,12 +739,14 @@ impl Body<'_, '_> {
                 };
                 let slack = 2.0 * self.tolerance + super::pcurve::FIT * self.size;
                 if let Some(made) = taken(chart, &piece.curve, piece.span, own, slack) {
+                    let left = &mut self.geometry.left;
+                    left.held.take(held(&made.curve)).map_err(form(p))?;
                     return Ok(made);
                 }
             }
         }
         let (size, tolerance) = (self.size, self.tolerance);
-        let pieces = &mut self.geometry.pieces;
+        let left = &mut self.geometry.left;
         made(
             edge_id,
             chart,
@@ -751,7 +754,7 @@ impl Body<'_, '_> {
             piece.span,
             size,
             tolerance,
-            pieces,
+            left,
         )
     }
 

@@ -2,7 +2,7 @@
 
 use super::body::{Made3, brep, faces, rounded_up};
 use super::entities::Entities;
-use super::geometry::Geometry;
+use super::geometry::{Geometry, Left};
 use super::part21::{Attribute, parse};
 use super::products::{Context, Products};
 use crate::affine::Affine;
@@ -19,12 +19,13 @@ const NUMBERS_PER_BYTE: usize = 8;
 
 /// How much proof of images there may be: see [`Geometry::proofs`]. Beyond, the model's report says for how many there is none yet.
 const PROOFS: usize = 2048;
-/// See [`Geometry::proof_bytes`]: for each byte of the file and for any, so that all takes no more than 64 times its size and what every document takes; 17
-/// are taken by what is read.
-const PROOF_BYTES_PER_BYTE: usize = 44;
-const LEAST_PROOF_BYTES: usize = 7 << 13;
-/// And of the quick proofs: see [`Geometry::pieces`].
+/// See [`Geometry::proof_bytes`]: for each byte of the file, less what its entities take, so that all takes no more than 64 times its size; the rest is for
+/// what bodies hold beside curves in uv.
+const PROOF_BYTES_PER_BYTE: usize = 54;
+/// And of the quick proofs: see [`Left::pieces`].
 const PIECES: usize = 1 << 16;
+/// See [`Left::held`]: no file of the corpus holds more than 1.2.
+const HELD_PER_BYTE: usize = 3;
 
 /// A file's tolerance counts no further than to this part of the model's size.
 const MOST_TOLERANCE: f64 = 1.0 / (1 << 14) as f64;
@@ -78,9 +79,13 @@ pub fn read_step(bytes: &[u8]) -> Result<Document, ReadError> {
         entities: &entities,
         angle: 1.0,
         proofs: PROOFS,
-        proof_bytes: LEAST_PROOF_BYTES
-            .saturating_add(bytes.len().saturating_mul(PROOF_BYTES_PER_BYTE)),
-        pieces: PIECES,
+        proof_bytes: { bytes.len() }
+            .saturating_mul(PROOF_BYTES_PER_BYTE)
+            .saturating_sub(entities.graph().bytes()),
+        left: Left {
+            pieces: PIECES,
+            held: Budget::new(HELD_PER_BYTE.saturating_mul(bytes.len())),
+        },
         numbers: Budget::new(NUMBERS.saturating_add(NUMBERS_PER_BYTE.saturating_mul(bytes.len()))),
     };
     let products = Products::read(&geometry)?;
@@ -98,6 +103,11 @@ pub fn read_step(bytes: &[u8]) -> Result<Document, ReadError> {
         warnings.push(format!("{count} items of kind {what} are not read"));
     }
     let size = extent(&entities, placed.iter().map(|p| p.id));
+    // Of each body, how many are still to be placed.
+    let mut to_place: HashMap<u64, usize> = HashMap::new();
+    for p in &placed {
+        *to_place.entry(p.id).or_default() += 1;
+    }
     let mut made: HashMap<u64, Result<Made3, ReadError>> = HashMap::new();
     // Faces that bodies lack, of each body once.
     let mut left_out: Vec<Object> = Vec::new();
@@ -111,7 +121,9 @@ pub fn read_step(bytes: &[u8]) -> Result<Document, ReadError> {
                 .flatten()
                 .map(Affine::scaling)
         });
-        let result = made.entry(p.id).or_insert_with(|| {
+        let to_place = to_place.entry(p.id).or_default();
+        *to_place = to_place.saturating_sub(1);
+        let result = made.remove(&p.id).unwrap_or_else(|| {
             geometry.angle = context.as_ref().map_or(1.0, |c| c.angle);
             let given = context.as_ref().and_then(|c| c.tolerance).unwrap_or(0.0);
             let tolerance = given.min(MOST_TOLERANCE * size);
@@ -145,50 +157,58 @@ pub fn read_step(bytes: &[u8]) -> Result<Document, ReadError> {
         });
         let class = entities.described(p.id).to_lowercase();
         let mut own = Vec::new();
+        let is_last = *to_place == 0;
         let kind = match result {
-            Ok(Made3 {
-                brep,
-                images,
-                warnings,
-                ..
-            }) => {
+            Ok(body) => {
                 // A copy costs what it holds.
                 let map = match (&p.map, &scale) {
                     (Some(a), Some(b)) => Some(b.after(a)),
                     (a, b) => a.clone().or_else(|| b.clone()),
                 };
-                let copied = geometry.numbers.take(numbers(brep));
-                let placed = copied
-                    .map_err(super::entities::form(p.id))
-                    .and_then(|()| match map {
-                        None => {
-                            own.extend(images.said(1.0, 0.0));
-                            Ok(brep.clone())
+                let warnings = body.warnings.clone();
+                let copied = geometry.numbers.take(numbers(&body.brep));
+                let (placed, kept) = match (copied.map_err(super::entities::form(p.id)), map) {
+                    (Err(reason), _) => (Err(reason), Some(body)),
+                    (Ok(()), None) => {
+                        own.extend(body.images.said(1.0, 0.0));
+                        if is_last {
+                            (Ok(body.brep), None)
+                        } else {
+                            (Ok(body.brep.clone()), Some(body))
                         }
-                        Some(map) => map
-                            .apply(brep)
+                    }
+                    (Ok(()), Some(map)) => {
+                        let moved = map
+                            .apply(&body.brep)
                             .map(|moved| {
-                                own.extend(images.said(map.stretch(), moved.off));
+                                own.extend(body.images.said(map.stretch(), moved.off));
                                 own.push(format!(
                                     "placed by the assembly: points are off by at most {}",
                                     rounded_up(moved.off)
                                 ));
                                 moved.brep
                             })
-                            .map_err(|e| super::entities::shape(p.id, e.to_string())),
-                    });
+                            .map_err(|e| super::entities::shape(p.id, e.to_string()));
+                        (moved, Some(body))
+                    }
+                };
+                if let Some(body) = kept.filter(|_| !is_last) {
+                    made.insert(p.id, Ok(body));
+                }
                 match placed {
                     Ok(brep) => {
-                        own.extend(warnings.iter().cloned());
+                        own.extend(warnings);
                         ObjectKind::Brep(brep)
                     }
                     Err(reason) => ObjectKind::Refused { class, reason },
                 }
             }
-            Err(reason) => ObjectKind::Refused {
-                class,
-                reason: reason.clone(),
-            },
+            Err(reason) => {
+                if !is_last {
+                    made.insert(p.id, Err(reason.clone()));
+                }
+                ObjectKind::Refused { class, reason }
+            }
         };
         objects.push(Object {
             name: p.name,

@@ -25,6 +25,15 @@ const UNIT: f64 = 4.0 * f64::EPSILON;
 /// The shortest part of a direction that still tells one, when it is made orthogonal to an axis.
 const LEAST: f64 = 1.0 / (1 << 26) as f64;
 
+/// How much more a file's uses of edges may become.
+pub(super) struct Left {
+    /// How many pieces of curves on elementary surfaces may still be proven here: some 25 us each.
+    pub(super) pieces: usize,
+    /// How many numbers the uses and the curves made for them may still hold: what a loop names at a few bytes, over and over, is to hold no
+    /// more than a multiple of the file.
+    pub(super) held: Budget,
+}
+
 /// What the entities' numbers mean, and how many more may be made of them.
 pub(super) struct Geometry<'e> {
     pub(super) entities: &'e Entities,
@@ -33,10 +42,9 @@ pub(super) struct Geometry<'e> {
     pub(super) numbers: Budget,
     /// How much proof the kernel may still be asked for, in pieces of cubics on bicubic patches: some 1 ms each.
     pub(super) proofs: usize,
-    /// How much memory the kernel may take for the proof of an image, and the curves in uv of the body.
+    /// How much memory the kernel may take for the proof of an image, with what [`Left::held`] counts.
     pub(super) proof_bytes: usize,
-    /// How many pieces of curves on elementary surfaces may still be proven here: some 25 us each.
-    pub(super) pieces: usize,
+    pub(super) left: Left,
 }
 
 /// The curve of an edge: in space, whether the file's runs with it, and the curves in uv beside it.
@@ -568,7 +576,10 @@ mod tests {
                 angle: 1.0,
                 proofs: 0,
                 proof_bytes: 0,
-                pieces: 0,
+                left: Left {
+                    pieces: 0,
+                    held: Budget::new(0),
+                },
                 numbers: Budget::new(0),
             };
             let a = geometry.axes(4, 4).unwrap();

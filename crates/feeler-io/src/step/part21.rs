@@ -61,6 +61,31 @@ pub(super) struct Graph {
     pub(super) blank: usize,
 }
 
+impl Graph {
+    /// Bytes that it takes, some more than less: an entity has a slot in a tree, whose nodes may be half empty.
+    pub(super) fn bytes(&self) -> usize {
+        let of_entity = |e: &RawEntity| -> usize {
+            let parts = { e.parts.iter() }
+                .map(|p| size_of::<Part>() + p.name.len() + listed(&p.attributes));
+            2 * size_of::<(u64, RawEntity)>() + parts.sum::<usize>()
+        };
+        self.entities.values().map(of_entity).sum()
+    }
+}
+
+/// Bytes that attributes take; recursion is bounded by [`MOST_NESTED`].
+fn listed(attributes: &[Attribute]) -> usize {
+    let beside = |a: &Attribute| match a {
+        Attribute::Text(text) | Attribute::Enum(text) => text.len(),
+        Attribute::List(list) => listed(list),
+        Attribute::Typed(one) => listed(std::slice::from_ref(&**one)),
+        Attribute::Integer(_) | Attribute::Real(_) | Attribute::EntityRef(_) | Attribute::Unset => {
+            0
+        }
+    };
+    size_of_val(attributes) + attributes.iter().map(beside).sum::<usize>()
+}
+
 struct Parser<'b> {
     bytes: &'b [u8],
     at: usize,

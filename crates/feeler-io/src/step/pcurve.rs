@@ -18,9 +18,11 @@
 
 use super::chart::{Chart, Located};
 use super::entities::form;
+use super::geometry::Left;
 use super::points::Points;
 use super::smooth::{self, largest};
 use crate::error::ReadError;
+use crate::occt::curves::{Budget, Refusal};
 use crate::occt::projection::projected;
 use feeler::numeric::Interval;
 use feeler::nurbs::{Arc, Curve, Curve2, Curve3, Limit, Line, NurbsCurve};
@@ -39,6 +41,8 @@ const MOST_SAMPLES: usize = 2048;
 /// How often a piece is halved, and how many pieces there may be.
 const HALVINGS: u32 = 7;
 const MOST_PIECES: usize = 512;
+/// Numbers of a piece: three control points and three knots.
+const PIECE: usize = 12;
 /// Roundings of points by formula, relative to the size: trigonometric functions and a dozen operations.
 pub(super) const FORMULA: f64 = 64.0 * f64::EPSILON;
 
@@ -165,7 +169,8 @@ fn fits(chart: &Chart, points: &Points<'_>, trace: &Trace, made: &Curve2, slack:
     })
 }
 
-/// The curve in uv of an edge's curve over its `span`. `pieces`: how many may still be proven by points, see [`smooth::bound`].
+/// The curve in uv of an edge's curve over its `span`. `left`: how many pieces may still be proven by points, see
+/// [`smooth::bound`], and what a fitted curve may hold; it is coarser where it may hold little.
 pub(super) fn made(
     entity: u64,
     chart: &Chart,
@@ -173,7 +178,7 @@ pub(super) fn made(
     span: Interval,
     size: f64,
     tolerance: f64,
-    pieces: &mut usize,
+    left: &mut Left,
 ) -> Result<Made, ReadError> {
     let most = (2.0 * tolerance).max(FAR * size);
     if let Some(axes) = chart.plane() {
@@ -249,7 +254,8 @@ pub(super) fn made(
         } else {
             None
         };
-        let bound = bound.or_else(|| smooth::bound(chart, curve, &line, span, size, pieces));
+        let bound =
+            bound.or_else(|| smooth::bound(chart, curve, &line, span, size, &mut left.pieces));
         return Ok(Made {
             curve: line,
             bound,
@@ -257,10 +263,11 @@ pub(super) fn made(
             on_axis: trace.on_axis,
         });
     }
-    let fitted = fitted(chart, &points, &trace, size, most)
+    let fitted = fitted(chart, &points, &trace, size, most, &mut left.held)
+        .map_err(form(entity))?
         .ok_or_else(|| super::entities::shape(entity, "an edge that could not be projected"))?;
     Ok(Made {
-        bound: smooth::bound(chart, curve, &fitted, span, size, pieces),
+        bound: smooth::bound(chart, curve, &fitted, span, size, &mut left.pieces),
         curve: fitted,
         fitted: true,
         on_axis: trace.on_axis,
@@ -350,18 +357,21 @@ struct Knot {
     uv: Point2<f64>,
 }
 
-/// `None`: it comes no nearer than `most`.
+/// `None`: it comes no nearer than `most`. An error: `held` has no room for a piece for each of the edge's own.
 fn fitted(
     chart: &Chart,
     points: &Points<'_>,
     trace: &Trace,
     size: f64,
     most: f64,
-) -> Option<Curve2> {
+    held: &mut Budget,
+) -> Result<Option<Curve2>, Refusal> {
     let knots: Vec<Knot> = { trace.t.iter().zip(&trace.at) }
         .map(|(t, uv)| Knot { t: *t, uv: *uv })
         .collect();
-    let (first, last) = (*knots.first()?, *knots.last()?);
+    let (Some(&first), Some(&last)) = (knots.first(), knots.last()) else {
+        return Ok(None);
+    };
     // Pieces at first: those of the edge's own curve.
     let mut breaks = points.curve.breaks();
     breaks.retain(|b| first.t < *b && *b < last.t);
@@ -379,7 +389,9 @@ fn fitted(
     for w in ends.windows(2).rev() {
         stack.push((w[0], w[1], 0));
     }
-    let most_pieces = stack.len() + MOST_PIECES;
+    let own = stack.len();
+    held.take(own * PIECE)?;
+    let most_pieces = own + MOST_PIECES.min(held.left() / PIECE);
     let mut control: Vec<Vector3<f64>> = vec![first.uv.coords.push(1.0)];
     let mut written = vec![first.t; 4];
     let mut pieces = 0;
@@ -439,14 +451,18 @@ fn fitted(
             continue;
         }
         if !(worst <= most) {
-            return None;
+            return Ok(None);
         }
         pieces += 1;
         control.extend(p.iter().skip(1).map(|q| q.coords.push(1.0)));
         written.extend([b.t; 3]);
     }
     written.push(last.t);
-    NurbsCurve::new(3, control, written).ok().map(Curve::Nurbs)
+    held.take((pieces - own) * PIECE)?;
+    // It is kept, and room that lists grew by would be, too.
+    control.shrink_to_fit();
+    written.shrink_to_fit();
+    Ok(NurbsCurve::new(3, control, written).ok().map(Curve::Nurbs))
 }
 
 /// The derivative of the projection at `at`, on the side of `other`.

@@ -115,7 +115,7 @@ pub(super) fn bound(
     ends.sort_by(f64::total_cmp);
     ends.dedup();
     // Where the pieces are too many or too small is known before a point is evaluated.
-    let mut small = Vec::new();
+    let mut small: Vec<Small> = Vec::new();
     let mut open: Vec<([f64; 2], u32)> = ends.windows(2).map(|w| ([w[0], w[1]], 0)).collect();
     while let Some(([a, b], depth)) = open.pop() {
         *pieces = pieces.checked_sub(1)?;
@@ -130,7 +130,11 @@ pub(super) fn bound(
             let mut degrees = own_degree..most_degree;
             let n = degrees.find(|n| discs.left_out(*n) <= ROUNDED_OUT * rounding);
             let n = n.unwrap_or(most_degree);
-            small.push(([a, b], n, discs.left_out(n)));
+            small.push(Small {
+                start: a,
+                left_out: discs.left_out(n),
+                degree: n as u8,
+            });
         } else if depth < HALVINGS {
             open.extend([([a, m], depth + 1), ([m, b], depth + 1)]);
         } else {
@@ -145,7 +149,11 @@ pub(super) fn bound(
         .collect();
     let points = Points::of(curve);
     let mut worst = 0.0_f64;
-    for ([a, b], n, left_out) in small {
+    // The last comes first, and each ends where the one before starts.
+    let mut end = span.end;
+    for s in small {
+        let ([a, b], n, left_out) = ([s.start, end], usize::from(s.degree), s.left_out);
+        end = a;
         let (m, h) = (0.5 * (a + b), 0.5 * (b - a));
         let inner = nodes.get(n - own_degree)?.iter();
         let at = inner.map(|x| m + h * x).chain([a, b]);
@@ -162,6 +170,14 @@ pub(super) fn bound(
         worst = worst.max((own + rounding + left_out) * FACTOR + left_out);
     }
     (worst < f64::INFINITY).then_some(worst)
+}
+
+/// A piece that is small enough; there may be many, beside a small file.
+struct Small {
+    start: f64,
+    /// What is left out above this degree.
+    left_out: f64,
+    degree: u8,
 }
 
 /// How far a fitted curve in uv may be outside of a domain in coordinate `c` where [`bound`] is to hold.

@@ -943,8 +943,8 @@ fn proofs_are_counted_by_the_trims_that_need_one() {
     ));
     let own = w.bound(&[(&edge, true)]);
     let fitted = w.face(&uneven, &[own]);
-    // What a file has besides: for one of a thousand bytes there is no room for a proof of so many pieces.
-    for k in 0..128 {
+    // What a file has besides: one of a few thousand bytes may not unfold to so many uses, nor take the room that the proof of so many pieces does.
+    for k in 0..12_000 {
         w.point([0., 0., f64::from(k)]);
     }
     for (others, count, left) in [(10, 1, false), (2100, 1, false), (0, 600, true)] {
@@ -996,8 +996,17 @@ fn what_is_moved_at_a_pole_counts_in_the_bound() {
     let face = w.face(&sphere, &[bound]);
     w.sheet(&[face]);
     let document = w.document();
+    // There is no room for its proof beside so small a file, which is said; beside a larger one there is.
+    let said = document.objects[0].warnings.join("; ");
+    assert!(said.contains("1 more are too many to be proven"), "{said}");
+    for k in 0..64 {
+        w.point([0., 0., f64::from(k)]);
+    }
+    let document = w.document();
     let found = said_bound(&document);
     assert!(found >= 0.9 * radius * angle && found < 1e-5, "{found:e}");
+    let said = document.objects[0].warnings.join("; ");
+    assert!(!said.contains(" more are too many"), "{said}");
 }
 
 /// The bound that is said of images of curves in uv.
