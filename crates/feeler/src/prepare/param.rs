@@ -9,7 +9,7 @@ use std::cmp::Ordering;
 /// # Ends that are no f64
 /// A piece of a poly-curve covers `[a, b]` of its segment's own parameters, numbers of f64, and the segment lies over `[c, d]` of the native
 /// ones, linearly: the piece's native ends are rational numbers, and may be none of f64. They are not rounded, for that would move
-/// the piece; they are kept as what they are made of ([`Segment`]), and all that is proven of native parameters is computed from that. So a
+/// the piece; they are kept as what they are made of (`Segment`), and all that is proven of native parameters is computed from that. So a
 /// piece has the control points of the segment's own, and of two that follow one another in a segment the end of one is the start of the other,
 /// exactly ([`meets`](Self::meets)).
 ///
