@@ -21,7 +21,7 @@ const NUMBERS_PER_BYTE: usize = 8;
 const PROOFS: usize = 2048;
 /// See [`Geometry::proof_bytes`]: for each byte of the file, less what its entities take, so that all takes no more than 64 times its size; the rest is for
 /// what bodies hold beside curves in uv.
-const PROOF_BYTES_PER_BYTE: usize = 54;
+const PROOF_BYTES_PER_BYTE: usize = 50;
 /// And of the quick proofs: see [`Left::pieces`].
 const PIECES: usize = 1 << 16;
 /// See [`Left::held`]: no file of the corpus holds more than 1.2.
