@@ -14,6 +14,7 @@ use crate::occt::motion::{Motion, Place};
 use crate::occt::surfaces::{Form3, wide};
 use crate::sheets::{ROUNDING, jumps, kinds};
 use crate::step_problem::StepProblem;
+use crate::threedm::blocks::numbers_of_spline;
 use feeler::brep::{Brep, Edge, Vertex};
 use feeler::numeric::Interval;
 use feeler::nurbs::{Curve, Curve3};
@@ -310,10 +311,10 @@ fn edge(b: &mut Builder, key: usize, curve: Option<(Curve3, Interval)>, vertices
     }
 }
 
-/// How many numbers a curve holds.
+/// How many numbers a curve holds that may be many.
 fn held<const D: usize, const H: usize>(curve: &Curve<D, H>) -> usize {
     match curve {
-        Curve::Nurbs(n) => H * n.control_points().len() + n.knots().knots().len(),
+        Curve::Nurbs(n) => numbers_of_spline(n),
         _ => 0,
     }
 }
@@ -364,8 +365,8 @@ impl Body<'_, '_> {
                 geometry.proofs = rest;
                 proven.extend(trims);
             }
-            let room = { geometry.proof_bytes }
-                .saturating_sub(geometry.left.held.used().saturating_mul(size_of::<f64>()));
+            let held = geometry.left.held.used().saturating_mul(size_of::<f64>());
+            let room = geometry.proof_bytes.saturating_sub(held);
             for own in trim_offsets(&brep, &proven, room) {
                 if own.at_most.is_finite() {
                     bound = bound.max(own.at_most);

@@ -79,7 +79,8 @@ pub fn read_step(bytes: &[u8]) -> Result<Document, ReadError> {
         entities: &entities,
         angle: 1.0,
         proofs: PROOFS,
-        proof_bytes: { bytes.len() }
+        proof_bytes: bytes
+            .len()
             .saturating_mul(PROOF_BYTES_PER_BYTE)
             .saturating_sub(entities.graph().bytes()),
         left: Left {

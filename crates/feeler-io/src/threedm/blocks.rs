@@ -13,7 +13,7 @@ use crate::affine::Affine;
 use crate::document::{Document, Object, ObjectKind};
 use crate::error::{Problem, ReadError};
 use feeler::brep::Brep;
-use feeler::nurbs::{Curve, Surface};
+use feeler::nurbs::{Curve, NurbsCurve, Surface};
 use std::collections::HashMap;
 
 /// The record of a definition in the table of definitions.
@@ -153,11 +153,16 @@ pub(super) fn reference(mut d: Chunk<'_>) -> Result<Reference, ReadError> {
     Ok(Reference { block, matrix })
 }
 
+/// How many numbers a spline holds.
+pub(crate) fn numbers_of_spline<const H: usize>(n: &NurbsCurve<H>) -> usize {
+    H * n.control_points().len() + n.knots().knots().len()
+}
+
 /// How many numbers a BREP holds, roughly: what a copy of it costs.
 pub(crate) fn numbers(brep: &Brep) -> usize {
     fn curve<const D: usize, const H: usize>(c: &Curve<D, H>) -> usize {
         match c {
-            Curve::Nurbs(n) => H * n.control_points().len() + n.knots().knots().len(),
+            Curve::Nurbs(n) => numbers_of_spline(n),
             Curve::Polyline(p) => (D + 1) * p.points().len(),
             // Segments are never poly-curves themselves.
             Curve::Poly(p) => p.segments().iter().map(curve).sum(),

@@ -291,12 +291,17 @@ mod tests {
         RBig::try_from(x).unwrap()
     }
 
+    /// A few operations, each with its rounding of at most some units.
+    const ROUNDINGS: f64 = 64.0;
+    /// What some operations that underflow may lose beside.
+    const UNDERFLOWS: f64 = 1e-270;
+
     /// Whether a ball holds a number, no wider than some roundings of a number of this size.
     fn holds<T: Real>(b: Ball<T>, truth: &RBig, size: f64) -> bool {
         let (mid, _) = b.mid.to_dd();
         let off = q(mid.hi) + q(mid.lo) - truth;
         let rad = q(b.rad);
-        b.rad <= 64.0 * T::UNIT * size + 1e-270 && -&rad <= off && off <= rad
+        b.rad <= ROUNDINGS * T::UNIT * size + UNDERFLOWS && -&rad <= off && off <= rad
     }
 
     /// Everything that a map says, against rationals.
@@ -356,7 +361,8 @@ mod tests {
         for [a, b] in [
             [0.0, 1.0],
             [0.25, 0.75],
-            [0.0, 1e-20],
+            // Next to an end.
+            [0.0, f64::UNIT * f64::UNIT],
             [0.999, 1.0],
             [0.5, 0.5],
         ] {

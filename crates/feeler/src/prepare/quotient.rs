@@ -144,6 +144,10 @@ impl<T: Real> Arm<T> {
 }
 
 /// A lower bound of `|S - q|^2` on a net whose weights are 1, by the coefficients that [`Quotient::squared_distance`] has, without keeping them.
+///
+/// `f` is a convex combination of its coefficients, thus at least the least of the true ones, which is no less than the least computed one less `n_error`. (These
+/// are computed as there: doubling is exact, and so is the product with `C`, which is 1.) Of the last subtractions one rounding is of the least,
+/// four times counted, and one of `n_error`, for which [`BOUND_UP`] has room.
 pub(crate) fn least_squared_distance(
     q: &Point3<f64>,
     net: &Net<f64>,

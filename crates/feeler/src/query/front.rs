@@ -140,7 +140,7 @@ impl Kept {
         if own > least { own } else { least }
     }
 
-    /// What the hull alone says of that: no root is taken for it.
+    /// What the hull alone says of that: no root is taken for it. The square of `away` is off by half a rounding of itself, which is part of `size`.
     #[inline]
     fn least_of_hull(&self, c: &Point3<f64>) -> f64 {
         let Some(hull) = &self.hull else {
@@ -285,10 +285,11 @@ impl Search<'_> {
         if !((front.beyond - moved(&q, &center)).next_down() > reach) {
             return false;
         }
+        // (A front serves where the least value alone is asked for: what is no nearer than the best point so far is of no use.)
         let (mut next, mut fresh) = (0, false);
         while next < front.parts.len() {
             let kept = &front.parts[next];
-            if kept.is_beyond(&q, reach) || Dd::from(kept.least_of_hull(&q)) >= self.out.hi {
+            if kept.is_beyond(&q, reach) || self.hopeless(Dd::from(kept.least_of_hull(&q))) {
                 next += 1;
                 continue;
             }

@@ -382,11 +382,10 @@ impl Search<'_> {
             return None;
         }
         let exact_tau = ball(tau);
+        // Where `C` is 1 its derivatives are 0, and `tau` is the middle of what `N` is known to be.
         let minus = |x: Ball<Dd>, c: Ball<Dd>| {
-            // `C` is 1.
             if cell.constant { x } else { x - exact_tau * c }
         };
-        // Then tau is the middle of what N is known to be.
         let off = if s.c.is_one() {
             s.n.rad
         } else {
