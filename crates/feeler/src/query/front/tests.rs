@@ -27,7 +27,10 @@ proptest! {
         step in 0..30i32,
         with_hull in any::<bool>(),
         towards in any::<bool>(),
+        point in any::<bool>(),
     ) {
+        // Of a box that is a point nothing is lost by the box.
+        let size = if point { [0.0; 3] } else { size };
         let hull: [[f64; 2]; 3] = std::array::from_fn(|k| [box_at[k], box_at[k] + size[k]]);
         let x: [f64; 3] = std::array::from_fn(|k| (box_at[k] + within[k] * size[k]).clamp(hull[k][0], hull[k][1]));
         // On the way to that point nothing is lost by the triangle inequality.
