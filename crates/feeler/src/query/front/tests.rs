@@ -36,8 +36,12 @@ proptest! {
         // On the way to that point nothing is lost by the triangle inequality.
         let way = if towards { std::array::from_fn(|k| x[k] - center[k]) } else { way };
         let other: [f64; 3] = std::array::from_fn(|k| center[k] + way[k] * 0.5f64.powi(step));
-        // As near as that point is, from below.
-        let away = squared(x, center).approximate().next_down().max(0.0).sqrt().next_down().max(0.0);
+        // As near as that point is: the greatest f64 that is no more.
+        let square = squared(x, center);
+        let mut away = square.approximate().sqrt().next_up();
+        while away > 0.0 && Dyadic::from_f64(away).is_none_or(|a| &a * &a > square) {
+            away = away.next_down();
+        }
         let kept = Kept {
             center: Point3::from(center),
             away,
