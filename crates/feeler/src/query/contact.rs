@@ -6,10 +6,11 @@ use super::answer::{
 use super::front::Front;
 use super::local::{Spot, Surroundings};
 use super::objective::Objective;
-use super::outcome::{Foot, Goal, Hint, Locus, Outcome, Settled, Source, Width};
+use super::outcome::{Goal, Locus, Outcome, Settled, Source, Width};
 use super::place::{Place, bound_contact, make_contact, place_of, rough_jet, trim_at};
 use super::search::minimize;
 use super::task::Memory;
+use super::trail::Trail;
 use super::{Work, Workspace, inside, one_sphere};
 use crate::numeric::{Ball, Dd, Enclosure, Real};
 use crate::prepare::{Patch, PreparedBrep};
@@ -45,12 +46,12 @@ pub fn contact(
 /// What the queries of one probe that moves past one BREP learn from each other: where the last foot was, and which parts of
 /// the BREP a ball can come to touch before it has moved on by so much. The caller keeps one for each pair; a new one (`default`) knows nothing.
 ///
-/// It holds some kilobytes for each of at most 64 boxes of patches (a dozen, as a rule).
+/// It holds some kilobytes for each of at most 128 boxes of patches (some dozens, as a rule).
 #[derive(Clone, Debug, Default)]
 pub struct Witness {
     /// Of which BREP, where one has answered.
     brep: Option<Arc<()>>,
-    hint: Option<Hint>,
+    trail: Trail,
     front: Front,
 }
 
@@ -58,10 +59,7 @@ impl Witness {
     /// Knows of one contact alone, as a place to look first.
     pub fn at(contact: &Contact) -> Self {
         Self {
-            hint: Some(Hint {
-                face: contact.face,
-                uv: contact.uv,
-            }),
+            trail: Trail::at(contact.face, contact.uv),
             ..Self::default()
         }
     }
@@ -133,7 +131,11 @@ fn answer(
         (Contacts::All, Probe::HalfSpace(_)) => Some(options.prediction),
         _ => None,
     };
-    let hint = witness.as_ref().and_then(|w| w.hint);
+    let center = match probe {
+        Probe::Sphere(s) => Some(s.center),
+        Probe::HalfSpace(_) => None,
+    };
+    let hint = witness.as_ref().and_then(|w| w.trail.hint(center));
     let search = |closed: bool, memory: &mut Memory, front: Option<&mut Front>| {
         let goal = Goal {
             width,
@@ -169,11 +171,7 @@ fn answer(
         (separation, target) = settle(&found);
     }
     if let Some(witness) = witness {
-        let place = |foot: Foot| Hint {
-            face: foot.face,
-            uv: foot.uv,
-        };
-        witness.hint = found.foot.map(place);
+        witness.trail.add(found.foot.as_ref(), center);
     }
     // Contacts may be missing where the search for all of them was cut short.
     let cut_short = found.budget_spent && options.contacts == Contacts::All;

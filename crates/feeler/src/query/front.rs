@@ -22,6 +22,8 @@
 //! parts nearer than `d` are looked at, by all the means of a search, and what is proven is as narrow as ever. Else the search
 //! is that of a new query, and gives a new front.
 //!
+//! Nor is a part looked at that was farther away than `d` when it was last looked at by more than the ball has gone since: one comparison each tells that (see [`Front`]).
+//!
 //! # What a front learns
 //! A part keeps a centre of its own, the last about which its bound grew: any centre will do, since each part is bounded by itself. A box
 //! is put aside for good where it does not meet the region, and is replaced by its halves where nothing settles it whole: both leave `x*` in
@@ -37,20 +39,23 @@ use super::leaf::Cell;
 use super::node::{Node, whole};
 use super::objective::Objective;
 use super::outcome::Source;
-use super::search::{NOISE_FACTOR, Search, split_along_u};
+use super::search::{NOISE_FACTOR, Search, least_squared, split_along_u};
 use super::shape::Shape;
 use super::steady::{Arms, Steady};
 use super::task::{Kind, Task};
 use crate::numeric::Dd;
+use crate::numeric::bernstein::greater;
 use crate::prepare::{Net, Products, Quotient, least_squared_distance};
 use crate::trim::BoxSide;
 use nalgebra::Point3;
 use std::collections::BinaryHeap;
 
 /// How many parts are kept: more bear longer ways and cost more to keep.
-const MOST: usize = 16;
+const MOST: usize = 32;
 /// How many they may become.
-const MOST_PARTS: usize = 64;
+const MOST_PARTS: usize = 128;
+/// A front that has become so many is made anew, if it has served so many queries.
+const LONG_SERVICE: u32 = 64;
 /// Boxes are not cut below this width in local parameters: cut from its patch, a box has the patch's errors.
 const NARROW: f64 = 1.0 / (1u64 << 8) as f64;
 /// How many parts a search writes down before it puts those aside that a front would not keep.
@@ -126,26 +131,34 @@ pub(super) struct Front {
     center: Option<Point3<f64>>,
     parts: Vec<Kept>,
     beyond: f64,
+    /// Where the ball was last, and how long its way from query to query was since the front was made, at most.
+    last: Point3<f64>,
+    travel: f64,
+    /// Of each part: no point of it is nearer to where the ball is than this less `travel`.
+    ///
+    /// What was `a` away at least when the way was `t` long is `a - (t' - t)` away when it is `t'`: `a + t` is kept, so that one comparison
+    /// passes over what cannot have come near since it was last looked at.
+    clear: Vec<f64>,
+    served: u32,
 }
 
 impl Kept {
     /// No squared distance of it from a centre is less than this.
     ///
-    /// For a point `x` of the hull, `|x - c|^2 = |x - q|^2 - 2 d.(x - q) + |d|^2` with `d = c - q`: about a centre that has moved the
-    /// bound moves as the distance of what is nearby does; of a large hull the triangle inequality says more.
+    /// For a point `x` of the hull, `|x - c|^2 = |x - q|^2 - 2 d.(x - q) + |d|^2` with `d = c - q`: about a centre that has moved a little the
+    /// bound moves as the distance of what is nearby does; of a large hull the triangle inequality says more, and after a long way the hull alone.
     fn least(&self, c: &Point3<f64>) -> f64 {
         let away = (self.away - moved(c, &self.center)).next_down().max(0.0);
         let least = (away * away).next_down().max(0.0);
-        let own = self.least_of_hull(c);
+        let Some(hull) = &self.hull else {
+            return least;
+        };
+        let own = self.least_of_hull(hull, c);
         if own > least { own } else { least }
     }
 
-    /// What the hull alone says of that: no root is taken for it. The square of `away` is off by half a rounding of itself, which is part of `size`.
-    #[inline]
-    fn least_of_hull(&self, c: &Point3<f64>) -> f64 {
-        let Some(hull) = &self.hull else {
-            return 0.0;
-        };
+    /// What the hull says of it with what is known about the first centre. The square of `away` is off by half a rounding of itself, which is part of `size`.
+    fn least_of_hull(&self, hull: &[[f64; 2]; 3], c: &Point3<f64>) -> f64 {
         let square = self.away * self.away;
         let (mut sum, mut size) = (square, square);
         for (k, own) in hull.iter().enumerate() {
@@ -159,22 +172,25 @@ impl Kept {
         sum - 32.0 * f64::EPSILON * size - TINY
     }
 
-    /// Whether no point of it is as near to `c` as `reach`, by the triangle inequality: told without a root.
-    ///
-    /// The computed sum of squares is off by six roundings of itself and by what underflows; `gap` is rounded down, and its square once.
-    #[inline]
-    fn is_beyond(&self, c: &Point3<f64>, reach: f64) -> bool {
-        let gap = (self.away - reach) * (1.0 - 4.0 * f64::EPSILON);
-        let moved = (c - self.center).norm_squared();
-        gap > TINY && moved * (1.0 + 32.0 * f64::EPSILON) + TINY * TINY < gap * gap
-    }
-
     /// Takes over a bound of the squared distance about `q`, where `least` is what is known.
     fn learn(&mut self, q: &Point3<f64>, least: f64, bound: Dd) {
         if bound.hi > least {
             (self.center, self.away) = (*q, distance(bound));
         }
     }
+}
+
+/// The first number that is not above a limit.
+fn first_within(numbers: &[f64], limit: f64) -> Option<usize> {
+    /// So many are compared at once: nearly all are above.
+    const ONCE: usize = 8;
+    let within = |x: &f64| *x <= limit;
+    let mut chunks = numbers.chunks_exact(ONCE);
+    let holds = |chunk: &[f64]| chunk.iter().fold(false, |any, x| any | within(x));
+    let whole = numbers.len() / ONCE;
+    let from = chunks.position(holds).unwrap_or(whole) * ONCE;
+    let first = numbers[from..].iter().position(within)?;
+    Some(from + first)
 }
 
 /// How far two points are from each other at most.
@@ -186,6 +202,7 @@ impl Front {
     pub(super) fn forget(&mut self) {
         self.center = None;
         self.parts.clear();
+        self.clear.clear();
     }
 
     /// Takes over what a search about `center` put aside.
@@ -197,6 +214,9 @@ impl Front {
         };
         self.center = Some(center);
         self.beyond = beyond;
+        (self.last, self.travel, self.served) = (center, 0.0, 0);
+        self.clear.clear();
+        self.clear.extend(near.iter().map(|l| distance(l.lo)));
         self.parts.clear();
         self.parts.extend(near.iter().map(|l| Kept {
             center,
@@ -285,30 +305,46 @@ impl Search<'_> {
         if !((front.beyond - moved(&q, &center)).next_down() > reach) {
             return false;
         }
+        front.travel = (front.travel + moved(&q, &front.last)).next_up();
+        front.last = q;
+        front.served = front.served.saturating_add(1);
         // (A front serves where the least value alone is asked for: what is no nearer than the best point so far is of no use.)
+        let clear_from = (reach + front.travel).next_up();
         let (mut next, mut fresh) = (0, false);
-        while next < front.parts.len() {
-            let kept = &front.parts[next];
-            if kept.is_beyond(&q, reach) || self.hopeless(Dd::from(kept.least_of_hull(&q))) {
+        while let Some(skipped) = first_within(&front.clear[next..], clear_from) {
+            next += skipped;
+            let kept = &mut front.parts[next];
+            // The box in space tells of what is far, and costs the least.
+            let mut least = kept.hull.map_or(0.0, |hull| least_squared(&hull, &q));
+            if !self.hopeless(Dd::from(least)) {
+                least = greater(kept.least(&q), least);
+            }
+            let lo = Dd::from(least);
+            if self.hopeless(lo) {
+                front.clear[next] = (distance(lo) + front.travel).next_down();
                 next += 1;
                 continue;
             }
-            let room = front.parts.len() < MOST_PARTS && self.out.nodes < self.goal.budget;
-            let kept = &mut front.parts[next];
-            let insight = self.look_at(heap, &q, kept, (room, fresh));
+            let room = front.clear.len() < MOST_PARTS && self.out.nodes < self.goal.budget;
+            let insight = self.look_at(heap, &q, kept, (least, room, fresh));
             fresh = matches!(insight, Insight::Settles);
             match insight {
                 Insight::Settles => {}
                 Insight::Done => next += 1,
                 Insight::Outside => {
                     front.parts.swap_remove(next);
+                    front.clear.swap_remove(next);
                 }
                 Insight::Halves(halves) => {
                     let [low, high] = *halves;
                     *kept = low;
                     front.parts.push(high);
+                    front.clear.push(f64::NEG_INFINITY);
                 }
             }
+        }
+        if front.parts.len() >= MOST_PARTS && front.served >= LONG_SERVICE {
+            front.forget();
         }
         true
     }
@@ -319,13 +355,9 @@ impl Search<'_> {
         heap: &mut BinaryHeap<Task<f64>>,
         q: &Point3<f64>,
         kept: &mut Kept,
-        (room, fresh): (bool, bool),
+        (least, room, fresh): (f64, bool, bool),
     ) -> Insight {
-        let least = kept.least(q);
         let lo = Dd::from(least);
-        if self.hopeless(lo) {
-            return Insight::Done;
-        }
         if lo >= self.enough() {
             self.out.left_open = true;
             self.lower(lo);

@@ -424,7 +424,12 @@ impl Search<'_> {
             |rho: f64| (off + all_high * rho + 0.5 * curvature * rho * rho) / shape.c_range[0] * UP;
         // The whole node to start with.
         let mut rho = std::f64::consts::SQRT_2 * UP;
-        for _ in 0..SHRINK_STEPS {
+        let steps = if shape.c_slope == 0.0 {
+            1
+        } else {
+            SHRINK_STEPS
+        };
+        for _ in 0..steps {
             let next = (free + growth(rho) * shape.c_slope) / lambda * UP;
             if next >= rho {
                 break;

@@ -35,6 +35,7 @@ mod settle;
 mod shape;
 mod steady;
 mod task;
+mod trail;
 mod upper;
 mod whole_faces;
 mod zeros;

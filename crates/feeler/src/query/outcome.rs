@@ -1,5 +1,6 @@
 //! What a search is asked for, and what it finds.
 
+use super::trail::Hint;
 use crate::numeric::{Ball, Dd, Real};
 use crate::prepare::Homogeneous;
 use crate::prepare::closed::{Extent, V3};
@@ -166,11 +167,4 @@ pub(crate) struct Goal {
     pub(crate) closed: bool,
     /// Where the minimum may be near.
     pub(crate) hint: Option<Hint>,
-}
-
-/// A place to start from: a seed, of which nothing is believed.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Hint {
-    pub(crate) face: usize,
-    pub(crate) uv: Point2<f64>,
 }

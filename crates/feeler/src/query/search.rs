@@ -53,10 +53,12 @@ use super::outcome::{Goal, Outcome, Source};
 use super::round::Approach;
 use super::shape::Shape;
 use super::task::{Arithmetic, Kind, Memory, Noisy, Task};
+use crate::numeric::bernstein::greater;
 use crate::numeric::{Ball, Dd, Real, Td};
 use crate::prepare::closed::Target;
 use crate::prepare::{Net, PreparedBrep, Products, Quotient, Shell};
 use crate::trim::BoxSide;
+use nalgebra::Point3;
 use std::collections::BinaryHeap;
 
 /// The part of the search that does not depend on the arithmetic of its nodes.
@@ -166,15 +168,7 @@ impl<'a> Search<'a> {
             return self.nothing();
         }
         match self.objective {
-            Objective::SquaredDistance(q) => {
-                let sum: f64 = (0..3)
-                    .map(|c| {
-                        let gap = (b[c][0] - q[c]).max(q[c] - b[c][1]).max(0.0);
-                        gap * gap
-                    })
-                    .sum();
-                Dd::from(sum * (1.0 - 16.0 * f64::EPSILON))
-            }
+            Objective::SquaredDistance(q) => Dd::from(least_squared(b, q)),
             Objective::Height(n, h) => {
                 let (mut low, mut size) = (-h, h.abs());
                 for c in 0..3 {
@@ -261,17 +255,21 @@ impl<'a> Search<'a> {
         }
     }
 
-    /// How low a lower bound may lie, for an upper bound `hi` and this share of the width.
+    /// How low a lower bound may lie, for an upper bound `hi` and this share of the width: an aim, which need not be met to the last digit.
     pub(super) fn near(&self, hi: Dd, share: f64) -> Dd {
         if !hi.hi.is_finite() {
             return hi;
         }
-        if self.objective.is_squared() {
-            let d = if hi > Dd::ZERO { hi.sqrt() } else { Dd::ZERO };
-            let d = d - Dd::from(share * self.goal.width.at(d.hi));
-            if d > Dd::ZERO { d * d } else { Dd::ZERO }
+        if !self.objective.is_squared() {
+            return hi - Dd::from(share * self.goal.width.at(hi.hi));
+        }
+        // `(d - w)^2 = d^2 - w (2 d - w)` for the distance `d`.
+        let d = greater(hi.hi, 0.0).sqrt();
+        let w = share * self.goal.width.at(d);
+        if d > w {
+            hi - Dd::from(w * (2.0 * d - w))
         } else {
-            hi - Dd::from(share * self.goal.width.at(hi.hi))
+            Dd::ZERO
         }
     }
 
@@ -793,6 +791,18 @@ impl<'a> Search<'a> {
             Source::Piece { .. } => geometry.piece(index).space.as_ref(),
         }
     }
+}
+
+/// No squared distance of a point of a box in space from a centre is less than this.
+pub(super) fn least_squared(b: &[[f64; 2]; 3], center: &Point3<f64>) -> f64 {
+    let sum: f64 = (0..3)
+        .map(|c| {
+            let gap = greater(b[c][0] - center[c], center[c] - b[c][1]);
+            let gap = greater(gap, 0.0);
+            gap * gap
+        })
+        .sum();
+    sum * (1.0 - 16.0 * f64::EPSILON)
 }
 
 /// A node is left to the next arithmetic when all of `G` is below this many error bounds.

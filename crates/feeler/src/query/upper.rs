@@ -3,10 +3,11 @@
 use super::beside::depth;
 use super::leaf::Leaf;
 use super::objective::{Guide, Objective};
-use super::outcome::{Foot, Hint, Locus, Source};
+use super::outcome::{Foot, Locus, Source};
 use super::search::Search;
+use super::trail::Hint;
 use crate::numeric::{Ball, Dd, Td};
-use crate::prepare::{Homogeneous, Net, Patch, Seed, jet};
+use crate::prepare::{Homogeneous, Net, Patch, Patches, Seed, jet};
 use crate::trim::{BoxSide, Side};
 use nalgebra::Point2;
 
@@ -60,21 +61,14 @@ impl Search<'_> {
         if face >= self.brep.brep().faces().len() || self.closed(face).is_some() {
             return;
         }
-        let uv = [hint.uv.x, hint.uv.y];
         let patches = &self.brep.double(face).patches;
-        let holds = |p: &Patch<f64>| {
-            let within = |k: usize| p.maps[k].start <= uv[k] && uv[k] <= p.maps[k].end;
-            within(0) && within(1)
-        };
-        let Some(index) = patches.iter().position(holds) else {
+        let known = hint.local.filter(|(index, _)| *index < patches.len());
+        let Some((index, local)) = known.or_else(|| patch_at(patches, hint.uv)) else {
             return;
         };
-        let local = [0, 1].map(|k| {
-            let local: Ball<f64> = patches[index].maps[k].to_local(Ball::exact(uv[k]));
-            local.mid.clamp(0.0, 1.0)
-        });
         let source = Source::Patch { face, index };
-        let p = self.descend(source, local, [[0.0, 1.0]; 2]);
+        let start = hint.ahead.unwrap_or(local);
+        let p = self.descend(source, start, [[0.0, 1.0]; 2]);
         self.try_rough_point(source, p);
         if self.out.foot.is_none() {
             // The way down left the region: the place itself was on its border.
@@ -142,21 +136,22 @@ impl Search<'_> {
             let moved = |step: [f64; 2]| -> [f64; 2] {
                 std::array::from_fn(|k| (p[k] + step[k]).clamp(range[k][0], range[k][1]))
             };
+            let length = step[0].abs() + step[1].abs();
+            let convex = g.curvature[0] * g.curvature[2] > g.curvature[1] * g.curvature[1];
+            if length < SHORT && convex {
+                return moved(step);
+            }
             let gain = (g.slope[0] * step[0] + g.slope[1] * step[1]).abs();
             if gain < NOISE * g.value.abs() {
                 // The value no longer shows whether a step is good, but the slope still does, unless it is noise too.
-                let next = moved(step);
-                let length = step[0].abs() + step[1].abs();
                 if length > MOST_BLIND {
                     break;
                 }
-                // What is left after it is about its square.
-                let least = length < SHORT;
                 last_steps -= 1;
-                if least || last_steps == 0 {
-                    return next;
+                if length < SHORT || last_steps == 0 {
+                    return moved(step);
                 }
-                p = next;
+                p = moved(step);
                 g = self.objective.guide(net, p[0], p[1]);
                 continue;
             }
@@ -400,6 +395,21 @@ impl Search<'_> {
     }
 }
 
+/// The first patch that holds a place, and the local parameters there.
+fn patch_at(patches: &Patches<f64>, uv: Point2<f64>) -> Option<(usize, [f64; 2])> {
+    let uv = [uv.x, uv.y];
+    let holds = |p: &Patch<f64>| {
+        let within = |k: usize| p.maps[k].start <= uv[k] && uv[k] <= p.maps[k].end;
+        within(0) && within(1)
+    };
+    let index = patches.iter().position(holds)?;
+    let local = [0, 1].map(|k| {
+        let local: Ball<f64> = patches[index].maps[k].to_local(Ball::exact(uv[k]));
+        local.mid.clamp(0.0, 1.0)
+    });
+    Some((index, local))
+}
+
 /// The value of what cannot be evaluated.
 const NOTHING_KNOWN: Ball<Dd> = Ball {
     mid: Dd::ZERO,
@@ -423,7 +433,7 @@ const MAX_DAMPING: usize = 10;
 /// A gain below this part of the value is lost in its rounding.
 const NOISE: f64 = 1.0 / (1u64 << 46) as f64;
 /// A step of Newton's method this short, in local parameters, is the last: the next would be lost in rounding.
-const SHORT: f64 = 1.0 / (1u64 << 24) as f64;
+const SHORT: f64 = 1.0 / (1u64 << 20) as f64;
 /// A longer step, in local parameters, is not taken blindly.
 const MOST_BLIND: f64 = 1.0 / (1u64 << 12) as f64;
 /// How many steps are taken once the gain is lost in rounding: each squares the error.

@@ -56,13 +56,21 @@ proptest! {
         let least = kept.least(&Point3::from(other));
         let truth = squared(x, other);
         prop_assert!(Dyadic::from_f64(least).is_some_and(|l| l <= truth), "{} {}", least, truth.approximate());
-        let own = kept.least_of_hull(&Point3::from(other));
-        prop_assert!(Dyadic::from_f64(own).is_some_and(|l| l <= truth), "{} {}", own, truth.approximate());
-        // From here on it is nearer.
-        let reach = truth.approximate().sqrt() * (1.0 + 2.0 * f64::EPSILON);
-        prop_assert!(!kept.is_beyond(&Point3::from(other), reach));
-        let known = away - (Point3::from(other) - Point3::from(center)).norm();
-        prop_assert!(known < 0.01 || kept.is_beyond(&Point3::from(other), 0.99 * known));
+        if let Some(hull) = &kept.hull {
+            let other = Point3::from(other);
+            for own in [kept.least_of_hull(hull, &other), least_squared(hull, &other)] {
+                prop_assert!(Dyadic::from_f64(own).is_some_and(|l| l <= truth), "{} {}", own, truth.approximate());
+            }
+        }
+    }
+
+    /// What is told of the numbers in eights is what one look at each tells.
+    #[test]
+    fn the_first_number_within_is_found(
+        numbers in prop::collection::vec(prop_oneof![8 => 1.0..2.0f64, 1 => 0.0..=1.0f64, 1 => Just(f64::NEG_INFINITY)], 0..40),
+        limit in 0.0..1.5f64,
+    ) {
+        prop_assert_eq!(first_within(&numbers, limit), numbers.iter().position(|x| *x <= limit));
     }
 }
 
