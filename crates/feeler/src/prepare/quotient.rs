@@ -128,12 +128,14 @@ impl<T: Real> Arm<T> {
     fn new(q: &Point3<f64>, net: &Net<T>, products: &Products<T>) -> Self {
         let q: [Ball<T>; 3] = std::array::from_fn(|c| Ball::difference(q[c], net.origin[c]));
         let q2 = q[0].square() + q[1].square() + q[2].square();
-        let mut size = products.a.largest + q2.magnitude() * products.c.largest;
-        let mut error =
-            products.a.error + q2.magnitude() * products.c.error + q2.rad * products.c.largest;
+        let c = &products.c;
+        let most = q2.magnitude();
+        let mut size = products.a.largest + most * c.largest;
+        let mut error = products.a.error + most * c.error + q2.rad * c.largest;
         for (q, b) in q.iter().zip(&products.b) {
-            size += 2.0 * q.magnitude() * b.largest;
-            error += 2.0 * (q.magnitude() * b.error + q.rad * b.largest);
+            let most = q.magnitude();
+            size += 2.0 * most * b.largest;
+            error += 2.0 * (most * b.error + q.rad * b.largest);
         }
         Self {
             q,

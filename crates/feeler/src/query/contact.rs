@@ -419,10 +419,11 @@ fn contacts(
     continuum: bool,
     material: Option<bool>,
 ) -> Vec<Contact> {
-    let mut out: Vec<Contact> = Vec::new();
     if separation.bounds.lo > options.prediction {
-        return out;
+        return Vec::new();
     }
+    // Mostly there is one.
+    let mut out: Vec<Contact> = Vec::with_capacity(1);
     // Where the enclosure holds the prediction, a contact too many is better than one lost.
     if let Some(foot) = &found.foot {
         let place = Place {
@@ -438,6 +439,7 @@ fn contacts(
             separation,
             material == Some(true),
             options.accuracy,
+            found.rough.as_ref(),
         );
         bound_contact(&mut c, found, foot, brep, continuum);
         out.push(c);
@@ -545,6 +547,7 @@ fn other_contact(
         near,
         material == Some(true),
         options.accuracy,
+        None,
     );
     let apart = SAME_CONTACT * brep.size();
     // The first is the deepest of all: its separation is the answer's.

@@ -35,6 +35,7 @@
 //! again. What follows from them is what the search makes of it (cases *monotone* and *no critical point in the region* of the
 //! module `search`): the border of the patch that the box touches is searched, or the leaf is proven at the new foot.
 
+use super::foothold::Foothold;
 use super::leaf::Cell;
 use super::node::{Node, whole};
 use super::objective::Objective;
@@ -44,12 +45,16 @@ use super::shape::Shape;
 use super::steady::{Arms, Steady};
 use super::task::{Kind, Task};
 use crate::numeric::Dd;
-use crate::numeric::bernstein::greater;
-use crate::prepare::{Net, Products, Quotient, least_squared_distance};
+use crate::numeric::bernstein::lesser;
+use crate::prepare::{Net, Products, Quotient, jet, least_squared_distance};
 use crate::trim::BoxSide;
 use nalgebra::Point3;
 use std::collections::BinaryHeap;
 
+/// How many steps of Newton's method a place on a convex box is worth before the last digits are looked for.
+const MOST_STEPS: usize = 2;
+/// The box in space of what may be anywhere.
+const EVERYWHERE: [[f64; 2]; 3] = [[f64::NEG_INFINITY, f64::INFINITY]; 3];
 /// How many parts are kept: more bear longer ways and cost more to keep.
 const MOST: usize = 32;
 /// How many they may become.
@@ -113,15 +118,14 @@ struct Settling {
 
 #[derive(Clone, Debug)]
 enum Why {
-    /// `f` has one sign of its derivative along u or v; with the products of the border of the patch towards which it falls, where the box
-    /// touches it.
+    /// `f` has one sign of its derivative along u or v; with the border of the patch towards which it falls, where the box touches it: a part in its turn.
     Falls {
         along: usize,
         sign: i8,
-        border: Option<Box<Products<f64>>>,
+        border: Option<Box<Kept>>,
     },
-    /// `G` is strictly convex; and where `f` was least.
-    Convex(Option<[f64; 2]>),
+    /// `G` is strictly convex; with about where `f` was least, once it was not next to the nearest point.
+    Convex(Option<Foothold>),
 }
 
 /// See the [module](self).
@@ -139,10 +143,27 @@ pub(super) struct Front {
     /// What was `a` away at least when the way was `t` long is `a - (t' - t)` away when it is `t'`: `a + t` is kept, so that one comparison
     /// passes over what cannot have come near since it was last looked at.
     clear: Vec<f64>,
+    /// A box in space that holds it: all of it until more is known. (Those are looked at most, and lie together.)
+    boxes: Vec<[[f64; 2]; 3]>,
     served: u32,
 }
 
 impl Kept {
+    /// One that is no nearer than `away` to a centre.
+    fn new(center: Point3<f64>, away: f64, part: Part) -> Self {
+        Self {
+            center,
+            away,
+            part,
+            products: None,
+            hull: None,
+            arms: None,
+            settling: None,
+            barren: false,
+            side: None,
+        }
+    }
+
     /// No squared distance of it from a centre is less than this.
     ///
     /// For a point `x` of the hull, `|x - c|^2 = |x - q|^2 - 2 d.(x - q) + |d|^2` with `d = c - q`: about a centre that has moved a little the
@@ -184,12 +205,13 @@ impl Kept {
 fn first_within(numbers: &[f64], limit: f64) -> Option<usize> {
     /// So many are compared at once: nearly all are above.
     const ONCE: usize = 8;
-    let within = |x: &f64| *x <= limit;
-    let mut chunks = numbers.chunks_exact(ONCE);
-    let holds = |chunk: &[f64]| chunk.iter().fold(false, |any, x| any | within(x));
-    let whole = numbers.len() / ONCE;
-    let from = chunks.position(holds).unwrap_or(whole) * ONCE;
-    let first = numbers[from..].iter().position(within)?;
+    let (chunks, _) = numbers.as_chunks::<ONCE>();
+    let least = |c: &[f64; ONCE]| {
+        let four: [f64; 4] = std::array::from_fn(|k| lesser(c[k], c[k + 4]));
+        lesser(lesser(four[0], four[2]), lesser(four[1], four[3]))
+    };
+    let from = chunks.iter().take_while(|c| least(c) > limit).count() * ONCE;
+    let first = numbers[from..].iter().position(|x| *x <= limit)?;
     Some(from + first)
 }
 
@@ -203,6 +225,7 @@ impl Front {
         self.center = None;
         self.parts.clear();
         self.clear.clear();
+        self.boxes.clear();
     }
 
     /// Takes over what a search about `center` put aside.
@@ -215,20 +238,15 @@ impl Front {
         self.center = Some(center);
         self.beyond = beyond;
         (self.last, self.travel, self.served) = (center, 0.0, 0);
+        self.boxes.clear();
+        self.boxes.resize(near.len(), EVERYWHERE);
         self.clear.clear();
         self.clear.extend(near.iter().map(|l| distance(l.lo)));
         self.parts.clear();
-        self.parts.extend(near.iter().map(|l| Kept {
-            center,
-            away: distance(l.lo),
-            part: l.part,
-            products: None,
-            hull: None,
-            arms: None,
-            settling: None,
-            barren: false,
-            side: None,
-        }));
+        self.parts.extend(
+            near.iter()
+                .map(|l| Kept::new(center, distance(l.lo), l.part)),
+        );
     }
 }
 
@@ -248,6 +266,8 @@ fn distance(squared: Dd) -> f64 {
 
 /// What a look at a part came to.
 enum Insight {
+    /// By this bound it holds no nearest point.
+    Far(Dd),
     /// It does not meet the region.
     Outside,
     /// Something settles it now.
@@ -267,8 +287,14 @@ enum Found {
     Node(Box<Node<f64>>),
 }
 
-/// What settles a node, if its derivatives do.
-fn why(node: &Node<f64>, shape: &Shape, products: &Products<f64>) -> Option<Why> {
+/// What settles a node of a part, if its derivatives do.
+fn why(
+    node: &Node<f64>,
+    shape: &Shape,
+    products: &Products<f64>,
+    (source, inside): (Source, bool),
+    (center, away): (Point3<f64>, f64),
+) -> Option<Why> {
     let touches = |k: usize| {
         let range = if k == 0 { node.u } else { node.v };
         match shape.monotone[k] {
@@ -282,7 +308,17 @@ fn why(node: &Node<f64>, shape: &Shape, products: &Products<f64>) -> Option<Why>
         return (shape.convexity > 0.0).then_some(Why::Convex(None));
     };
     let sign = shape.monotone[along];
-    let border = touches(along).then(|| Box::new(products.border(along == 0, sign < 0)));
+    let border = touches(along).then(|| {
+        let at = |k: usize, r: [f64; 2]| match k == along {
+            true => [r[usize::from(sign < 0)]; 2],
+            false => r,
+        };
+        let part = Part::Box(source, at(0, node.u), at(1, node.v), inside);
+        Box::new(Kept {
+            products: Some(Box::new(products.border(along == 0, sign < 0))),
+            ..Kept::new(center, away, part)
+        })
+    });
     Some(Why::Falls {
         along,
         sign,
@@ -310,36 +346,39 @@ impl Search<'_> {
         front.served = front.served.saturating_add(1);
         // (A front serves where the least value alone is asked for: what is no nearer than the best point so far is of no use.)
         let clear_from = (reach + front.travel).next_up();
-        let (mut next, mut fresh) = (0, false);
+        let mut next = 0;
         while let Some(skipped) = first_within(&front.clear[next..], clear_from) {
             next += skipped;
-            let kept = &mut front.parts[next];
-            // The box in space tells of what is far, and costs the least.
-            let mut least = kept.hull.map_or(0.0, |hull| least_squared(&hull, &q));
-            if !self.hopeless(Dd::from(least)) {
-                least = greater(kept.least(&q), least);
-            }
-            let lo = Dd::from(least);
+            // It tells of what is far, and costs the least.
+            let lo = Dd::from(least_squared(&front.boxes[next], &q));
             if self.hopeless(lo) {
                 front.clear[next] = (distance(lo) + front.travel).next_down();
                 next += 1;
                 continue;
             }
             let room = front.clear.len() < MOST_PARTS && self.out.nodes < self.goal.budget;
-            let insight = self.look_at(heap, &q, kept, (least, room, fresh));
-            fresh = matches!(insight, Insight::Settles);
-            match insight {
-                Insight::Settles => {}
-                Insight::Done => next += 1,
+            let kept = &mut front.parts[next];
+            match self.take_up(heap, &q, kept, room) {
+                Insight::Far(lo) => {
+                    front.clear[next] = (distance(lo) + front.travel).next_down();
+                    next += 1;
+                }
+                Insight::Settles | Insight::Done => {
+                    front.boxes[next] = kept.hull.unwrap_or(EVERYWHERE);
+                    next += 1;
+                }
                 Insight::Outside => {
                     front.parts.swap_remove(next);
                     front.clear.swap_remove(next);
+                    front.boxes.swap_remove(next);
                 }
                 Insight::Halves(halves) => {
                     let [low, high] = *halves;
                     *kept = low;
+                    front.boxes[next] = EVERYWHERE;
                     front.parts.push(high);
                     front.clear.push(f64::NEG_INFINITY);
+                    front.boxes.push(EVERYWHERE);
                 }
             }
         }
@@ -349,7 +388,25 @@ impl Search<'_> {
         true
     }
 
-    /// Settles a part, or puts it in line.
+    /// Settles a part, or puts it in line, unless it is too far to be of use.
+    fn take_up(
+        &mut self,
+        heap: &mut BinaryHeap<Task<f64>>,
+        q: &Point3<f64>,
+        kept: &mut Kept,
+        room: bool,
+    ) -> Insight {
+        let least = kept.least(q);
+        if self.hopeless(Dd::from(least)) {
+            return Insight::Far(Dd::from(least));
+        }
+        let first = self.look_at(heap, q, kept, (least, room, false));
+        match first {
+            Insight::Settles => self.look_at(heap, q, kept, (least, room, true)),
+            _ => first,
+        }
+    }
+
     fn look_at(
         &mut self,
         heap: &mut BinaryHeap<Task<f64>>,
@@ -451,7 +508,13 @@ impl Search<'_> {
                 &cut
             }
         };
-        kept.hull = kept.hull.or_else(|| products.hull(&net.origin));
+        if kept.hull.is_none() {
+            kept.hull = products.hull(&net.origin);
+            let bound = kept.hull.map_or(0.0, |hull| least_squared(&hull, q));
+            if self.hopeless(Dd::from(bound)) {
+                return Found::Far(Dd::from(bound));
+            }
+        }
         if net.unit_weights {
             let bound = Dd::from(least_squared_distance(q, net, products));
             if self.hopeless(bound) {
@@ -513,13 +576,15 @@ impl Search<'_> {
             }
         }
         let mixed = kept.side == Some(BoxSide::Mixed);
+        let inside = matches!(kept.part, Part::Box(_, _, _, true));
+        let known = (kept.center, kept.away);
         let (kept_arms, kept_products) = (&mut kept.arms, &kept.products);
         let products = kept_products.as_deref().unwrap_or(all);
         let tau = self.out.hi.hi;
         let bends = node.bends(tau);
         let shape = bends.told();
         // A leaf that the region's border crosses takes sides at each query.
-        let why = why(node, &shape, products);
+        let why = why(node, &shape, products, (source, inside), known);
         if let Some(why) = why.filter(|w| !(mixed && matches!(w, Why::Convex(_)))) {
             let steady = Steady::new(node, (net, products), q, (tau, bends), kept_arms);
             kept.settling = Some(Box::new(Settling { steady, why }));
@@ -532,7 +597,6 @@ impl Search<'_> {
             return Insight::Done;
         }
         let along_u = split_along_u(node, &shape);
-        let inside = matches!(kept.part, Part::Box(_, _, _, true));
         // Where a whole lies its halves do.
         let whole = kept.side;
         let mut low = products.clone();
@@ -548,15 +612,9 @@ impl Search<'_> {
                 (node.u, half(node.v))
             };
             Kept {
-                center: kept.center,
-                away: kept.away,
-                part: Part::Box(source, u, v, inside),
                 products: Some(Box::new(own)),
-                hull: None,
-                arms: None,
-                settling: None,
-                barren: false,
                 side: whole,
+                ..Kept::new(kept.center, kept.away, Part::Box(source, u, v, inside))
             }
         });
         Insight::Halves(Box::new(halves))
@@ -571,34 +629,25 @@ impl Search<'_> {
         settling: &mut Settling,
     ) -> Option<Dd> {
         let tau = self.out.hi.hi;
-        let shape = settling.steady.shape(q, tau);
+        let steady = &settling.steady;
         match &mut settling.why {
             Why::Falls {
                 along,
                 sign,
                 border,
             } => {
-                if shape.monotone[*along] != *sign {
+                if !steady.falls(*along, *sign, q, tau) {
                     return None;
                 }
-                let Some(products) = border else {
-                    return Some(lo);
-                };
-                let (net, _) = self.basis::<f64>(source)?;
-                let end = |r: [f64; 2]| [r[usize::from(*sign < 0)]; 2];
-                let (u, v) = if *along == 0 {
-                    (end(u), v)
-                } else {
-                    (u, end(v))
-                };
-                let mut node = self.node_over(q, (net, products), [u, v]);
-                if lo > node.lo {
-                    node.lo = lo;
+                if let Some(kept) = border
+                    && let Insight::Outside = self.take_up(heap, q, kept, false)
+                {
+                    *border = None;
                 }
-                self.enqueue(heap, source, inside, node, true);
                 Some(lo)
             }
-            Why::Convex(near) => {
+            Why::Convex(foothold) => {
+                let shape = steady.shape(q, tau);
                 if !(shape.convexity > 0.0) {
                     return None;
                 }
@@ -606,13 +655,27 @@ impl Search<'_> {
                     u,
                     v,
                     lo,
-                    degree: settling.steady.degree(),
-                    constant: settling.steady.is_polynomial(),
+                    degree: steady.degree(),
+                    constant: steady.is_polynomial(),
                     node: None,
-                    near: *near,
                 };
+                let (net, _) = self.basis::<f64>(source)?;
+                let best_on = self.best_on(source, [u, v]).is_some();
+                if !best_on && jet::fits(net.degree) {
+                    // Where it was, or else some steps on from there, mostly tells that it is far still.
+                    let middle = [u, v].map(|r| 0.5 * (r[0] + r[1]));
+                    let known = foothold.get_or_insert_with(|| Foothold::new(net, middle));
+                    for steps in 0..=MOST_STEPS {
+                        let bound = Dd::from(known.least(q, &cell, (&shape, tau)));
+                        if self.hopeless(bound) {
+                            return Some(bound);
+                        }
+                        if steps < MOST_STEPS {
+                            *known = Foothold::new(net, self.step_from(net, known.at, [u, v]));
+                        }
+                    }
+                }
                 let leaf = self.leaf(heap, source, inside, &cell, (&shape, Dd::from(tau)))?;
-                *near = Some(leaf.p.map(|x| x.hi));
                 Some(leaf.lo)
             }
         }

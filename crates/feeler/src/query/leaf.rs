@@ -7,7 +7,7 @@ use super::search::{QUARTER, Search};
 use super::shape::Shape;
 use super::task::{Arithmetic, Task};
 use super::upper::upper_end;
-use crate::numeric::bernstein::Bidegree;
+use crate::numeric::bernstein::{Bidegree, greater};
 use crate::numeric::{Ball, Dd, Real, Td};
 use crate::prepare::closed::Extent;
 use crate::prepare::{Homogeneous, jet};
@@ -48,6 +48,7 @@ pub(crate) struct Leaf {
 }
 
 const UP: f64 = 1.0 + 64.0 * f64::EPSILON;
+const DOWN: f64 = 1.0 - 64.0 * f64::EPSILON;
 /// Steps of Newton's method with a double-double gradient. With the f64 Hessian at the point each
 /// gains some 50 bits and three do; with the node's mean Hessian convergence is linear.
 const POLISH_STEPS: usize = 16;
@@ -72,8 +73,6 @@ pub(super) struct Cell<'a, T> {
     pub(super) constant: bool,
     /// The node, unless what is known of its shape comes from one about another centre.
     pub(super) node: Option<&'a Node<T>>,
-    /// Where the least value was about another centre.
-    pub(super) near: Option<[f64; 2]>,
 }
 
 impl<T> Cell<'_, T> {
@@ -93,7 +92,6 @@ impl<'a, T> From<&'a Node<T>> for Cell<'a, T> {
             degree: node.f.degree,
             constant: node.f.c.is_empty(),
             node: Some(node),
-            near: None,
         }
     }
 }
@@ -205,17 +203,21 @@ impl Search<'_> {
 
     /// Where a descent on a node starts: at the best point so far, if it is on it; else in the middle.
     fn start(&self, source: Source, ranges: [[f64; 2]; 2]) -> [f64; 2] {
-        let holds = |p: [f64; 2]| (0..2).all(|k| ranges[k][0] <= p[k] && p[k] <= ranges[k][1]);
-        match self.out.foot.and_then(|f| f.found) {
-            Some((s, p)) if s == source && holds(p) => p,
-            _ => ranges.map(|r| 0.5 * (r[0] + r[1])),
-        }
+        let best = self.best_on(source, ranges);
+        best.unwrap_or_else(|| ranges.map(|r| 0.5 * (r[0] + r[1])))
+    }
+
+    /// The best point so far, if it is on a node.
+    pub(super) fn best_on(&self, source: Source, ranges: [[f64; 2]; 2]) -> Option<[f64; 2]> {
+        let (own, p) = self.out.foot.as_ref()?.found?;
+        let holds = (0..2).all(|k| ranges[k][0] <= p[k] && p[k] <= ranges[k][1]);
+        (own == source && holds).then_some(p)
     }
 
     /// Whether a place is next to the best point so far.
     fn is_best(&self, source: Source, p: [f64; 2]) -> bool {
         let near = |q: [f64; 2]| (0..2).all(|k| (p[k] - q[k]).abs() <= SMALL_BALL);
-        let found = self.out.foot.and_then(|f| f.found);
+        let found = self.out.foot.as_ref().and_then(|f| f.found);
         found.is_some_and(|(s, q)| s == source && near(q))
     }
 
@@ -265,17 +267,8 @@ impl Search<'_> {
         let coarse = self.net(source)?;
         let ranges = [cell.u, cell.v];
         let mut start = self.start(source, ranges);
-        // What is far still needs no way down; where a warm start has come down there is none left.
+        // Where a warm start has come down there is no way left.
         let best = self.is_best(source, start);
-        if let Some(near) = cell.near.filter(|_| !best && jet::fits(coarse.degree)) {
-            // One step on from where it was, it is mostly near enough.
-            start = self.step_from(coarse, near, ranges);
-            let sample = self.objective.rough_sample(coarse, start);
-            let leaf = self.prove(cell, shape, start.map(Dd::from), &sample)?;
-            if self.hopeless(leaf.lo) {
-                return Some(leaf);
-            }
-        }
         if !(best && cell.node.is_none()) {
             start = self.descend(source, start, ranges);
         }
@@ -283,8 +276,14 @@ impl Search<'_> {
         if T::UNIT >= f64::UNIT && jet::fits(coarse.degree) {
             // At the best point so far, f64 is not worth trying for the last digits.
             if !(self.goal.width.is_full() && self.is_best(source, start)) {
-                let sample = self.objective.rough_sample(coarse, start);
-                let leaf = self.prove(cell, shape, p, &sample)?;
+                let known = self.out.rough.as_ref().filter(|r| r.is_at(source, start));
+                let leaf = match known {
+                    Some(rough) => self.prove(cell, shape, p, &rough.sample)?,
+                    None => {
+                        let sample = self.objective.rough_sample(coarse, start);
+                        self.prove(cell, shape, p, &sample)?
+                    }
+                };
                 if self.hopeless(leaf.lo) || self.serves(&leaf) {
                     return Some(leaf);
                 }
@@ -399,15 +398,17 @@ impl Search<'_> {
             if widths[k] == 0.0 {
                 continue;
             }
-            let g = minus(s.n_slope[k], s.c_slope[k]) * Ball::exact(widths[k]);
-            let (low, high) = (g.lower(), g.upper());
-            let size = low.abs().max(high.abs());
+            let g = minus(s.n_slope[k], s.c_slope[k]);
+            // The lesser part of the middle, with the radius: a rounding of the greater part at most, unless the radius is larger.
+            let off = (g.mid.lo.abs() + g.rad) * UP;
+            let [low, high] = [g.mid.hi - off, g.mid.hi + off];
+            let size = greater(low.abs(), high.abs()) * widths[k] * UP;
             all_high += size * size;
             let is_pinned = (p[k] == Dd::from(ranges[k][0]) && low > 0.0)
                 || (p[k] == Dd::from(ranges[k][1]) && high < 0.0);
             if is_pinned {
                 pinned = true;
-                let least = low.abs().min(high.abs());
+                let least = low.abs().min(high.abs()) * widths[k] * DOWN;
                 all_low += least * least;
             } else {
                 free += size * size;
@@ -474,7 +475,8 @@ fn tau_curvature<T: Real>(shape: &Shape, cell: &Cell<T>, tau_error: f64) -> f64 
     4.0 * tau_error * shape.c_range[1] * d * d * UP
 }
 
-fn convexity<T: Real>(shape: &Shape, cell: &Cell<T>, tau_error: f64) -> f64 {
+/// The least eigenvalue of the Hessian of `G` for a tau that is another one by `tau_error` at most is at least this.
+pub(super) fn convexity<T: Real>(shape: &Shape, cell: &Cell<T>, tau_error: f64) -> f64 {
     shape.convexity - tau_curvature(shape, cell, tau_error)
 }
 

@@ -9,6 +9,7 @@ mod border;
 mod certify;
 mod closed;
 mod contact;
+mod foothold;
 mod forms;
 mod front;
 mod hit_side;

@@ -117,6 +117,12 @@ impl Objective {
         self.combined(&net.origin, &jet::jet(net, p[0], p[1]))
     }
 
+    /// That, with the homogeneous point.
+    pub(crate) fn rough_point(&self, net: &Net<f64>, p: [f64; 2]) -> ([Ball<f64>; 4], Sample) {
+        let jet = jet::jet(net, p[0], p[1]);
+        (jet[0], self.combined(&net.origin, &jet))
+    }
+
     /// The value alone of that.
     pub(crate) fn rough_value(&self, net: &Net<f64>, p: [f64; 2]) -> Ball<Dd> {
         let (n, c) = self.values(&net.origin, &jet::point(net, p[0], p[1]));
@@ -218,17 +224,14 @@ impl Objective {
                 let m = Self::offset(q, origin, &jet[0]);
                 let w = jet[0][3];
                 let twice = |x: Ball<T>| x + x;
-                (
-                    [1, 2]
-                        .map(|k| twice(dot(&m, &Self::offset_slope(q, slope_origin, &w, &jet[k])))),
-                    [1, 2].map(|k| {
-                        if w.is_one() {
-                            Ball::ZERO
-                        } else {
-                            twice(w * jet[k][3])
-                        }
-                    }),
-                )
+                let n =
+                    |k: usize| twice(dot(&m, &Self::offset_slope(q, slope_origin, &w, &jet[k])));
+                let c = |k: usize| match w.is_one() {
+                    true => Ball::ZERO,
+                    false => twice(w * jet[k][3]),
+                };
+                // Written out: `map` is not inlined.
+                ([n(1), n(2)], [c(1), c(2)])
             }
             Self::Height(n, h) => (
                 [1, 2].map(|k| Self::height(n, *h, slope_origin, &jet[k])),

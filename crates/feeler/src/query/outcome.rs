@@ -1,9 +1,10 @@
 //! What a search is asked for, and what it finds.
 
+use super::objective::{Objective, Sample};
 use super::trail::Hint;
 use crate::numeric::{Ball, Dd, Real};
-use crate::prepare::Homogeneous;
 use crate::prepare::closed::{Extent, V3};
+use crate::prepare::{Homogeneous, Net};
 use nalgebra::Point2;
 
 /// Makes up for the rounding of a bound that is computed in a few f64 operations.
@@ -102,6 +103,33 @@ impl Spread {
     }
 }
 
+/// What was found of a place in f64, for what is asked of the same place later.
+#[derive(Clone, Debug)]
+pub(crate) struct Rough {
+    source: Source,
+    at: [f64; 2],
+    /// The homogeneous point.
+    pub(crate) point: [Ball<f64>; 4],
+    pub(crate) sample: Sample,
+}
+
+impl Rough {
+    pub(crate) fn new(objective: &Objective, net: &Net<f64>, source: Source, at: [f64; 2]) -> Self {
+        let (point, sample) = objective.rough_point(net, at);
+        Self {
+            source,
+            at,
+            point,
+            sample,
+        }
+    }
+
+    /// Whether it is of this place, to the last bit.
+    pub(crate) fn is_at(&self, source: Source, at: [f64; 2]) -> bool {
+        self.source == source && self.at == at
+    }
+}
+
 /// What a search found.
 #[derive(Clone, Debug)]
 pub(crate) struct Outcome {
@@ -111,6 +139,8 @@ pub(crate) struct Outcome {
     pub(crate) hi: Dd,
     /// Where `hi` was found.
     pub(crate) foot: Option<Foot>,
+    /// What is known of the place that it started from, if it was given one.
+    pub(crate) rough: Option<Rough>,
     /// Nodes put aside with a bound near the minimum.
     pub(crate) settled: Vec<Settled>,
     /// How many nodes were visited.

@@ -599,6 +599,7 @@ impl Search<'_> {
             near,
             false,
             Accuracy::Full,
+            None,
         );
         let wanted = options.contacts != Contacts::None;
         let found = ContactAnswer {

@@ -2,7 +2,7 @@
 
 use super::answer::{Accuracy, Contact, Feature, Probe, Separation};
 use super::local::nearest;
-use super::outcome::{Foot, Locus, Outcome, Settled, Source};
+use super::outcome::{Foot, Locus, Outcome, Rough, Settled, Source};
 use super::search::QUARTER;
 use crate::numeric::{Ball, Dd};
 use crate::prepare::closed::V3;
@@ -77,7 +77,13 @@ const SHARP_FOOT: f64 = 1.0 / (1u64 << 44) as f64;
 /// The point of a place in f64, where that is known within `enough`, and in the direction of a ball's centre within [`SHARP_FOOT`].
 ///
 /// The place's parameters are rounded, each by half a unit of one at most, besides what they are known to.
-fn rough_point(brep: &PreparedBrep, probe: &Probe, place: &Place, enough: f64) -> Option<V3> {
+fn rough_point(
+    brep: &PreparedBrep,
+    probe: &Probe,
+    place: &Place,
+    rough: Option<&Rough>,
+    enough: f64,
+) -> Option<V3> {
     let Locus::Patch { patch, local, .. } = place.spot else {
         return None;
     };
@@ -91,9 +97,9 @@ fn rough_point(brep: &PreparedBrep, probe: &Probe, place: &Place, enough: f64) -
     let moved: f64 = (0..2)
         .map(|k| speeds[k] * (f64::EPSILON + local[k].rad))
         .sum();
-    let value = jet::point(net, at[0], at[1]);
+    let value = cartesian(net, &point_at(net, (place.face, patch), at, rough));
     let point: [Ball<f64>; 3] = std::array::from_fn(|c| {
-        let x = value[c] / value[3] + Ball::exact(net.origin[c]);
+        let x = value[c];
         Ball {
             rad: (x.rad + moved) * BOUND_UP,
             ..x
@@ -108,6 +114,30 @@ fn rough_point(brep: &PreparedBrep, probe: &Probe, place: &Place, enough: f64) -
     };
     let known = point.iter().all(|x| x.rad <= enough);
     known.then(|| point.map(Ball::to_dd))
+}
+
+/// The homogeneous point of a patch whose net [fits](jet::fits), unless it is what is known.
+fn point_at(
+    net: &Net<f64>,
+    (face, index): (usize, usize),
+    at: [f64; 2],
+    rough: Option<&Rough>,
+) -> [Ball<f64>; 4] {
+    match rough.filter(|r| r.is_at(Source::Patch { face, index }, at)) {
+        Some(rough) => rough.point,
+        None => jet::point(net, at[0], at[1]),
+    }
+}
+
+/// The point in space.
+fn cartesian(net: &Net<f64>, value: &[Ball<f64>; 4]) -> [Ball<f64>; 3] {
+    let [x, y, z, w] = *value;
+    let unit = w.is_one();
+    let at = |x: Ball<f64>, k: usize| {
+        let x = if unit { x } else { x / w };
+        x + Ball::exact(net.origin[k])
+    };
+    [at(x, 0), at(y, 1), at(z, 2)]
 }
 
 /// The point of a place.
@@ -155,9 +185,10 @@ pub(super) fn make_contact(
     separation: Separation,
     material: bool,
     accuracy: Accuracy,
+    rough: Option<&Rough>,
 ) -> Contact {
     let rough = match accuracy {
-        Accuracy::Length(a) => rough_point(brep, probe, place, QUARTER * a),
+        Accuracy::Length(a) => rough_point(brep, probe, place, rough, QUARTER * a),
         Accuracy::Full => None,
     };
     let point = rough.unwrap_or_else(|| point_of(brep, place));
@@ -349,29 +380,37 @@ pub(super) fn bound_contact(
         }
         return;
     }
-    let (Some(spread), Some((place, patch, local))) = (only.spread, place_of(brep, only)) else {
+    let (Some(spread), Some(source)) = (only.spread, only.source) else {
         return;
     };
-    let radius = spread.radius(found.hi);
-    if place.face != foot.face {
+    let (face, patch, at) = match source {
+        Source::Patch { face, index } => (face, index, only.at),
+        // (Its local parameters are rounded.)
+        Source::Piece { .. } => match place_of(brep, only) {
+            Some((place, patch, local)) => (place.face, patch, local.map(|x| x.mid.hi)),
+            None => return,
+        },
+    };
+    if face != foot.face {
         return;
     }
-    let geometry = brep.double(place.face);
+    let radius = spread.radius(found.hi);
+    let geometry = brep.double(face);
     let net = &geometry.patches[patch].net;
     // The place is rounded, twice at most, and so moved by this much.
-    let at = local.map(|x| x.mid.hi.clamp(0.0, 1.0));
+    let at = at.map(|x| x.clamp(0.0, 1.0));
     let [along_u, along_v] = geometry.patch_speeds(patch);
     let rounded = 2.0 * f64::EPSILON * (along_u + along_v);
     let value = if jet::fits(net.degree) {
-        jet::point(net, at[0], at[1])
+        point_at(net, (face, patch), at, found.rough.as_ref())
     } else {
         let at = at.map(Ball::<f64>::exact);
         net.jet(at[0], at[1]).value
     };
     let mut apart = 0.0;
-    for k in 0..3 {
-        let x = value[k] / value[3] + Ball::exact(net.origin[k]);
-        apart += (x - Ball::exact(c.on_brep[k])).magnitude().powi(2);
+    for (x, on_brep) in cartesian(net, &value).into_iter().zip(c.on_brep.iter()) {
+        let off = (x - Ball::exact(*on_brep)).magnitude();
+        apart += off * off;
     }
     set_bound(c, (radius + rounded + apart.sqrt()) * BOUND_UP, found);
 }

@@ -138,6 +138,7 @@ impl<'a> Search<'a> {
                 lo: Dd::from(f64::INFINITY),
                 hi: Dd::from(f64::INFINITY),
                 foot: None,
+                rough: None,
                 settled: std::mem::take(&mut memory.settled),
                 nodes: 0,
                 budget_spent: false,

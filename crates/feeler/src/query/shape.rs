@@ -283,31 +283,42 @@ impl<T: Real> Node<T> {
 impl Bends {
     /// What they prove; that a box is capped takes more than they hold.
     pub(super) fn told(&self) -> Shape {
-        let d = self.degree;
-        let mut monotone = [0; 2];
-        for (k, degree) in [d.u, d.v].into_iter().enumerate() {
-            if degree == 0 || !(self.c_range[0] > 0.0) {
-                continue;
-            }
-            let [low, high] = self.slopes[k];
-            let other = self.g_largest * self.c_slopes[k] * UP;
-            if low * self.c_range[0] * DOWN > other {
-                monotone[k] = 1;
-            } else if -high * self.c_range[0] * DOWN > other {
-                monotone[k] = -1;
-            }
+        let monotone = [0, 1].map(|k| self.monotone(k, self.slopes[k], self.g_largest));
+        self.bent(&self.seconds, monotone, self.g_largest)
+    }
+
+    /// The sign of `f`'s derivative along a direction, where it is proven not to vanish, given the range of the first differences of `G` and a
+    /// bound of its coefficients.
+    #[inline(always)]
+    pub(super) fn monotone(&self, k: usize, [low, high]: [f64; 2], largest: f64) -> i8 {
+        let degree = if k == 0 { self.degree.u } else { self.degree.v };
+        if degree == 0 || !(self.c_range[0] > 0.0) {
+            return 0;
         }
+        let other = largest * self.c_slopes[k] * UP;
+        if low * self.c_range[0] * DOWN > other {
+            1
+        } else if -high * self.c_range[0] * DOWN > other {
+            -1
+        } else {
+            0
+        }
+    }
+
+    /// What follows from ranges of the second differences of `G` and a bound of its coefficients.
+    #[inline(always)]
+    pub(super) fn bent(&self, seconds: &[[f64; 2]; 3], monotone: [i8; 2], g_largest: f64) -> Shape {
+        let d = self.degree;
         let factors = [
-            d.u * d.u.saturating_sub(1),
-            d.v * d.v.saturating_sub(1),
-            d.u * d.v,
-        ]
-        .map(|factor| factor as f64);
+            (d.u * d.u.saturating_sub(1)) as f64,
+            (d.v * d.v.saturating_sub(1)) as f64,
+            (d.u * d.v) as f64,
+        ];
         let most = |m: usize| {
-            let [low, high]: [f64; 2] = self.seconds[m];
-            low.abs().max(high.abs()) * factors[m] * UP
+            let [low, high]: [f64; 2] = seconds[m];
+            greater(low.abs(), high.abs()) * factors[m] * UP
         };
-        let [a, b] = [0, 1].map(|m| self.seconds[m][0] * factors[m]);
+        let (a, b) = (seconds[0][0] * factors[0], seconds[1][0] * factors[1]);
         let cross = most(2);
         let convexity = match (d.u, d.v) {
             (0, 0) => 0.0,
@@ -315,7 +326,7 @@ impl Bends {
             (0, _) => b,
             // The least eigenvalue of [[a', c'], [c', b']] with a' >= a, b' >= b, |c'| <= c.
             _ => {
-                let root = ((a - b).powi(2) + 4.0 * cross * cross).sqrt() * UP;
+                let root = ((a - b) * (a - b) + 4.0 * cross * cross).sqrt() * UP;
                 0.5 * ((a + b) - root) - 8.0 * f64::EPSILON * (a.abs() + b.abs() + root)
             }
         };
@@ -329,7 +340,7 @@ impl Bends {
             c_slope: c_slope * UP,
             c_range: self.c_range,
             g_error: self.g_error,
-            g_largest: self.g_largest,
+            g_largest,
             bend: self.bend,
         }
     }

@@ -9,7 +9,7 @@
 //! for `|X - c w|^2 = |X - q w|^2 - 2 d.(X - q w) w + |d|^2 w^2`. All of these are polynomials of the same degrees, so differences of the
 //! coefficients of `G'` are those of `G` up to the same combination of differences of the coefficients of `b'` and `C`: of these the largest
 //! are kept (a [`Sway`]). What [`Bends`] say of the box about `q` is widened by that, and the widened ranges hold the true
-//! coefficients about `c`: what they tell ([`Bends::told`]) is proven of `c`, in time that hangs on no degree.
+//! coefficients about `c`: what they tell ([`Bends::monotone`], [`Bends::bent`]) is proven of `c`, in time that hangs on no degree.
 
 use super::node::Node;
 use super::shape::{Bends, Shape};
@@ -93,9 +93,11 @@ fn weighted_arms(
     })
 }
 
-/// A range, wider by so much at both ends.
+/// A range, wider by so much at both ends: the sums are off by half an epsilon of their terms at most.
+#[inline(always)]
 fn outward([low, high]: [f64; 2], e: f64) -> [f64; 2] {
-    [(low - e).next_down(), (high + e).next_up()]
+    let own = |x: f64| (e + f64::EPSILON * x.abs()) * UP;
+    [low - own(low), high + own(high)]
 }
 
 impl Steady {
@@ -149,34 +151,54 @@ impl Steady {
         self.bends.constant
     }
 
-    /// What is proven about another centre and another tau.
-    pub(super) fn shape(&self, center: &Point3<f64>, tau: f64) -> Shape {
-        self.bends(center, tau).told()
+    /// Whether `f` is proven to fall one way along u (or v) about another centre and another tau, given by the sign of its derivative.
+    pub(super) fn falls(&self, along: usize, sign: i8, center: &Point3<f64>, tau: f64) -> bool {
+        let way = self.way(center, tau);
+        let range = self.slopes(&way, along);
+        let largest = match self.bends.constant {
+            // Nothing is multiplied by it.
+            true => 0.0,
+            false => self.largest(&way),
+        };
+        self.bends.monotone(along, range, largest) == sign
     }
 
-    /// (What `G` is computed with an error of is not: nobody asks that of what is kept.)
-    fn bends(&self, center: &Point3<f64>, tau: f64) -> Bends {
+    /// What is proven about the second derivatives of `G` about another centre and another tau, and about its size.
+    pub(super) fn shape(&self, center: &Point3<f64>, tau: f64) -> Shape {
+        let way = self.way(center, tau);
+        let seconds = [0, 1, 2].map(|m| self.seconds(&way, m));
+        self.bends.bent(&seconds, [0; 2], self.largest(&way))
+    }
+
+    /// How far it is to another centre along each axis, and by how much `G` changes in parts of `C`.
+    fn way(&self, center: &Point3<f64>, tau: f64) -> ([f64; 3], f64) {
         let d: [f64; 3] = std::array::from_fn(|k| (center[k] - self.center[k]).abs());
         let square = d[0] * d[0] + d[1] * d[1] + d[2] * d[2];
         let fall = tau - self.tau;
         let lift = (square - fall).abs() + 8.0 * f64::EPSILON * (square + fall.abs()) + TINY;
-        // Each by how much a difference, or a coefficient, may be another than about the first centre.
-        let off = |of: &dyn Fn(&Sway) -> f64| {
-            let arms =
-                d[0] * of(&self.arms[0]) + d[1] * of(&self.arms[1]) + d[2] * of(&self.arms[2]);
-            (2.0 * arms + lift * of(&self.base) + TINY) * UP
-        };
-        let mut bends = self.bends;
-        for k in 0..2 {
-            let e = off(&|s| s.slopes[k]);
-            bends.slopes[k] = outward(bends.slopes[k], e);
-        }
-        for m in 0..3 {
-            let e = off(&|s| s.seconds[m]);
-            bends.seconds[m] = outward(bends.seconds[m], e);
-        }
-        bends.g_largest = (bends.g_largest + off(&|s| s.largest)) * UP;
-        bends
+        (d, lift)
+    }
+
+    /// By how much a difference, or a coefficient, may be another than about the first centre.
+    #[inline(always)]
+    fn off(&self, (d, lift): &([f64; 3], f64), of: impl Fn(&Sway) -> f64) -> f64 {
+        let arms = d[0] * of(&self.arms[0]) + d[1] * of(&self.arms[1]) + d[2] * of(&self.arms[2]);
+        (2.0 * arms + lift * of(&self.base) + TINY) * UP
+    }
+
+    #[inline(always)]
+    fn slopes(&self, way: &([f64; 3], f64), k: usize) -> [f64; 2] {
+        outward(self.bends.slopes[k], self.off(way, |s| s.slopes[k]))
+    }
+
+    #[inline(always)]
+    fn seconds(&self, way: &([f64; 3], f64), m: usize) -> [f64; 2] {
+        outward(self.bends.seconds[m], self.off(way, |s| s.seconds[m]))
+    }
+
+    #[inline(always)]
+    fn largest(&self, way: &([f64; 3], f64)) -> f64 {
+        (self.bends.g_largest + self.off(way, |s| s.largest)) * UP
     }
 }
 
@@ -213,7 +235,10 @@ mod tests {
         let about_q = node(&rough, &products, &q);
         let first = (tau, about_q.bends(tau));
         let steady = Steady::new(&about_q, (&rough, &products), &q, first, &mut None);
-        let bends = steady.bends(&c, other);
+        let way = steady.way(&c, other);
+        let slopes = [0, 1].map(|k| steady.slopes(&way, k));
+        let seconds = [0, 1, 2].map(|m| steady.seconds(&way, m));
+        let largest = steady.largest(&way);
         let fine = net::<Dd>(points);
         let about_c = node(&fine, &cut(&fine), &c);
         let g: Vec<Dd> = (0..about_c.f.n.len())
@@ -227,24 +252,24 @@ mod tests {
         let at = |i: usize, j: usize| g[i * width + j];
         for i in 0..rows {
             for j in 0..width {
-                assert!(at(i, j).magnitude() <= bends.g_largest);
+                assert!(at(i, j).magnitude() <= largest);
                 if i + 1 < rows {
-                    assert!(holds(bends.slopes[0], at(i + 1, j) - at(i, j)));
+                    assert!(holds(slopes[0], at(i + 1, j) - at(i, j)));
                 }
                 if j + 1 < width {
-                    assert!(holds(bends.slopes[1], at(i, j + 1) - at(i, j)));
+                    assert!(holds(slopes[1], at(i, j + 1) - at(i, j)));
                 }
                 if i + 2 < rows {
                     let second = (at(i + 2, j) - at(i + 1, j)) - (at(i + 1, j) - at(i, j));
-                    assert!(holds(bends.seconds[0], second));
+                    assert!(holds(seconds[0], second));
                 }
                 if j + 2 < width {
                     let second = (at(i, j + 2) - at(i, j + 1)) - (at(i, j + 1) - at(i, j));
-                    assert!(holds(bends.seconds[1], second));
+                    assert!(holds(seconds[1], second));
                 }
                 if i + 1 < rows && j + 1 < width {
                     let mixed = (at(i + 1, j + 1) - at(i, j + 1)) - (at(i + 1, j) - at(i, j));
-                    assert!(holds(bends.seconds[2], mixed));
+                    assert!(holds(seconds[2], mixed));
                 }
             }
         }

@@ -3,7 +3,7 @@
 use super::beside::depth;
 use super::leaf::Leaf;
 use super::objective::{Guide, Objective};
-use super::outcome::{Foot, Locus, Source};
+use super::outcome::{Foot, Locus, Rough, Source};
 use super::search::Search;
 use super::trail::Hint;
 use crate::numeric::{Ball, Dd, Td};
@@ -69,6 +69,9 @@ impl Search<'_> {
         let source = Source::Patch { face, index };
         let start = hint.ahead.unwrap_or(local);
         let p = self.descend(source, start, [[0.0, 1.0]; 2]);
+        let net = &patches[index].net;
+        let rough = || Rough::new(self.objective, net, source, p);
+        self.out.rough = jet::fits(net.degree).then(rough);
         self.try_rough_point(source, p);
         if self.out.foot.is_none() {
             // The way down left the region: the place itself was on its border.
@@ -183,7 +186,11 @@ impl Search<'_> {
             && jet::fits(net.degree)
             && self.classify(face, index, [p[0]; 2], [p[1]; 2]) == BoxSide::Inside
         {
-            let value = self.objective.rough_value(net, p);
+            let known = self.out.rough.as_ref().filter(|r| r.is_at(source, p));
+            let value = match known {
+                Some(rough) => rough.sample.value(),
+                None => self.objective.rough_value(net, p),
+            };
             let size = self.brep.size();
             let scale = if self.objective.is_squared() {
                 size * size
@@ -433,7 +440,7 @@ const MAX_DAMPING: usize = 10;
 /// A gain below this part of the value is lost in its rounding.
 const NOISE: f64 = 1.0 / (1u64 << 46) as f64;
 /// A step of Newton's method this short, in local parameters, is the last: the next would be lost in rounding.
-const SHORT: f64 = 1.0 / (1u64 << 20) as f64;
+const SHORT: f64 = 1.0 / (1u64 << 17) as f64;
 /// A longer step, in local parameters, is not taken blindly.
 const MOST_BLIND: f64 = 1.0 / (1u64 << 12) as f64;
 /// How many steps are taken once the gain is lost in rounding: each squares the error.

@@ -43,15 +43,8 @@ proptest! {
             away = away.next_down();
         }
         let kept = Kept {
-            center: Point3::from(center),
-            away,
-            part: Part::Face(0),
-            products: None,
             hull: with_hull.then_some(hull),
-            arms: None,
-            settling: None,
-            barren: false,
-            side: None,
+            ..Kept::new(Point3::from(center), away, Part::Face(0))
         };
         let least = kept.least(&Point3::from(other));
         let truth = squared(x, other);
