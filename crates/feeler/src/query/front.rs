@@ -33,7 +33,8 @@
 //! What settled a box about one centre often does so about the next: that `f` falls along u or v everywhere on it, or that `G` is strictly
 //! convex. Both rest on differences of coefficients, which change little with the centre (module `steady`), so no coefficient is looked at
 //! again. What follows from them is what the search makes of it (cases *monotone* and *no critical point in the region* of the
-//! module `search`): the border of the patch that the box touches is searched, or the leaf is proven at the new foot.
+//! module `search`): the border of the patch that the box touches is searched, as a part that learns as others do, or the leaf is proven at the new foot; where
+//! the foot is elsewhere, a place on the box that was kept mostly tells that it is far (module `foothold`).
 
 use super::foothold::Foothold;
 use super::leaf::Cell;
