@@ -1,68 +1,130 @@
-//! Cells over a region: which parts meet each, and the parity of one point in it.
+//! Cells over a region: which parts meet each, strips that hold these, and the parities of some points in it.
 //!
-//! The parity of a point then follows from its cell alone: along a path of two legs from the
-//! cell's reference point (first along v, then along u) only parts that meet the cell can cross.
+//! The parity of a point then follows from its cell alone: on a side of the strips by another point of that side, else along a path
+//! of two legs from the cell's reference point (first along v, then along u), which only parts that meet the cell can cross.
 
 use super::decide::{Crossing, Part};
 use super::piece::Piece;
 use super::split::Trend;
+use super::strip::{BITS, MARGIN, Stretch, Strip};
 
-/// What a cell knows of its reference point, and the parts that meet it, if they are few: all that most queries read of it.
-///
-/// Two bits say whether the parity is known, and what it is, with the vertical leg's count at the reference point folded in (it is not where the point
-/// lies on a loop); two how many parts there are, up to [`MANY`](Self::MANY); twice [`BITS`](Self::BITS) which.
+/// Strips of a cell.
+const STRIPS: usize = 3;
+
+/// What a cell knows: all that most queries read. Half a line of a processor's cache.
 #[derive(Clone, Copy, Debug)]
-struct Head(u64);
+#[repr(align(32))]
+struct Cell {
+    /// What the loops have in it keeps to these.
+    strips: [Strip; STRIPS],
+    /// Two bits for each side of the strips: whether the parity is known, and whether it is odd.
+    parities: u16,
+    /// The same for the reference point, with the vertical leg's count there folded in (it is not where the point lies on a loop).
+    reference: u8,
+    /// How many parts meet it, up to [`MANY`](Self::MANY).
+    count: u8,
+    /// Which, or where in `many` they are listed.
+    items: [u32; 2],
+}
 
-impl Head {
-    const BITS: u32 = 30;
-    const COUNT: u32 = 2 * Self::BITS;
-    const ODD: u64 = 1 << 62;
-    const KNOWN: u64 = 1 << 63;
+const _: () = assert!(size_of::<Cell>() == 32);
+
+impl Cell {
+    const EMPTY: Self = Self {
+        strips: [Strip::NONE; STRIPS],
+        parities: 0,
+        reference: 0,
+        count: 0,
+        items: [0; 2],
+    };
     /// More parts than are in here.
-    const MANY: usize = 3;
+    const MANY: u8 = 3;
 
-    fn new(items: &[u32]) -> Self {
-        let fits = items.len() < Self::MANY && items.iter().all(|k| *k < 1 << Self::BITS);
-        if !fits {
-            return Self((Self::MANY as u64) << Self::COUNT);
+    /// Lists a part; what does not fit is handed back.
+    fn push(&mut self, part: u32) -> Option<u32> {
+        let Some(free) = self.items.get_mut(usize::from(self.count)) else {
+            return Some(part);
+        };
+        *free = part;
+        self.count += 1;
+        None
+    }
+
+    /// Moves the list to others, with more parts.
+    fn push_all(&mut self, more: impl Iterator<Item = u32>, many: &mut Vec<u32>) {
+        let start = many.len();
+        many.extend(self.items);
+        many.extend(more);
+        self.count = Self::MANY;
+        self.items = [start as u32, many.len() as u32];
+    }
+
+    #[inline]
+    fn items<'a>(&'a self, many: &'a [u32]) -> &'a [u32] {
+        if self.count == Self::MANY {
+            &many[self.items[0] as usize..self.items[1] as usize]
+        } else {
+            &self.items[..usize::from(self.count)]
         }
-        let at = |i: usize| items.get(i).copied().map_or(0, u64::from) << (i as u32 * Self::BITS);
-        Self((items.len() as u64) << Self::COUNT | at(0) | at(1))
     }
 
+    fn knows(&self, side: usize) -> bool {
+        self.parities >> (2 * side) & 1 != 0
+    }
+
+    fn set_parity(&mut self, side: usize, odd: bool) {
+        self.parities |= (1 + 2 * u16::from(odd)) << (2 * side);
+    }
+
+    fn reference(&self) -> Option<bool> {
+        (self.reference & 1 != 0).then_some(self.reference & 2 != 0)
+    }
+
+    fn set_reference(&mut self, odd: bool) {
+        self.reference = 1 + 2 * u8::from(odd);
+    }
+
+    /// Whether there is no side of which nothing is known.
     #[inline]
-    fn count(self) -> usize {
-        (self.0 >> Self::COUNT & 3) as usize
+    fn is_settled(&self) -> bool {
+        // Above all strips that there are not.
+        let first = match self.strips.each_ref().map(Strip::is_none) {
+            [true, ..] => 7,
+            [_, true, _] => 6,
+            [.., true] => 4,
+            _ => 0,
+        };
+        let known = 0x5555u16 << (2 * first);
+        self.parities & known == known
     }
 
-    /// Of which `count` are there.
+    /// On which side of the strips a point of the cell is, and whether it is in one of them.
     #[inline]
-    fn items(self) -> [u32; 2] {
-        let mask = (1 << Self::BITS) - 1;
-        [self.0 & mask, self.0 >> Self::BITS & mask].map(|k| k as u32)
+    fn side(&self, place: [i32; 2]) -> (usize, bool) {
+        let [a, b, c] = self.strips.each_ref().map(|s| s.sign(place));
+        let side = usize::from(a.0) + 2 * usize::from(b.0) + 4 * usize::from(c.0);
+        (side, a.1 | b.1 | c.1)
     }
 
+    /// The parity of a point of the cell, where its side tells: then no loop meets the way from it to another point of that side,
+    /// of which the parity is known.
     #[inline]
-    fn parity(self) -> Option<bool> {
-        (self.0 & Self::KNOWN != 0).then_some(self.0 & Self::ODD != 0)
-    }
-
-    fn set_parity(&mut self, odd: bool) {
-        self.0 |= Self::KNOWN | if odd { Self::ODD } else { 0 };
+    fn told(&self, place: [i32; 2]) -> Option<bool> {
+        let (side, within) = self.side(place);
+        let bits = self.parities >> (2 * side);
+        ((bits & 1 != 0) & !within).then_some(bits & 2 != 0)
     }
 }
 
 /// A grid of cells. A point belongs to the cell that [`index`](Axis::index) says; that function is
-/// monotone, so that cells are boxes and a part lies in the cells between those of its
-/// box's corners.
+/// monotone, so that cells are boxes.
 #[derive(Debug)]
 pub(super) struct Cells {
     axes: [Axis; 2],
-    /// Items of cell `c` are `items[starts[c]..starts[c + 1]]`; cell `(i, j)` is `j * count_u + i`.
-    starts: Vec<u32>,
-    items: Vec<u32>,
-    heads: Vec<Head>,
+    /// Cell `(i, j)` is `j * count_u + i`.
+    cells: Vec<Cell>,
+    /// The parts of cells that have many.
+    many: Vec<u32>,
 }
 
 /// One direction of the grid.
@@ -80,20 +142,58 @@ struct Axis {
 const REFERENCE: [f64; 2] = [0.487_213, 0.518_307];
 
 /// Cells per part, and their least and greatest number; as long as they are few enough to stay in a cache, more per part.
-const CELLS_PER_PART: usize = 8;
-const CELLS_PER_PART_OF_FEW: usize = 16;
+const CELLS_PER_PART: usize = 4;
+const CELLS_PER_PART_OF_FEW: usize = 8;
 const FEW_CELLS: usize = 1 << 12;
-const LEAST_CELLS: usize = 256;
+const LEAST_CELLS: usize = 64;
 const MOST_CELLS: usize = 1 << 21;
 /// How many items (a part in a cell) are accepted per part, beyond a fixed number; with more the
 /// cells are made larger.
 const ITEMS_PER_PART: f64 = 16.0;
 const FREE_ITEMS: f64 = 4096.0;
 
+/// A cell's size is beyond all rounding, but within f64's range many times over.
+const MOST_RATE: f64 = 1e150;
+
+/// A part is halved until it bulges by less than this share of a cell, but not too often.
+const FLAT: f64 = 1.0 / 16.0;
+/// 2^12 cells along one part are ample; beyond, a box takes what it covers.
+const MOST_HALVINGS: u32 = 12;
+/// The same for a part that is in one row or column of cells.
+const FEW_HALVINGS: u32 = 5;
+
+/// A cell's width in units of places.
+const CELL: i32 = 1 << BITS;
+
+/// Where in a cell its strips' sides are looked for: along the edges to the cells before it, then within.
+const SAMPLES: [[i32; 2]; 21] = samples();
+
+const fn samples() -> [[i32; 2]; 21] {
+    let mut out = [[0; 2]; 21];
+    let mut k = 0;
+    while k < 5 {
+        out[k] = [0, k as i32 * CELL / 4];
+        k += 1;
+    }
+    while k < 9 {
+        out[k] = [(k as i32 - 4) * CELL / 4, 0];
+        k += 1;
+    }
+    while k < 21 {
+        let (i, j) = ((20 - k as i32) % 3, (20 - k as i32) / 3);
+        out[k] = [
+            (i + 1) * CELL / 3 - CELL / 24,
+            (j + 1) * CELL / 4 - CELL / 24,
+        ];
+        k += 1;
+    }
+    out
+}
+
 impl Axis {
     fn new(range: [f64; 2], count: usize) -> Self {
         let rate = count as f64 / (range[1] - range[0]);
-        let usable = rate.is_finite() && rate > 0.0;
+        let usable = rate < MOST_RATE && rate > 0.0;
         Self {
             origin: range[0],
             rate: if usable { rate } else { 0.0 },
@@ -105,7 +205,25 @@ impl Axis {
     /// Monotone: each of its operations is. (`as` takes NaN to 0 and saturates.)
     #[inline]
     fn index(&self, x: f64) -> usize {
-        (((x - self.origin) * self.rate) as usize).min(self.count - 1)
+        self.place(x).0
+    }
+
+    /// The index of a number in the range, and where it is in that cell.
+    #[inline]
+    fn place(&self, x: f64) -> (usize, i32) {
+        let fixed = (((x - self.origin) * self.rate * (1i64 << BITS) as f64) as i64).max(0);
+        let i = ((fixed >> BITS) as usize).min(self.count - 1);
+        (i, (fixed - ((i as i64) << BITS)) as i32)
+    }
+
+    /// In cells.
+    fn scaled(&self, x: f64) -> f64 {
+        (x - self.origin) * self.rate
+    }
+
+    /// The cells that this range, in cells, meets.
+    fn span(&self, [low, high]: [f64; 2]) -> [usize; 2] {
+        [low, high].map(|x| (x as i64).max(0).min(self.count as i64 - 1) as usize)
     }
 
     /// The part of cell `i` at `fraction`, rounded.
@@ -167,86 +285,118 @@ impl Cells {
         };
         let mut out = Self {
             axes,
-            starts: Vec::new(),
-            items: Vec::new(),
-            heads: Vec::new(),
+            cells: vec![Cell::EMPTY; axes[0].count * axes[1].count],
+            many: Vec::new(),
         };
         out.fill(pieces, parts);
         out.settle(pieces, parts);
+        out.settle_sides(pieces, parts);
         out
     }
 
     pub(super) fn bytes(&self) -> usize {
-        (self.starts.capacity() + self.items.capacity()) * size_of::<u32>()
-            + self.heads.capacity() * size_of::<Head>()
+        self.cells.capacity() * size_of::<Cell>() + self.many.capacity() * size_of::<u32>()
     }
 
     fn cell(&self, i: usize, j: usize) -> usize {
         j * self.axes[0].count + i
     }
 
+    /// Puts each part into the cells that a point of it may be in (rounding included), and has it keep to their strips.
+    ///
+    /// Between two of its points a curve is no farther from their segment, along an axis, than an eighth of its greatest second
+    /// derivative times the square of the parameter between them.
     fn fill(&mut self, pieces: &[Piece], parts: &[Part]) {
-        /// 2^12 cells along one part are ample; beyond, a box takes what it covers.
-        const MOST_HALVINGS: u32 = 12;
-        let [au, av] = self.axes;
-        let mut pairs: Vec<(u32, u32)> = Vec::with_capacity(parts.len() * 2);
-        let mut own: Vec<u32> = Vec::new();
+        let au = self.axes[0];
+        // Parts that their cells have no room for.
+        let mut more: Vec<(usize, u32)> = Vec::new();
+        let mut own: Vec<(usize, [usize; 2], u32)> = Vec::new();
+        let mut shares: Vec<(Stretch, [f64; 2])> = Vec::new();
+        let mut group: Vec<(Stretch, [f64; 2])> = Vec::new();
+        let mut stack = Vec::new();
         for (k, part) in parts.iter().enumerate() {
             own.clear();
+            shares.clear();
             let piece = &pieces[part.own.piece as usize];
-            let mut stack = vec![(part.own.t, part.hull, 0)];
+            // A gap is a box, not only its diagonal.
+            let whole = part.join || !part.is_monotone();
+            let (bend, blur) = (piece.bend(), part.blur(piece));
+            let rises = [0, 1].map(|i| part.trends[i] == Trend::Up);
+            stack.push((part.own.t, part.hull, 0));
             while let Some((t, hull, level)) = stack.pop() {
-                let (i0, i1) = (au.index(hull[0][0]), au.index(hull[0][1]));
-                let (j0, j1) = (av.index(hull[1][0]), av.index(hull[1][1]));
-                // A gap is a box, not only its diagonal.
-                let whole = part.join || !part.is_monotone();
-                if whole || i0 == i1 || j0 == j1 || level == MOST_HALVINGS {
-                    for j in j0..=j1 {
-                        own.extend((i0..=i1).map(|i| self.cell(i, j) as u32));
-                    }
+                let width = t[1] - t[0];
+                let bulge = [0, 1].map(|i| 0.125 * width * width * bend[i]);
+                let bounds = [0, 1].map(|i| hull[i].map(|x| self.axes[i].scaled(x)));
+                let spans = [0, 1].map(|i| {
+                    let [low, high] = bounds[i];
+                    self.axes[i].span([low - MARGIN, high + MARGIN])
+                });
+                let narrow = spans.iter().any(|s| s[0] == s[1]);
+                let flat = (0..2).all(|i| bulge[i] * self.axes[i].rate <= FLAT);
+                let most = if narrow { FEW_HALVINGS } else { MOST_HALVINGS };
+                if !whole && !flat && level < most {
+                    let middle = 0.5 * (t[0] + t[1]);
+                    let m = piece.coarse_enclosure(middle);
+                    // A monotone part runs from corner to corner of its box, through m.
+                    let side = |up: bool, axis: usize| {
+                        let [lo, hi] = hull[axis];
+                        if up {
+                            [m[axis][0].max(lo), hi]
+                        } else {
+                            [lo, m[axis][1].min(hi)]
+                        }
+                    };
+                    let first = [0, 1].map(|i| side(!rises[i], i));
+                    let second = [0, 1].map(|i| side(rises[i], i));
+                    stack.push(([middle, t[1]], second, level + 1));
+                    stack.push(([t[0], middle], first, level + 1));
                     continue;
                 }
-                let middle = 0.5 * (t[0] + t[1]);
-                let m = piece.coarse_enclosure(middle);
-                // A monotone part runs from corner to corner of its box, through m.
-                let side = |up: bool, axis: usize| {
-                    let [lo, hi] = hull[axis];
-                    if up {
-                        [m[axis][0].max(lo), hi]
-                    } else {
-                        [lo, m[axis][1].min(hi)]
-                    }
+                let end = |e: bool| [0, 1].map(|i| bounds[i][usize::from(rises[i] == e)]);
+                let stretch = if whole {
+                    let middle = bounds.map(|[a, b]| 0.5 * (a + b));
+                    let half = bounds.map(|[a, b]| 0.5 * (b - a));
+                    Stretch::new(middle, middle, half)
+                } else {
+                    let off = [0, 1].map(|i| (bulge[i] + blur[i]) * self.axes[i].rate);
+                    Stretch::new(end(false), end(true), off)
                 };
-                let rises = [0, 1].map(|i| part.trends[i] == Trend::Up);
-                let first = [0, 1].map(|i| side(!rises[i], i));
-                let second = [0, 1].map(|i| side(rises[i], i));
-                stack.push(([middle, t[1]], second, level + 1));
-                stack.push(([t[0], middle], first, level + 1));
+                for j in spans[1][0]..=spans[1][1] {
+                    let share = stretch.over(1, [j, j], [0.0, 1.0]);
+                    if share[0] > share[1] {
+                        continue;
+                    }
+                    let [first, last] = au.span(stretch.range(0, share));
+                    for i in first.max(spans[0][0])..=last.min(spans[0][1]) {
+                        let share = stretch.over(0, [i, i], share);
+                        if share[0] > share[1] {
+                            continue;
+                        }
+                        own.push((self.cell(i, j), [i, j], shares.len() as u32));
+                        shares.push((stretch, share));
+                    }
+                }
             }
             own.sort_unstable();
-            own.dedup();
-            pairs.extend(own.iter().map(|c| (*c, k as u32)));
+            for list in own.chunk_by(|a, b| a.0 == b.0) {
+                let Some((c, at, _)) = list.first() else {
+                    continue;
+                };
+                group.clear();
+                group.extend(list.iter().map(|(_, _, s)| shares[*s as usize]));
+                let cell = &mut self.cells[*c];
+                Strip::add(&mut cell.strips, &group, *at);
+                more.extend(cell.push(k as u32).map(|k| (*c, k)));
+            }
         }
-        let count = au.count * av.count;
-        let mut starts = vec![0u32; count + 1];
-        for (c, _) in &pairs {
-            starts[*c as usize + 1] += 1;
+        more.sort_unstable();
+        for list in more.chunk_by(|a, b| a.0 == b.0) {
+            if let Some((c, _)) = list.first() {
+                let parts = list.iter().map(|(_, k)| *k);
+                self.cells[*c].push_all(parts, &mut self.many);
+            }
         }
-        for c in 0..count {
-            starts[c + 1] += starts[c];
-        }
-        let mut next = starts.clone();
-        let mut items = vec![0u32; pairs.len()];
-        for (c, k) in pairs {
-            let at = &mut next[c as usize];
-            items[*at as usize] = k;
-            *at += 1;
-        }
-        let ends = starts.windows(2);
-        let list = |w: &[u32]| &items[w[0] as usize..w[1] as usize];
-        self.heads = ends.map(|w| Head::new(list(w))).collect();
-        self.starts = starts;
-        self.items = items;
+        self.many.shrink_to_fit();
     }
 
     fn reference(&self, i: usize, j: usize) -> [f64; 2] {
@@ -313,7 +463,8 @@ impl Cells {
                 let c = self.cell(i, j);
                 let mut parity = odd[i] ^ flip;
                 let mut good = true;
-                for k in &self.items[self.starts[c] as usize..self.starts[c + 1] as usize] {
+                self.set_side([i, j], r, parity);
+                for k in self.cells[c].items(&self.many) {
                     let part = &parts[*k as usize];
                     match part.crossing_in(pieces, r, 1) {
                         Crossing::Even => {}
@@ -322,7 +473,61 @@ impl Cells {
                     }
                 }
                 if good {
-                    self.heads[c].set_parity(parity);
+                    self.cells[c].set_reference(parity);
+                }
+            }
+        }
+    }
+
+    /// Gives the parity of a point in a cell to its side of the strips.
+    fn set_side(&mut self, [i, j]: [usize; 2], q: [f64; 2], odd: bool) {
+        let ((own_i, x), (own_j, y)) = (self.axes[0].place(q[0]), self.axes[1].place(q[1]));
+        let cell = &mut self.cells[j * self.axes[0].count + i];
+        let (side, within) = cell.side([x, y]);
+        if (own_i, own_j) == (i, j) && !within && !cell.knows(side) {
+            cell.set_parity(side, odd);
+        }
+    }
+
+    /// The parities of the sides of cells that have parts: from the cells before them, as a point of the edge that they share has one
+    /// parity (even where it is on the border of the box of all parts, and beside points beyond), or else by a point of the side, if one is found.
+    fn settle_sides(&mut self, pieces: &[Piece], parts: &[Part]) {
+        let [au, av] = self.axes;
+        for c in 0..self.cells.len() {
+            let (i, j) = (c % au.count, c / au.count);
+            for place in SAMPLES {
+                let cell = &self.cells[c];
+                if cell.is_settled() {
+                    break;
+                }
+                let (side, within) = cell.side(place);
+                if within || cell.knows(side) {
+                    continue;
+                }
+                let [x, y] = place;
+                let odd = if x == 0 {
+                    match i {
+                        0 => Some(false),
+                        _ => self.cells[c - 1].told([CELL, y]),
+                    }
+                } else if y == 0 {
+                    match j {
+                        0 => Some(false),
+                        _ => self.cells[c - au.count].told([x, CELL]),
+                    }
+                } else {
+                    let at = place.map(|x| f64::from(x) / f64::from(CELL));
+                    let q = [au.at(i, at[0]), av.at(j, at[1])];
+                    // Rounded, it may be elsewhere.
+                    let ((own_i, x), (own_j, y)) = (au.place(q[0]), av.place(q[1]));
+                    let own = (own_i, own_j) == (i, j) && cell.side([x, y]) == (side, false);
+                    match self.by_parts(pieces, parts, q, c) {
+                        Local::Odd(odd) if own => Some(odd),
+                        _ => None,
+                    }
+                };
+                if let Some(odd) = odd {
+                    self.cells[c].set_parity(side, odd);
                 }
             }
         }
@@ -338,14 +543,12 @@ impl Cells {
     #[inline]
     pub(super) fn near(&self, q: [f64; 2]) -> &[u32] {
         let c = self.cell(self.axes[0].index(q[0]), self.axes[1].index(q[1]));
-        &self.items[self.starts[c] as usize..self.starts[c + 1] as usize]
+        self.cells[c].items(&self.many)
     }
 
-    /// Each cell's parts: two parts with a point in common have a cell in common, as the boxes that they were put into cells by
-    /// have that point in common, and the place of a number on an axis is monotone.
+    /// Each cell's parts: two parts with a point in common have a cell in common, that of the point.
     pub(super) fn lists(&self) -> impl Iterator<Item = &[u32]> {
-        let ends = self.starts.windows(2);
-        ends.map(|w| &self.items[w[0] as usize..w[1] as usize])
+        self.cells.iter().map(|c| c.items(&self.many))
     }
 
     /// The cells that a box meets, each with its parts.
@@ -353,34 +556,37 @@ impl Cells {
         let [au, av] = self.axes;
         let (i0, i1) = (au.index(b[0][0]), au.index(b[0][1]));
         let (j0, j1) = (av.index(b[1][0]), av.index(b[1][1]));
-        (j0..=j1).flat_map(move |j| {
-            let (a, z) = (self.cell(i0, j), self.cell(i1, j));
-            // A row of cells is contiguous.
-            std::iter::once(&self.items[self.starts[a] as usize..self.starts[z + 1] as usize])
-        })
+        (j0..=j1)
+            .flat_map(move |j| &self.cells[self.cell(i0, j)..=self.cell(i1, j)])
+            .map(|c| c.items(&self.many))
     }
 
     /// The parity of a point that is not [`beyond`](Self::beyond).
+    #[inline]
+    pub(super) fn parity(&self, pieces: &[Piece], parts: &[Part], q: [f64; 2]) -> Local {
+        let ((i, x), (j, y)) = (self.axes[0].place(q[0]), self.axes[1].place(q[1]));
+        let c = self.cell(i, j);
+        match self.cells[c].told([x, y]) {
+            Some(odd) => Local::Odd(odd),
+            None => self.by_parts(pieces, parts, q, c),
+        }
+    }
+
+    /// The same, by the parts of its cell.
     ///
     /// Legs: from `q` along u to the corner `(r_u, q_v)`, from there along v to the reference point r. Crossings of
     /// the first are those of the ray from q without those of the ray from the corner, and likewise the second.
     /// A part that does not meet the cell (a box that holds both legs) has none; one that does has all its
     /// crossings counted, and where two parts share a joint on a leg, both are listed. Should the
     /// corner be on a loop, the legs do not tell.
-    #[inline]
-    pub(super) fn parity(&self, pieces: &[Piece], parts: &[Part], q: [f64; 2]) -> Local {
-        let (i, j) = (self.axes[0].index(q[0]), self.axes[1].index(q[1]));
-        let c = self.cell(i, j);
-        let head = self.heads[c];
-        let Some(odd) = head.parity() else {
+    #[inline(never)]
+    fn by_parts(&self, pieces: &[Piece], parts: &[Part], q: [f64; 2], c: usize) -> Local {
+        let cell = &self.cells[c];
+        let Some(odd) = cell.reference() else {
             return Local::Elsewhere;
         };
-        let few = head.items();
-        let items = match head.count() {
-            0 => return Local::Odd(odd),
-            Head::MANY => &self.items[self.starts[c] as usize..self.starts[c + 1] as usize],
-            count => &few[..count],
-        };
+        let items = cell.items(&self.many);
+        let i = c % self.axes[0].count;
         let corner = [self.axes[0].at(i, REFERENCE[0]), q[1]];
         let (mut odd, mut lost) = (odd, false);
         for k in items {
@@ -410,7 +616,103 @@ impl Cells {
 mod tests {
     use super::*;
     use crate::trim::TrimRegion;
-    use crate::trim::tests::shapes::{face, polygon};
+    use crate::trim::tests::shapes::{Use, bezier, circle, face, polygon};
+    use proptest::prelude::*;
+
+    const WIDE: [f64; 4] = [-64.0, 64.0, -64.0, 64.0];
+
+    /// What the strips of a point's cell tell, which must be what all parts say.
+    fn told(region: &TrimRegion, q: [f64; 2]) -> Option<bool> {
+        let cells = region.cells();
+        if cells.beyond(q) {
+            return None;
+        }
+        let ((i, x), (j, y)) = (cells.axes[0].place(q[0]), cells.axes[1].place(q[1]));
+        let odd = cells.cells[cells.cell(i, j)].told([x, y])?;
+        assert_eq!(region.parity_of_all(q), Crossing::odd(odd), "{q:?}");
+        Some(odd)
+    }
+
+    fn nudged(x: f64, n: i8) -> f64 {
+        (0..n.unsigned_abs() % 3).fold(x, |x, _| if n > 0 { x.next_up() } else { x.next_down() })
+    }
+
+    /// A point of a cell at a border of a strip, a few places off and then a few roundings.
+    fn on_a_border(cells: &Cells, [c, y]: [u16; 2], off: [i8; 3]) -> Option<[f64; 2]> {
+        let (i, j) = (
+            usize::from(c) % cells.axes[0].count,
+            usize::from(c) / 8 % cells.axes[1].count,
+        );
+        let strips = cells.cells[cells.cell(i, j)].strips;
+        let place =
+            strips[usize::from(y) % STRIPS].on_border(y & 32 != 0, i32::from(y) % 1024 * 64)?;
+        let at = place.map(|x| f64::from(x + i32::from(off[2]) % 4) / f64::from(CELL));
+        let q = [cells.axes[0].at(i, at[0]), cells.axes[1].at(j, at[1])];
+        Some([nudged(q[0], off[0]), nudged(q[1], off[1])])
+    }
+
+    /// A point of a Bezier curve, about.
+    fn on(net: &[[f64; 3]], t: f64) -> [f64; 2] {
+        let mut d = net.to_vec();
+        while d.len() > 1 {
+            let mix = |w: &[[f64; 3]]| [0, 1, 2].map(|i| w[0][i] * (1.0 - t) + w[1][i] * t);
+            d = d.windows(2).map(mix).collect();
+        }
+        [d[0][0] / d[0][2], d[0][1] / d[0][2]]
+    }
+
+    fn net() -> impl Strategy<Value = Vec<[f64; 3]>> {
+        let point = (-64i32..=64, -64i32..=64, 2i32..=8).prop_map(|(x, y, w)| {
+            let w = f64::from(w) / 4.0;
+            [f64::from(x) * w / 4.0, f64::from(y) * w / 4.0, w]
+        });
+        proptest::collection::vec(point, 2..=6)
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig { cases: 96, failure_persistence: None, ..ProptestConfig::default() })]
+
+        /// Points anywhere, on the borders of strips, and on curves, and a few roundings off.
+        #[test]
+        fn strips_say_what_all_parts_say(
+            nets in proptest::collection::vec(net(), 1..=5),
+            anywhere in proptest::collection::vec(any::<[i16; 2]>(), 64),
+            borders in proptest::collection::vec(any::<([u16; 2], [i8; 3])>(), 64),
+            ons in proptest::collection::vec(any::<(u8, u16, [i8; 2])>(), 32),
+        ) {
+            let loops = nets.iter().map(|n| vec![Use::from(bezier(n))]).collect();
+            let region = TrimRegion::new(&face(WIDE, Some(loops)), 0);
+            for q in anywhere {
+                told(&region, q.map(|x| f64::from(x) / 2048.0));
+            }
+            for (at, off) in borders {
+                if let Some(q) = on_a_border(region.cells(), at, off) {
+                    told(&region, q);
+                }
+            }
+            for (k, t, off) in ons {
+                let q = on(&nets[usize::from(k) % nets.len()], f64::from(t) / 65535.0);
+                told(&region, [nudged(q[0], off[0]), nudged(q[1], off[1])]);
+            }
+        }
+    }
+
+    /// Strips are thin: most points are told by them.
+    #[test]
+    fn most_points_are_told_by_strips() {
+        let loops = (0..64).map(|k| circle([f64::from(k % 8), f64::from(k / 8)], 0.375));
+        let region = TrimRegion::new(&face(WIDE, Some(loops.collect())), 0);
+        let mut count = [0; 2];
+        for i in 0..100 {
+            for j in 0..100 {
+                let q = [i, j].map(|k| -0.37 + 7.74 * f64::from(k) / 99.0);
+                if let Some(odd) = told(&region, q) {
+                    count[usize::from(odd)] += 1;
+                }
+            }
+        }
+        assert!(count[0] > 4500 && count[1] > 3500, "{count:?}");
+    }
 
     /// Corners of the hole are reference points, to the last digit; of these cells nothing is known, though the rays from such a point that
     /// half-open rules leave are even each: `tests/it/regions.rs` asks about points in them.
@@ -420,7 +722,10 @@ mod tests {
             let k = k as f64;
             [-10.0 + (k + REFERENCE[0]), -6.0 + (k + REFERENCE[1])]
         };
-        let outer = [[-10.0, -6.0], [10.0, -6.0], [10.0, 6.0], [-10.0, 6.0]];
+        let bottom = (0..8).map(|k| [-10.0 + 2.5 * f64::from(k), -6.0]);
+        let mut outer: Vec<[f64; 2]> = bottom.chain([[10.0, -6.0], [10.0, 0.0]]).collect();
+        let turned: Vec<[f64; 2]> = outer.iter().map(|p| p.map(|x| -x)).collect();
+        outer.extend(turned);
         let mut hole: Vec<[f64; 2]> = (2..9).map(corner).collect();
         hole.extend([[2.0, 3.75], [-5.0, -3.75]]);
         let sliver = [[7.0, -5.0], [7.25, 4.75], [7.125, -5.0]];
@@ -433,9 +738,10 @@ mod tests {
         );
         for k in 2..9 {
             assert_eq!(cells.reference(k, k), corner(k));
-            assert_eq!(cells.heads[cells.cell(k, k)].parity(), None, "{k}");
+            assert_eq!(cells.cells[cells.cell(k, k)].reference(), None, "{k}");
         }
-        let told = cells.heads.iter().filter(|h| h.parity().is_some());
+        let told = cells.cells.iter();
+        let told = told.filter(|c| c.reference().is_some());
         assert_eq!(told.count(), 240 - 7);
     }
 }

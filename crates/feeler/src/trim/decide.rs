@@ -133,6 +133,16 @@ impl Part {
         }
     }
 
+    /// How wide, along each axis, an enclosure of a point of the part is at most.
+    pub(super) fn blur(&self, piece: &Piece) -> [f64; 2] {
+        [0, 1].map(|axis| {
+            let width = |[low, high]: [f64; 2]| high - low;
+            let ends = self.own.ends.each_ref().map(|e| width(e[axis]));
+            // Rounded up.
+            ends[0].max(ends[1]).max(piece.blur(axis)) * (1.0 + f64::EPSILON)
+        })
+    }
+
     /// Whether both coordinates are strictly monotone or constant.
     #[inline]
     pub(super) fn is_monotone(&self) -> bool {
@@ -309,20 +319,22 @@ impl Part {
         const STEPS: usize = 24;
         let h = 1 - ray;
         let (sr, sh) = (sign_of(self.trends[ray]), sign_of(self.trends[h]));
-        let mid = |end: usize, axis: usize| {
-            0.5 * (self.own.ends[end][axis][0] + self.own.ends[end][axis][1])
-        };
+        // The ends are those of the chord, nearly.
+        let Chord { base, step } = self.chord();
         let (er, eh) = (curve.error[ray], curve.error[h]);
         // Scales that make both coordinates count.
-        let scale = |axis: usize| 1.0 / (mid(1, axis) - mid(0, axis)).abs();
+        let scale = |axis: usize| 1.0 / step[axis].abs();
         let (kr, kh) = (scale(ray), scale(h));
-        let f_at = |end: usize| sr * (mid(end, ray) - q[ray]) * kr + sh * (mid(end, h) - q[h]) * kh;
+        let f_at = |end: f64| {
+            let off = |axis: usize| base[axis] + end * step[axis] - q[axis];
+            sr * off(ray) * kr + sh * off(h) * kh
+        };
         // The evaluated point belongs to a parameter within 3 units of t: keep clear of the ends.
         let (mut lo, mut hi) = (
             self.own.t[0] + 4.0 * f64::EPSILON * self.own.t[1],
             self.own.t[1] - 4.0 * f64::EPSILON * self.own.t[1],
         );
-        let (mut f_lo, mut f_hi) = (f_at(0), f_at(1));
+        let (mut f_lo, mut f_hi) = (f_at(0.0), f_at(1.0));
         let mut t = 0.5 * (lo + hi);
         if lo >= hi || sr == 0.0 || sh == 0.0 {
             return Err(t);

@@ -15,6 +15,9 @@
 //! signs proven from coefficients; between them remain parts of about 2^-50 that hold the turns, and
 //! which integers decide where a point gets that close.
 //!
+//! A grid of cells keeps, for each, strips that hold what the loops have in it, and the parity of what is left on each side of
+//! them: most points are told by one cell alone.
+//!
 //! The parity is that of the transitions of `[v(t) > q_v]` at curve points with `u(t) > q_u`. Each is
 //! decided in f64 with a proven bound, else in double-double, else in integers, always from the
 //! original control data. Sides are therefore exact, except near the ends of native arcs (their
@@ -34,6 +37,7 @@ mod shape;
 mod source;
 mod spline;
 mod split;
+mod strip;
 mod turns;
 
 pub use derivative::{AxisRoots, PieceRoots, derivative_roots};

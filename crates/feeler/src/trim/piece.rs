@@ -142,11 +142,16 @@ const INFLATE: f64 = 1.0 + 16.0 * f64::EPSILON;
 impl Piece {
     pub(super) fn new(source: Source) -> Self {
         let balls = source.balls();
+        Self::with_balls(source, &balls)
+    }
+
+    /// The same, given the source's control points.
+    pub(super) fn with_balls(source: Source, balls: &[Ball3]) -> Self {
         let p = balls.len().saturating_sub(1);
         let mut bezier = Vec::with_capacity(p + 1);
         let mut radius = [0.0f64; 3];
         let mut hull = [[f64::INFINITY, f64::NEG_INFINITY]; 2];
-        for b in &balls {
+        for b in balls {
             bezier.push(b.map(|x| x.mid.hi));
             for i in 0..3 {
                 radius[i] = radius[i].max((b[i].rad + b[i].mid.lo.abs()) * INFLATE);
@@ -164,7 +169,7 @@ impl Piece {
             }
         }
         Self {
-            coarse: Horner::new(&balls),
+            coarse: Horner::new(balls),
             source,
             bezier,
             radius,
@@ -205,18 +210,12 @@ impl Piece {
             .as_ref()
     }
 
-    /// An enclosure of the point at `t`, `[axis][lo, hi]`.
-    pub(super) fn enclosure(&self, t: f64) -> [[f64; 2]; 2] {
-        let balls;
-        let at_end = if t == 0.0 || t == 1.0 {
-            balls = self.source.balls();
-            if t == 0.0 {
-                balls.first()
-            } else {
-                balls.last()
-            }
-        } else {
-            None
+    /// An enclosure of the point at `t`, `[axis][lo, hi]`, given the source's control points.
+    pub(super) fn enclosure(&self, t: f64, balls: &[Ball3]) -> [[f64; 2]; 2] {
+        let at_end = match t {
+            0.0 => balls.first(),
+            1.0 => balls.last(),
+            _ => None,
         };
         if let Some(b) = at_end {
             return [coordinate(b, 0), coordinate(b, 1)];
@@ -258,6 +257,12 @@ impl Piece {
         })
     }
 
+    /// No [`coarse_enclosure`](Self::coarse_enclosure) is wider along an axis.
+    pub(super) fn blur(&self, axis: usize) -> f64 {
+        let size = self.hull[axis].iter().fold(0.0f64, |m, x| m.max(x.abs()));
+        3.0 * (self.coarse.error[axis] + self.coarse.shift[axis]) + 8.0 * f64::EPSILON * size
+    }
+
     /// The control points of the part over `[t[0], t[1]]`, by blossoms in f64.
     pub(super) fn sub_points(&self, t: [f64; 2]) -> Vec<[Ball<f64>; 3]> {
         let points: Vec<[Ball<f64>; 3]> = self
@@ -287,6 +292,51 @@ impl Piece {
                 d[0]
             })
             .collect()
+    }
+
+    /// Proven: no second derivative of u and of v by t is larger; infinite where that is not known.
+    ///
+    /// With `u - base = Y / W`: `u'' = Y'' / W - (2 Y' W' + Y W'') / W^2 + 2 Y W'^2 / W^3`. Derivatives are at most p, and p (p - 1), times
+    /// the greatest first and second differences of control points.
+    pub(super) fn bend(&self) -> [f64; 2] {
+        let b = &self.bezier;
+        let p = b.len().saturating_sub(1) as f64;
+        // Each value is off by `off`, its differences by 2 and 4 times that.
+        let derivatives = |value: &dyn Fn(&[f64; 3]) -> f64, off: f64| {
+            let most = |x: f64, y: f64| if x.abs() > y { x.abs() } else { y };
+            let value0 = b.iter().map(value).fold(0.0, |m, x| most(x, m));
+            let first = b.windows(2).map(|w| value(&w[1]) - value(&w[0]));
+            let second = b
+                .windows(3)
+                .map(|w| value(&w[2]) - 2.0 * value(&w[1]) + value(&w[0]));
+            [
+                value0 + off,
+                p * (first.fold(0.0, |m, x| most(x, m)) + 2.0 * off),
+                p * (p - 1.0) * (second.fold(0.0, |m, x| most(x, m)) + 4.0 * off),
+            ]
+        };
+        let size = |i: usize| b.iter().fold(0.0f64, |m, x| m.max(x[i].abs()));
+        let rounding = 16.0 * f64::EPSILON;
+        let w_off = self.radius[2] + rounding * size(2);
+        let w = derivatives(&|x| x[2], w_off);
+        let least = b.iter().fold(f64::INFINITY, |m, x| m.min(x[2])) - w_off;
+        [0, 1].map(|i| {
+            let [lo, hi] = self.hull[i];
+            let base = 0.5 * (lo + hi);
+            let off = self.radius[i]
+                + base.abs() * self.radius[2]
+                + rounding * (size(i) + base.abs() * size(2));
+            let y = derivatives(&|x| x[i] - base * x[2], off);
+            let bend = (y[2]
+                + (2.0 * y[1] * w[1] + y[0] * w[2] + 2.0 * y[0] * w[1] * w[1] / least) / least)
+                / least;
+            let known = least > 1.0 / LARGEST && bend < LARGEST;
+            if known {
+                bend * (1.0 + 2.0 * rounding) + UNDERFLOW
+            } else {
+                f64::INFINITY
+            }
+        })
     }
 
     /// Box of one coordinate over `[a, b]`, from the control points of that part (blossoms).

@@ -95,7 +95,8 @@ pub struct TrimRegion {
 }
 
 fn push_piece(region: &mut TrimRegion, origin: PieceOrigin, source: Source, params: [f64; 2]) {
-    let piece = Piece::new(source);
+    let balls = source.balls();
+    let piece = Piece::with_balls(source, &balls);
     let within = |axis: usize| {
         region.domain[axis].start <= piece.hull[axis][0]
             && piece.hull[axis][1] <= region.domain[axis].end
@@ -110,8 +111,9 @@ fn push_piece(region: &mut TrimRegion, origin: PieceOrigin, source: Source, para
     });
     if origin != PieceOrigin::Domain {
         let index = region.pieces.len() as u32;
-        let parts = split(&piece);
-        let ends: Vec<_> = parts.t.iter().map(|t| piece.enclosure(*t)).collect();
+        let parts = split(&piece, &balls);
+        let ends = parts.t.iter().map(|t| piece.enclosure(*t, &balls));
+        let ends: Vec<_> = ends.collect();
         for (i, trends) in parts.trends.iter().enumerate() {
             let (a, b) = (ends[i], ends[i + 1]);
             let hull = [0, 1].map(|axis| {
@@ -188,6 +190,9 @@ impl TrimRegion {
         if region.boundary.iter().any(|p| !p.inside_domain) {
             region.add_domain_border();
         }
+        region.pieces.shrink_to_fit();
+        region.boundary.shrink_to_fit();
+        region.parts.shrink_to_fit();
         region.rectangle = grid.then(|| region.find_rectangle()).flatten();
         region
     }
@@ -355,7 +360,7 @@ impl TrimRegion {
 
     /// By all parts: the definition itself.
     #[cold]
-    fn parity_of_all(&self, q: [f64; 2]) -> Crossing {
+    pub(super) fn parity_of_all(&self, q: [f64; 2]) -> Crossing {
         let mut odd = false;
         let mut unknown = false;
         for part in &self.parts {

@@ -107,8 +107,10 @@ impl SplineSpan {
     pub(super) fn balls(&self) -> Vec<Ball3> {
         let p = self.degree();
         let mut out = Vec::with_capacity(p + 1);
+        let mut d = Vec::with_capacity(p + 1);
         for k in 0..=p {
-            let mut d: Vec<Ball3> = self.points.iter().map(|c| c.map(Ball::exact)).collect();
+            d.clear();
+            d.extend(self.points.iter().map(|c| c.map(Ball::exact)));
             for r in 1..=p {
                 // The last k arguments are `to`, taken last: earlier levels see the same values.
                 let x = if r > p - k { &self.to } else { &self.from };

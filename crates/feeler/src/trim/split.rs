@@ -217,7 +217,7 @@ fn settle_ends(n: &mut Vec<Ball<Dd>>, exact: &Polynomial) {
 }
 
 /// Splits a piece.
-pub(super) fn split(piece: &Piece) -> Parts {
+pub(super) fn split(piece: &Piece, balls: &[Ball3]) -> Parts {
     let whole = |trends| Parts {
         t: vec![0.0, 1.0],
         trends: vec![trends],
@@ -233,13 +233,12 @@ pub(super) fn split(piece: &Piece) -> Parts {
     if let Source::Arc(arc) = &piece.source {
         return whole(arc.trends());
     }
-    let balls = piece.source.balls();
     let mut parts = Parts {
         t: vec![0.0],
         trends: Vec::new(),
     };
     let mut stack = vec![(
-        [numerator(piece, &balls, 0), numerator(piece, &balls, 1)],
+        [numerator(piece, balls, 0), numerator(piece, balls, 1)],
         0.0,
         1.0,
     )];

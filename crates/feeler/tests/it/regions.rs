@@ -44,7 +44,11 @@ fn loops_through_references() -> [Vec<[f64; 2]>; 3] {
         let k = f64::from(k);
         [-10.0 + (k + 0.487_213), -6.0 + (k + 0.518_307)]
     };
-    let outer = vec![[-10.0, -6.0], [10.0, -6.0], [10.0, 6.0], [-10.0, 6.0]];
+    // In so many sides that there are as many cells.
+    let bottom = (0..8).map(|k| [-10.0 + 2.5 * f64::from(k), -6.0]);
+    let mut outer: Vec<[f64; 2]> = bottom.chain([[10.0, -6.0], [10.0, 0.0]]).collect();
+    let turned: Vec<[f64; 2]> = outer.iter().map(|p| p.map(|x| -x)).collect();
+    outer.extend(turned);
     let mut hole: Vec<[f64; 2]> = (2..9).map(corner).collect();
     hole.extend([[2.0, 3.75], [-5.0, -3.75]]);
     let sliver = vec![[7.0, -5.0], [7.25, 4.75], [7.125, -5.0]];
