@@ -209,6 +209,9 @@ fn of_step() {
         println!("a tilted rim beside {count} blanks: {factor:.1} bytes a byte");
     }
     of_wrong_numbers(&folder);
+    of_splines();
+    of_faces();
+    of_rims();
     let text = std::fs::read_to_string(folder.join("cylinder.step")).expect("a file of the corpus");
     let words: Vec<&str> = text.split_inclusive(['(', ',', ')']).collect();
     let step = 1 + words.len() / 120;
@@ -231,6 +234,117 @@ fn of_step() {
         let factor = taken_by_step(file(&data).as_bytes());
         println!("{}...: {factor:.1} bytes a byte", &data[..16]);
     }
+}
+
+/// A face with one edge, as short as files can be. Entities 10 and 11, the surface and the curve, are those of `rest`; some that these may be made of are
+/// there.
+fn face(rest: &str) -> String {
+    format!(
+        "ISO-10303-21;HEADER;ENDSEC;DATA;#1=REPRESENTATION('',(#2),$);#2=MANIFOLD_SOLID_BREP('',#3);\
+         #3=ADVANCED_FACE('',(#4),#10,.T.);#4=FACE_BOUND('',#5,.T.);#5=EDGE_LOOP('',(#6));\
+         #6=ORIENTED_EDGE('',*,*,#7,.T.);#7=EDGE_CURVE('',#8,#9,#11,.T.);#8=VERTEX_POINT('',#12);\
+         #9=VERTEX_POINT('',#13);#12=CARTESIAN_POINT('',(0.,0.,0.));#13=CARTESIAN_POINT('',(1.,0.,0.));\
+         #14=CARTESIAN_POINT('',(0.,1.,0.));#15=CARTESIAN_POINT('',(1.,1.,.1));{rest}\
+         ENDSEC;END-ISO-10303-21;"
+    )
+}
+
+/// A list of `count` points, the first half one, the others another.
+fn row(count: usize, [first, last]: [&str; 2]) -> String {
+    let all = (0..count).map(|i| if 2 * i < count { first } else { last });
+    format!("({})", all.collect::<Vec<_>>().join(","))
+}
+
+fn net([n, m]: [usize; 2]) -> String {
+    let rows = (0..n).map(|i| row(m, [["#12", "#13"], ["#14", "#15"]][usize::from(2 * i >= n)]));
+    let rows = rows.collect::<Vec<_>>().join(",");
+    format!("#10=QUASI_UNIFORM_SURFACE('',1,1,({rows}),$,$,$,$);")
+}
+
+const LINE: &str = "#11=LINE('',#12,#20);#20=VECTOR('',#21,1.);#21=DIRECTION('',(1.,0.,0.));";
+const UP: &str = "#22=VECTOR('',#23,1.);#23=DIRECTION('',(0.,0.,1.));#24=AXIS1_PLACEMENT('',#12,#23);\
+                  #25=AXIS2_PLACEMENT_3D('',#14,#23,$);";
+
+/// Splines whose points are named at three bytes each and whose knots are not written at all: what is looked up on them is much for their bytes.
+fn of_splines() {
+    let curve = |at: usize, n: usize, ends: [&str; 2]| {
+        format!("#{at}=QUASI_UNIFORM_CURVE('',1,{},$,$,$);", row(n, ends))
+    };
+    let mut most: f64 = 0.0;
+    let mut check = |rest: &[&str]| most = most.max(taken_by_step(face(&rest.concat()).as_bytes()));
+    for n in [2, 3, 5, 9, 17, 33, 65, 129, 257, 1025, 4097] {
+        let edges = [["#12", "#13"], ["#14", "#13"]].map(|ends| curve(11, n, ends));
+        let [wide, square] = [[n, 2], [n.min(129); 2]].map(net);
+        for edge in edges.iter().map(String::as_str).chain([LINE]) {
+            for surface in [net([2, 2]), wide.clone(), square.clone()] {
+                check(&[&surface, edge]);
+            }
+            let profile = curve(26, n, ["#12", "#15"]);
+            for surface in [
+                "#10=SURFACE_OF_LINEAR_EXTRUSION('',#26,#22);",
+                "#10=SURFACE_OF_REVOLUTION('',#26,#24);",
+            ] {
+                check(&[UP, &profile, surface, edge]);
+            }
+            for surface in [
+                "PLANE('',#25",
+                "CYLINDRICAL_SURFACE('',#25,1.",
+                "SPHERICAL_SURFACE('',#25,1.",
+                "CONICAL_SURFACE('',#25,1.,.5",
+            ] {
+                check(&[UP, &format!("#10={surface});"), edge]);
+            }
+        }
+    }
+    println!("splines: {most:.1} bytes a byte");
+}
+
+/// Faces that a shell lists over and over; spheres and tori may have no edge in the file.
+fn of_faces() {
+    let mut most: f64 = 0.0;
+    let nets = [2, 5, 9, 17, 33, 65].map(|n| net([n, n]));
+    let others = [
+        "#10=PLANE('',#25);",
+        "#10=SPHERICAL_SURFACE('',#25,1.);",
+        "#10=TOROIDAL_SURFACE('',#25,2.,1.);",
+    ];
+    for surface in nets.iter().map(String::as_str).chain(others) {
+        for bounds in ["()", "(#4)"] {
+            for count in [3, 10, 30, 100, 1000, 10_000] {
+                let once = face(&[UP, surface, LINE].concat());
+                let listed = "#3,".repeat(count);
+                let shell = format!("SOLID_BREP('',#30);#30=OPEN_SHELL('',({listed}#3));");
+                let often = once.replacen("SOLID_BREP('',#3);", &shell, 1);
+                let often = often.replacen("FACE('',(#4)", &format!("FACE('',{bounds}"), 1);
+                most = most.max(taken_by_step(often.as_bytes()));
+            }
+        }
+    }
+    println!("faces listed again: {most:.1} bytes a byte");
+}
+
+/// Circles on a torus that are tilted: what their curves in uv are off is proven in as many pieces as that may be.
+fn of_rims() {
+    let mut most: f64 = 0.0;
+    for by in ["1.E-1", "1.E-2", "1.E-3", "1.E-4", "1.E-5", "1.E-6"] {
+        for [major, minor] in [
+            ["5.", "1."],
+            ["5.", "1.E-2"],
+            ["1.E3", "1."],
+            ["1.", ".999"],
+        ] {
+            let rest = format!(
+                "{UP}#10=TOROIDAL_SURFACE('',#25,{major},{minor});#11=CIRCLE('',#30,{minor});\
+                 #30=AXIS2_PLACEMENT_3D('',#31,#32,#23);#31=CARTESIAN_POINT('',({major},1.,0.));\
+                 #32=DIRECTION('',(0.,1.,{by}));"
+            );
+            // From the circle's top to itself.
+            let once = face(&rest).replacen("#8,#9,", "#8,#8,", 1);
+            let once = once.replacen("(0.,0.,0.)", &format!("({major},1.,{minor})"), 1);
+            most = most.max(taken_by_step(once.as_bytes()));
+        }
+    }
+    println!("tilted circles: {most:.1} bytes a byte");
 }
 
 /// Files of curved faces, small ones, with which most is made of each byte.

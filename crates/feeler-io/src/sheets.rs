@@ -266,10 +266,15 @@ fn is_below(curve: &NurbsCurve<3>, c: usize, sign: f64, limit: f64, slack: f64) 
     if !(units as f64 * f64::EPSILON * largest <= slack * lightest) {
         return false;
     }
+    let over = |q: &nalgebra::Vector3<f64>| sign * q[c] - limit * q[2];
+    // A curve lies in the hull of its points, which mostly is enough.
+    if points.iter().all(|q| over(q) <= 0.0) {
+        return true;
+    }
     let mut halvings = 0;
     for piece in curve.bezier_pieces() {
-        let over = { piece.control_points.iter() }.map(|q| sign * q[c] - limit * q[2]);
-        let mut open: Vec<(Vec<f64>, usize)> = vec![(over.collect(), 0)];
+        let own = piece.control_points.iter().map(over);
+        let mut open: Vec<(Vec<f64>, usize)> = vec![(own.collect(), 0)];
         while let Some((mut part, depth)) = open.pop() {
             if part.iter().all(|x| *x <= 0.0) {
                 continue;

@@ -5,7 +5,7 @@ use super::wires::Use;
 use crate::sheets::{ROUNDING, Reach, reach};
 use feeler::brep::{BrepParts, Face, Iso, LoopKind, TrimCurve, TrimKind, TrimLoop};
 use feeler::numeric::Interval;
-use feeler::nurbs::{Curve, Curve2, Line, NurbsCurve};
+use feeler::nurbs::{Arc, Curve, Curve2, Line, NurbsCurve};
 use nalgebra::{Point2, SVector};
 use std::collections::{BTreeMap, HashMap};
 
@@ -88,12 +88,18 @@ impl Builder {
                 }
                 *self.odd.entry(SHIFTED).or_default() += 1;
                 for u in uses {
-                    let curve = self.parts.curves2.get(u.curve).cloned();
-                    let Some(moved) = curve.and_then(|k| shifted(k, c, turns * period)) else {
+                    let curve = self.parts.curves2.get_mut(u.curve);
+                    let moved = { curve.as_deref() }.and_then(|k| shifted(k, c, turns * period));
+                    let (Some(curve), Some(moved)) = (curve, moved) else {
                         continue;
                     };
-                    u.curve = self.parts.curves2.len();
-                    self.parts.curves2.push(moved);
+                    if self.curves2.is_empty() {
+                        // Nothing is shared, and what is left behind would be kept.
+                        *curve = moved;
+                    } else {
+                        u.curve = self.parts.curves2.len();
+                        self.parts.curves2.push(moved);
+                    }
                 }
             }
         }
@@ -222,15 +228,15 @@ fn nearly(curve: &Curve2, t: f64) -> Point2<f64> {
 }
 
 /// A curve moved in coordinate `c`. Rounded.
-pub(crate) fn shifted(curve: Curve2, c: usize, by: f64) -> Option<Curve2> {
+pub(crate) fn shifted(curve: &Curve2, c: usize, by: f64) -> Option<Curve2> {
     let mut step = SVector::<f64, 2>::zeros();
     step[c] = by;
     Some(match curve {
         Curve::Line(l) => Curve::Line(Line::new(l.from + step, l.to + step, l.domain).ok()?),
-        Curve::Arc(mut a) => {
-            a.center += step;
-            Curve::Arc(a)
-        }
+        Curve::Arc(a) => Curve::Arc(Arc {
+            center: a.center + step,
+            ..a.clone()
+        }),
         Curve::Nurbs(n) => {
             let points = n.control_points().iter().map(|p| {
                 let mut p = *p;

@@ -1,20 +1,21 @@
 //! One solid, or one set of faces, as a BREP.
 
 use super::chart::{Chart, nearest};
-use super::entities::{Entities, form, no_room, problem, shape, unsupported};
+use super::entities::{form, no_room, problem, shape, unsupported};
 use super::geometry::{EdgeForm, Geometry};
 use super::hyperbola::{bounded, pieces};
 use super::loops::{Maker, Trouble, Use, closed, lifted};
+use super::part21::Attribute;
 use super::pcurve::{Made, made, pole, taken};
 use super::smooth::cut_off;
 use crate::error::ReadError;
 use crate::occt::builder::{Builder, EdgeUse};
-use crate::occt::curves::{Budget, Form};
+use crate::occt::curves::Form;
 use crate::occt::motion::{Motion, Place};
 use crate::occt::surfaces::{Form3, wide};
 use crate::sheets::{ROUNDING, jumps, kinds};
 use crate::step_problem::StepProblem;
-use crate::threedm::blocks::numbers_of_spline;
+use crate::threedm::blocks::{numbers, numbers_of_spline, numbers_of_surface};
 use feeler::brep::{Brep, Edge, Vertex};
 use feeler::numeric::Interval;
 use feeler::nurbs::{Curve, Curve3};
@@ -22,6 +23,7 @@ use feeler::prepare::trim_offsets;
 use nalgebra::{Point2, Point3};
 use std::collections::{BTreeMap, HashMap};
 use std::f64::consts::TAU;
+use std::rc::Rc;
 
 /// A face, or a set of them, with whether it is used as it stands.
 #[derive(Clone, Copy)]
@@ -33,12 +35,20 @@ pub(super) struct FaceUse {
 /// How often a body is begun again because edges must be split; each time all that are seen to be are.
 const MOST_SPLITS: usize = 256;
 
+/// How deep lists of shells and faces may nest: files have three levels.
+const MOST_NESTED: usize = 10;
+
 /// What a use of an edge, and a fitted curve, count for among the numbers that a file may unfold to: files list the same edges and faces
 /// again at a few bytes each, and each takes its time.
 const USE: usize = 512;
 const FITTED: usize = 4096;
 /// Numbers that a use holds beside its curves, in lists that double: files have some 80 bytes for one.
 const HELD: usize = 32;
+/// And a face beside its surface, with the seam and the poles that are made for it: a shell may list it again at three bytes.
+const FACE: usize = 160;
+
+/// What the kernel works with for a proof, in bytes, beside what it makes.
+const PROOF_WORK: usize = 1 << 14;
 
 /// What a body has become.
 pub(super) struct Made3 {
@@ -94,16 +104,16 @@ pub(super) fn rounded_up(bound: f64) -> String {
 }
 
 /// A piece of an edge, along its curve.
-#[derive(Clone)]
+#[derive(Clone, Copy)]
 struct Piece {
     key: usize,
-    curve: Curve3,
+    /// Among the BREP's: a copy for each use would be many times the file.
+    curve: usize,
     span: Interval,
     vertices: [usize; 2],
 }
 
 /// An edge of the file.
-#[derive(Clone)]
 struct FileEdge {
     pieces: Vec<Piece>,
     /// Whether the curve runs as the edge does.
@@ -116,7 +126,7 @@ pub(super) struct Body<'g, 'e> {
     b: Builder,
     size: f64,
     tolerance: f64,
-    edges: HashMap<u64, FileEdge>,
+    edges: HashMap<u64, Rc<FileEdge>>,
     /// Edges that must be split, and where.
     splits: HashMap<u64, Vec<f64>>,
     /// The edge of each key.
@@ -129,41 +139,52 @@ pub(super) struct Body<'g, 'e> {
 }
 
 /// The faces of a set: of a shell, a body or a model.
-pub(super) fn faces(
-    entities: &Entities,
-    body: u64,
-    numbers: &mut Budget,
-) -> Result<Vec<FaceUse>, ReadError> {
-    let mut open = vec![(body, true, 0)];
+pub(super) fn faces(geometry: &mut Geometry<'_>, body: u64) -> Result<Vec<FaceUse>, ReadError> {
+    let entities = geometry.entities;
     let mut faces = Vec::new();
-    while let Some((id, forward, depth)) = open.pop() {
-        if depth > 8 {
-            return Err(shape(id, "shells within each other too deep"));
-        }
-        // Each may list all others, and again.
-        numbers.take(USE).map_err(form(body))?;
-        let mut push = |ids: Vec<u64>, forward: bool| {
-            open.extend(ids.into_iter().rev().map(|id| (id, forward, depth + 1)));
+    // Lists that are not gone through yet, the innermost last.
+    let first = Attribute::EntityRef(body);
+    let mut open = vec![(std::slice::from_ref(&first).iter(), true)];
+    while let Some((list, forward)) = open.last_mut() {
+        let (next, forward) = (list.next(), *forward);
+        let Some(next) = next else {
+            open.pop();
+            continue;
         };
+        let Attribute::EntityRef(id) = *next else {
+            let what = format!(
+                "{} lists what is no shell or face",
+                entities.described(body)
+            );
+            return Err(shape(body, what));
+        };
+        // Each may list all others, and again.
+        geometry.numbers.take(USE).map_err(form(body))?;
         let Some(e) = entities.simple(id) else {
             return Err(entities.unexpected(id, id, "a shell or face"));
         };
+        let one = |index: usize| {
+            e.reference(index)
+                .map(|_| e.get(index).map_or(&[][..], std::slice::from_ref))
+        };
         match e.name {
-            "MANIFOLD_SOLID_BREP" | "FACETED_BREP" => push(vec![e.reference(1)?], forward),
+            "MANIFOLD_SOLID_BREP" | "FACETED_BREP" => open.push((one(1)?.iter(), forward)),
             "BREP_WITH_VOIDS" => {
-                let mut all = vec![e.reference(1)?];
-                all.extend(e.references(2)?);
-                push(all, forward);
+                open.push((e.list(2)?.iter(), forward));
+                open.push((one(1)?.iter(), forward));
             }
             "SHELL_BASED_SURFACE_MODEL"
             | "FACE_BASED_SURFACE_MODEL"
             | "OPEN_SHELL"
             | "CLOSED_SHELL"
-            | "CONNECTED_FACE_SET" => push(e.references(1)?, forward),
+            | "CONNECTED_FACE_SET" => open.push((e.list(1)?.iter(), forward)),
             "ORIENTED_CLOSED_SHELL" | "ORIENTED_OPEN_SHELL" | "ORIENTED_FACE" => {
-                push(vec![e.reference(2)?], forward == e.flag(3)?);
+                open.push((one(2)?.iter(), forward == e.flag(3)?));
             }
-            "ADVANCED_FACE" | "FACE_SURFACE" => faces.push(FaceUse { id, forward }),
+            "ADVANCED_FACE" | "FACE_SURFACE" => {
+                geometry.left.held.take(FACE).map_err(form(body))?;
+                faces.push(FaceUse { id, forward });
+            }
             _ => {
                 let what = format!("a face or shell of kind {}", entities.described(id));
                 return Err(unsupported(
@@ -172,6 +193,9 @@ pub(super) fn faces(
                     "export the part as a solid or surfaces",
                 ));
             }
+        }
+        if open.len() > MOST_NESTED {
+            return Err(shape(id, "shells within each other too deep"));
         }
     }
     Ok(faces)
@@ -278,22 +302,17 @@ fn vertex(b: &mut Builder, point: Point3<f64>) -> usize {
 }
 
 /// Adds an edge; keys count them.
-fn edge(b: &mut Builder, key: usize, curve: Option<(Curve3, Interval)>, vertices: [usize; 2]) {
+fn edge(b: &mut Builder, key: usize, curve: Option<(usize, Interval)>, vertices: [usize; 2]) {
     let index = b.parts.edges.len();
     b.edges.insert((key, Place::HERE), index);
     // Of no meaning where there is no curve.
-    let mut span = Interval {
+    let nothing = Interval {
         start: 0.0,
         end: 1.0,
     };
-    let curve = curve.map(|(curve, own)| {
-        span = own;
-        b.parts.curves3.push(curve);
-        b.parts.curves3.len() - 1
-    });
     b.parts.edges.push(Edge {
-        curve,
-        span,
+        curve: curve.map(|(curve, _)| curve),
+        span: curve.map_or(nothing, |(_, span)| span),
         reversed: false,
         vertices,
         trims: Vec::new(),
@@ -345,6 +364,9 @@ impl Body<'_, '_> {
         }
         let mut warnings: Vec<String> = odd.iter().map(|(what, n)| format!("{n} {what}")).collect();
         let mut left = 0;
+        // It is kept: of what other bodies' proofs may take, it is taken, too.
+        let own = numbers(&brep).saturating_mul(size_of::<f64>());
+        geometry.proof_bytes = geometry.proof_bytes.saturating_sub(own);
         if !unbounded.is_empty() {
             // Of an edge all trims or none.
             let mut of_edges: BTreeMap<usize, (usize, Vec<usize>)> = BTreeMap::new();
@@ -366,7 +388,7 @@ impl Body<'_, '_> {
                 proven.extend(trims);
             }
             let held = geometry.left.held.used().saturating_mul(size_of::<f64>());
-            let room = geometry.proof_bytes.saturating_sub(held);
+            let room = geometry.proof_bytes.saturating_sub(held + PROOF_WORK);
             for own in trim_offsets(&brep, &proven, room) {
                 if own.at_most.is_finite() {
                     bound = bound.max(own.at_most);
@@ -416,9 +438,9 @@ impl Body<'_, '_> {
     }
 
     /// An edge, as pieces.
-    fn edge(&mut self, from: u64, id: u64) -> Result<FileEdge, ReadError> {
+    fn edge(&mut self, from: u64, id: u64) -> Result<Rc<FileEdge>, ReadError> {
         if let Some(found) = self.edges.get(&id) {
-            return Ok(found.clone());
+            return Ok(Rc::clone(found));
         }
         let e = self
             .geometry
@@ -457,7 +479,8 @@ impl Body<'_, '_> {
         at.retain(|t| span.start < *t && *t < span.end);
         at.sort_by(f64::total_cmp);
         at.dedup();
-        let mut pieces = Vec::new();
+        let place = self.b.parts.curves3.len();
+        let mut pieces = Vec::with_capacity(at.len() + 1);
         let (mut from, mut start) = (span.start, ends[0]);
         for to in at.into_iter().chain([span.end]) {
             let end = if to == span.end {
@@ -473,21 +496,22 @@ impl Body<'_, '_> {
             if let Some(k) = self.keys.get_mut(key) {
                 *k = id;
             }
-            edge(&mut self.b, key, Some((curve.clone(), own)), [start, end]);
+            edge(&mut self.b, key, Some((place, own)), [start, end]);
             pieces.push(Piece {
                 key,
-                curve: curve.clone(),
+                curve: place,
                 span: own,
                 vertices: [start, end],
             });
             (from, start) = (to, end);
         }
-        let edge = FileEdge {
+        self.b.parts.curves3.push(curve);
+        let edge = Rc::new(FileEdge {
             pieces,
             forward,
             pcurves,
-        };
-        self.edges.insert(id, edge.clone());
+        });
+        self.edges.insert(id, Rc::clone(&edge));
         Ok(edge)
     }
 
@@ -611,7 +635,8 @@ impl Body<'_, '_> {
         self.work(id, USE)?;
         let surface = self.geometry.surface(id, surface_id, 0)?;
         let surface = bounded(surface_id, surface, self.size, &mut self.geometry.numbers)?;
-        let chart = Chart::new(surface_id, &surface, self.size, &mut self.geometry.numbers)?;
+        let (samples, numbers) = (self.geometry.left.samples, &mut self.geometry.numbers);
+        let chart = Chart::new(surface_id, &surface, self.size, samples, numbers)?;
         let mut rough: Vec<(Vec<Use>, [i32; 2])> = Vec::new();
         for bound in bounds {
             let known = ["FACE_BOUND", "FACE_OUTER_BOUND"];
@@ -643,20 +668,31 @@ impl Body<'_, '_> {
                 let edge_id = oriented.reference(3)?;
                 let edge = self.edge(o, edge_id)?;
                 let along = along == edge.forward;
-                let mut pieces = edge.pieces.clone();
-                if !along {
-                    pieces.reverse();
-                }
-                for piece in pieces {
+                for k in 0..edge.pieces.len() {
+                    let k = if along { k } else { edge.pieces.len() - 1 - k };
+                    let piece = edge.pieces.get(k).copied();
+                    let curve = piece.and_then(|p| self.b.parts.curves3.get(p.curve));
+                    let (Some(piece), Some(curve)) = (piece, curve) else {
+                        continue;
+                    };
                     // Its image may have as many numbers.
-                    let held = held(&piece.curve);
-                    self.work(edge_id, USE.saturating_add(held))?;
-                    let held_here = &mut self.geometry.left.held;
-                    held_here.take(HELD + held).map_err(form(edge_id))?;
-                    if let Some(at) = pole(&chart, &piece.curve, piece.span) {
+                    let held = held(curve);
+                    let left = &mut *self.geometry;
+                    left.numbers
+                        .take(USE.saturating_add(held))
+                        .map_err(form(edge_id))?;
+                    left.left.held.take(HELD + held).map_err(form(edge_id))?;
+                    if let Some(at) = pole(&chart, curve, piece.span) {
                         return Ok(Some((edge_id, at)));
                     }
-                    let made = self.pcurve(edge_id, &chart, &surface, surface_id, &edge, &piece)?;
+                    let on = Face {
+                        chart: &chart,
+                        surface: &surface,
+                        surface_id,
+                        size: self.size,
+                        tolerance: self.tolerance,
+                    };
+                    let made = on.pcurve(self.geometry, edge_id, &edge, curve, piece.span)?;
                     if made.fitted {
                         self.work(edge_id, FITTED)?;
                         self.fitted += 1;
@@ -694,69 +730,6 @@ impl Body<'_, '_> {
         };
         self.put(id, &chart, &surface, done, same_sense != face.forward)?;
         Ok(None)
-    }
-
-    /// The curve in uv of a piece of an edge.
-    fn pcurve(
-        &mut self,
-        edge_id: u64,
-        chart: &Chart,
-        surface: &Form3,
-        surface_id: u64,
-        edge: &FileEdge,
-        piece: &Piece,
-    ) -> Result<Made, ReadError> {
-        // By formula where there is one; else the file's, if it is good.
-        let by_formula = chart.plane().is_some() || chart.is_elementary();
-        if !by_formula && matches!(surface, Form3::Spline(..)) {
-            let entities = self.geometry.entities;
-            for &p in &edge.pcurves {
-                let Some(e) = entities.part(p, "PCURVE") else {
-                    continue;
-                };
-                if e.reference(1)? != surface_id {
-                    continue;
-                }
-                let d = e.reference(2)?;
-                let Some(d) = entities.part(d, "DEFINITIONAL_REPRESENTATION") else {
-                    continue;
-                };
-                let Some(&curve) = d.references(1)?.first() else {
-                    continue;
-                };
-                let range = [piece.span.start, piece.span.end];
-                let own = self.geometry.curve::<2, 3>(p, curve, 0);
-                let own = own.and_then(|own| {
-                    let part = own.part(range, &mut self.geometry.numbers);
-                    part.map_err(form(p))
-                });
-                let own = match own {
-                    Ok((own, _)) => own,
-                    // One that is bad is done without.
-                    Err(problem) => match no_room(p, &problem) {
-                        Some(of_curve) => return Err(of_curve),
-                        None => continue,
-                    },
-                };
-                let slack = 2.0 * self.tolerance + super::pcurve::FIT * self.size;
-                if let Some(made) = taken(chart, &piece.curve, piece.span, own, slack) {
-                    let left = &mut self.geometry.left;
-                    left.held.take(held(&made.curve)).map_err(form(p))?;
-                    return Ok(made);
-                }
-            }
-        }
-        let (size, tolerance) = (self.size, self.tolerance);
-        let left = &mut self.geometry.left;
-        made(
-            edge_id,
-            chart,
-            &piece.curve,
-            piece.span,
-            size,
-            tolerance,
-            left,
-        )
     }
 
     /// Puts a face's loops into the BREP.
@@ -803,6 +776,8 @@ impl Body<'_, '_> {
         let part = surface.part(reach, &Motion::identity(), &mut self.geometry.numbers);
         let part = part.map_err(form(id))?;
         let domain = part.domain();
+        let kept = numbers_of_surface(&part);
+        self.geometry.left.held.take(kept).map_err(form(id))?;
         self.b.parts.surfaces.push(part);
         let index = self.b.parts.surfaces.len() - 1;
         let first = self.b.parts.trims.len();
@@ -818,6 +793,72 @@ impl Body<'_, '_> {
         }
         self.b.face(index, has_loops, loops, reversed);
         Ok(())
+    }
+}
+
+/// What edges of a face are projected onto.
+struct Face<'f> {
+    chart: &'f Chart,
+    surface: &'f Form3,
+    surface_id: u64,
+    size: f64,
+    tolerance: f64,
+}
+
+impl Face<'_> {
+    /// The curve in uv of a piece of an edge.
+    fn pcurve(
+        &self,
+        geometry: &mut Geometry<'_>,
+        edge_id: u64,
+        edge: &FileEdge,
+        curve: &Curve3,
+        span: Interval,
+    ) -> Result<Made, ReadError> {
+        // By formula where there is one; else the file's, if it is good.
+        let chart = self.chart;
+        let by_formula = chart.plane().is_some() || chart.is_elementary();
+        if !by_formula && matches!(self.surface, Form3::Spline(..)) {
+            let entities = geometry.entities;
+            for &p in &edge.pcurves {
+                let Some(e) = entities.part(p, "PCURVE") else {
+                    continue;
+                };
+                if e.reference(1)? != self.surface_id {
+                    continue;
+                }
+                let d = e.reference(2)?;
+                let Some(d) = entities.part(d, "DEFINITIONAL_REPRESENTATION") else {
+                    continue;
+                };
+                let Some(&in_uv) = d.references(1)?.first() else {
+                    continue;
+                };
+                let range = [span.start, span.end];
+                let own = geometry.curve::<2, 3>(p, in_uv, 0);
+                let own = own.and_then(|own| {
+                    let part = own.part(range, &mut geometry.numbers);
+                    part.map_err(form(p))
+                });
+                let own = match own {
+                    Ok((own, _)) => own,
+                    // One that is bad is done without.
+                    Err(problem) => match no_room(p, &problem) {
+                        Some(of_curve) => return Err(of_curve),
+                        None => continue,
+                    },
+                };
+                let slack = 2.0 * self.tolerance + super::pcurve::FIT * self.size;
+                if let Some(made) = taken(chart, curve, span, own, slack) {
+                    let left = &mut geometry.left;
+                    left.held.take(held(&made.curve)).map_err(form(p))?;
+                    return Ok(made);
+                }
+            }
+        }
+        let (size, tolerance) = (self.size, self.tolerance);
+        let left = &mut geometry.left;
+        made(edge_id, chart, curve, span, size, tolerance, left)
     }
 }
 

@@ -21,6 +21,8 @@ const ON_AXIS: f64 = 1.0 / (1 << 30) as f64;
 const SAMPLES: usize = 8;
 /// The most samples of a curve, or of a surface in all.
 const MOST_SAMPLES: usize = 4096;
+/// So many of the samples are searched from.
+const TRIED: usize = 4;
 /// Steps of a search: Newton's method needs a few; some curves need them to be damped.
 const STEPS: usize = 16;
 /// How often a step is halved that leads away.
@@ -128,25 +130,41 @@ pub(super) fn nearest(
     }
     let breaks = curve.breaks();
     let each = (MOST_SAMPLES / breaks.len().max(1)).clamp(1, 4 * SAMPLES);
-    let mut candidates: Vec<(f64, f64)> = Vec::new();
-    for w in breaks.windows(2) {
-        for k in 0..=each {
-            let t = w[0] + (w[1] - w[0]) * (k as f64 / each as f64);
-            candidates.push((at(t).0.norm_squared(), t));
-        }
-    }
-    candidates.sort_by(|a, b| a.0.total_cmp(&b.0));
-    let tried = candidates.iter().take(4).map(|(_, t)| refine(*t));
+    let starts = breaks.windows(2).flat_map(|w| {
+        let (from, by) = (w[0], w[1] - w[0]);
+        (0..=each).map(move |k| from + by * (k as f64 / each as f64))
+    });
+    let tried = least(starts.map(|t| (at(t).0.norm_squared(), t)));
+    let tried = tried.into_iter().flatten().map(|(_, t)| refine(t));
     let best = tried.min_by(|a, b| a.1.total_cmp(&b.1));
     best.map_or(domain.start, |(t, _)| t)
 }
 
+/// The first of the candidates, from which searches go on: the least come first, and of those that are alike the earlier.
+fn least<T: Copy>(all: impl Iterator<Item = (f64, T)>) -> [Option<(f64, T)>; TRIED] {
+    let mut found: [Option<(f64, T)>; TRIED] = [None; TRIED];
+    for own in all {
+        let is_more =
+            |place: &Option<(f64, T)>| place.is_none_or(|p| own.0.total_cmp(&p.0).is_lt());
+        if let Some(at) = found.iter().position(is_more)
+            && let Some(rest) = found.get_mut(at..)
+        {
+            rest.rotate_right(1);
+            if let Some(place) = rest.first_mut() {
+                *place = Some(own);
+            }
+        }
+    }
+    found
+}
+
 impl Chart {
-    /// `size`: no point of the body is farther from the origin in any coordinate.
+    /// `size`: no point of the body is farther from the origin in any coordinate. `most_samples`: how many samples it may hold, beyond those at each knot.
     pub(super) fn new(
         entity: u64,
         surface: &Form3,
         size: f64,
+        most_samples: usize,
         numbers: &mut Budget,
     ) -> Result<Self, ReadError> {
         let mut samples = Vec::new();
@@ -223,8 +241,8 @@ impl Chart {
                     let us = breaks([u.start, u.end], n.knots_u().knots());
                     let vs = breaks([v.start, v.end], n.knots_v().knots());
                     let cells = (us.len() * vs.len()).max(1);
-                    let each =
-                        ((MOST_SAMPLES as f64 / cells as f64).sqrt() as usize).clamp(1, SAMPLES);
+                    let most = MOST_SAMPLES.min(most_samples);
+                    let each = ((most as f64 / cells as f64).sqrt() as usize).clamp(1, SAMPLES);
                     // Every knot of a large net is enough.
                     let strides = [us.len(), vs.len()].map(|n| n.div_ceil(64).max(1));
                     let fine = |b: &[f64], stride: usize| -> Vec<f64> {
@@ -237,8 +255,10 @@ impl Chart {
                         list.extend(b.last());
                         list
                     };
-                    for u in fine(&us, strides[0]) {
-                        for v in fine(&vs, strides[1]) {
+                    let [us, vs] = [fine(&us, strides[0]), fine(&vs, strides[1])];
+                    samples.reserve_exact(us.len() * vs.len());
+                    for u in us {
+                        for &v in &vs {
                             samples.push((Point2::new(u, v), whole.point(u, v)));
                         }
                     }
@@ -543,11 +563,9 @@ impl Chart {
         if let Some(near) = near {
             return refine(self.clamped(near)).0;
         }
-        let mut starts: Vec<(f64, Point2<f64>)> = { self.samples.iter() }
-            .map(|(uv, q)| ((q - p).norm_squared(), *uv))
-            .collect();
-        starts.sort_by(|a, b| a.0.total_cmp(&b.0));
-        let tried = starts.iter().take(4).map(|(_, uv)| refine(*uv));
+        let starts = self.samples.iter();
+        let tried = least(starts.map(|(uv, q)| ((q - p).norm_squared(), *uv)));
+        let tried = tried.into_iter().flatten().map(|(_, uv)| refine(uv));
         let best = tried.min_by(|a, b| a.1.total_cmp(&b.1));
         best.map_or(Point2::origin(), |(uv, _)| uv)
     }

@@ -19,13 +19,14 @@ const NUMBERS_PER_BYTE: usize = 8;
 
 /// How much proof of images there may be: see [`Geometry::proofs`]. Beyond, the model's report says for how many there is none yet.
 const PROOFS: usize = 2048;
-/// See [`Geometry::proof_bytes`]: for each byte of the file, less what its entities take, so that all takes no more than 64 times its size; the rest is for
-/// what bodies hold beside curves in uv.
-const PROOF_BYTES_PER_BYTE: usize = 50;
+/// See [`Geometry::proof_bytes`]: for each byte of the file, less what its entities and bodies take, so that all takes no more than 64 times its size.
+const PROOF_BYTES_PER_BYTE: usize = 60;
 /// And of the quick proofs: see [`Left::pieces`].
 const PIECES: usize = 1 << 16;
 /// See [`Left::held`]: no file of the corpus holds more than 1.2.
 const HELD_PER_BYTE: usize = 3;
+/// See [`Left::samples`]: one takes 40 bytes or 48.
+const BYTES_PER_SAMPLE: usize = 16;
 
 /// A file's tolerance counts no further than to this part of the model's size.
 const MOST_TOLERANCE: f64 = 1.0 / (1 << 14) as f64;
@@ -86,6 +87,7 @@ pub fn read_step(bytes: &[u8]) -> Result<Document, ReadError> {
         left: Left {
             pieces: PIECES,
             held: Budget::new(HELD_PER_BYTE.saturating_mul(bytes.len())),
+            samples: bytes.len() / BYTES_PER_SAMPLE,
         },
         numbers: Budget::new(NUMBERS.saturating_add(NUMBERS_PER_BYTE.saturating_mul(bytes.len()))),
     };
@@ -128,7 +130,7 @@ pub fn read_step(bytes: &[u8]) -> Result<Document, ReadError> {
             geometry.angle = context.as_ref().map_or(1.0, |c| c.angle);
             let given = context.as_ref().and_then(|c| c.tolerance).unwrap_or(0.0);
             let tolerance = given.min(MOST_TOLERANCE * size);
-            let list = faces(&entities, p.id, &mut geometry.numbers)?;
+            let list = faces(&mut geometry, p.id)?;
             let mut made = brep(p.id, &mut geometry, &list, size, tolerance)?;
             let more = made.left_out.len().saturating_sub(NAMED);
             for (face, reason) in std::mem::take(&mut made.left_out).into_iter().take(NAMED) {

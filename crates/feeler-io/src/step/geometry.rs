@@ -32,6 +32,8 @@ pub(super) struct Left {
     /// How many numbers the uses and the curves made for them may still hold: what a loop names at a few bytes, over and over, is to hold no
     /// more than a multiple of the file.
     pub(super) held: Budget,
+    /// How many samples may be held at once, of a surface and of an edge, beside those that each of their knots has.
+    pub(super) samples: usize,
 }
 
 /// What the entities' numbers mean, and how many more may be made of them.
@@ -579,6 +581,7 @@ mod tests {
                 left: Left {
                     pieces: 0,
                     held: Budget::new(0),
+                    samples: 0,
                 },
                 numbers: Budget::new(0),
             };

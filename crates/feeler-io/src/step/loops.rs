@@ -96,9 +96,30 @@ impl Use {
 
     fn shift(&mut self, c: usize, by: f64) {
         if by != 0.0
-            && let Some(curve) = shifted(self.curve.clone(), c, by)
+            && let Some(curve) = shifted(&self.curve, c, by)
         {
             self.curve = curve;
+        }
+    }
+}
+
+/// What the next one must know of a use: its curve may be long.
+struct Tip {
+    key: Option<usize>,
+    middle: Point2<f64>,
+    end: Point2<f64>,
+    vertex: usize,
+    on_axis: bool,
+}
+
+impl Tip {
+    fn of(u: &Use) -> Self {
+        Self {
+            key: u.key,
+            middle: u.at(0.5),
+            end: u.end(),
+            vertex: u.vertices[1],
+            on_axis: u.on_axis[1],
         }
     }
 }
@@ -131,9 +152,9 @@ pub(super) fn lifted(chart: &Chart, uses: &mut Vec<Use>) -> Result<[i32; 2], Tro
     let mut all: Vec<Use> = Vec::with_capacity(n);
     for mut u in std::mem::take(uses) {
         if let Some(last) = all.last() {
-            let last = last.clone();
+            let last = Tip::of(last);
             join(chart, &last, &mut u, &mut all);
-            let ends = all.last().map_or(last.end(), Use::end);
+            let ends = all.last().map_or(last.end, Use::end);
             let jumps = |c: usize| {
                 let gap = (u.start()[c] - ends[c]).abs();
                 chart.periods[c].is_some_and(|period| gap > 0.5 * period)
@@ -148,10 +169,10 @@ pub(super) fn lifted(chart: &Chart, uses: &mut Vec<Use>) -> Result<[i32; 2], Tro
     }
     // The last to the first, without moving that.
     let mut turns = [0; 2];
-    if let (Some(last), Some(mut u)) = (all.last().cloned(), all.first().cloned()) {
+    if let (Some(last), Some(mut u)) = (all.last().map(Tip::of), all.first().cloned()) {
         let before = u.start();
-        let end = last.end();
-        let on_axis = last.on_axis[1] && u.on_axis[0];
+        let end = last.end;
+        let on_axis = last.on_axis && u.on_axis[0];
         join(chart, &last, &mut u, &mut all);
         for c in 0..2 {
             if let Some(period) = chart.periods[c] {
@@ -198,9 +219,9 @@ fn at_border(chart: &Chart, u: &Use) -> bool {
 }
 
 /// Moves `u` so that it starts where `last` ends, with what must lie between the two.
-fn join(chart: &Chart, last: &Use, u: &mut Use, all: &mut Vec<Use>) {
-    let end = last.end();
-    let on_axis = last.on_axis[1] && u.on_axis[0];
+fn join(chart: &Chart, last: &Tip, u: &mut Use, all: &mut Vec<Use>) {
+    let end = last.end;
+    let on_axis = last.on_axis && u.on_axis[0];
     for c in 0..2 {
         let Some(period) = chart.periods[c] else {
             continue;
@@ -214,7 +235,7 @@ fn join(chart: &Chart, last: &Use, u: &mut Use, all: &mut Vec<Use>) {
         }
     }
     if on_axis {
-        let upper = end.y > last.at(0.5).y;
+        let upper = end.y > last.middle.y;
         let mut by = u.start().x - end.x;
         by -= (by / TAU).floor() * TAU;
         // From 0 to one turn now.
@@ -236,7 +257,7 @@ fn join(chart: &Chart, last: &Use, u: &mut Use, all: &mut Vec<Use>) {
         }
         if by != 0.0 {
             let to = Point2::new(u.start().x, end.y);
-            all.extend(Use::straight(None, end, to, [last.vertices[1]; 2]));
+            all.extend(Use::straight(None, end, to, [last.vertex; 2]));
         }
         return;
     }
@@ -246,13 +267,13 @@ fn join(chart: &Chart, last: &Use, u: &mut Use, all: &mut Vec<Use>) {
         let length = chart.domain.map_or(TAU, |d| d[c][1] - d[c][0]);
         gap[c].abs() > SAME * length.min(1e300)
     });
-    if wide && last.vertices[1] == u.vertices[0] {
+    if wide && last.vertex == u.vertices[0] {
         let middle = chart.point(&chart.clamped(end + gap * 0.5));
         let (a, b) = (chart.point(&end), chart.point(&u.start()));
         let apart = (a - b).norm().max((middle - a).norm());
         let scale = a.coords.amax().max(b.coords.amax());
         if apart <= SAME * scale {
-            let vertices = [last.vertices[1]; 2];
+            let vertices = [last.vertex; 2];
             all.extend(Use::straight(None, end, u.start(), vertices));
         }
     }

@@ -16,7 +16,7 @@
 //! surfaces it is bounded from points on them and what their series leave out ([`smooth`]), where no curve is rational. All others are bounded by
 //! the kernel once the BREP is there ([`feeler::prepare::trim_offsets`]).
 
-use super::chart::{Chart, Located};
+use super::chart::Chart;
 use super::entities::form;
 use super::geometry::Left;
 use super::points::Points;
@@ -62,50 +62,60 @@ pub(super) struct Made {
 
 /// Where the samples of an edge are on a surface.
 struct Trace {
-    t: Vec<f64>,
-    at: Vec<Point2<f64>>,
+    samples: Vec<Sample>,
     on_axis: [bool; 2],
 }
 
-fn sample(chart: &Chart, points: &Points<'_>, span: Interval) -> Trace {
-    let mut breaks = points.curve.breaks();
-    breaks.retain(|b| span.start < *b && *b < span.end);
-    let mut ends = vec![span.start];
-    ends.extend(breaks);
-    ends.push(span.end);
-    let each = (MOST_SAMPLES / ends.len()).clamp(1, SAMPLES);
-    let mut t = Vec::new();
-    for w in ends.windows(2) {
-        t.extend((0..each).map(|k| w[0] + (w[1] - w[0]) * (k as f64 / each as f64)));
+/// One point of an edge, and the nearest of the surface.
+#[derive(Clone, Copy)]
+struct Sample {
+    t: f64,
+    uv: Point2<f64>,
+    at: Point3<f64>,
+}
+
+/// `most`: how many, beyond one for each of the edge's own pieces.
+fn sample(chart: &Chart, points: &Points<'_>, span: Interval, most: usize) -> Trace {
+    let inner = { points.breaks().iter().copied() }.filter(|b| span.start < *b && *b < span.end);
+    let pieces = inner.clone().count() + 1;
+    let each = (most / (pieces + 1)).clamp(1, SAMPLES);
+    let mut samples = Vec::with_capacity(pieces * each + 1);
+    let mut push = |t: f64| {
+        samples.push(Sample {
+            t,
+            uv: Point2::origin(),
+            at: points.at(t),
+        });
+    };
+    let mut start = span.start;
+    for end in inner.chain([span.end]) {
+        (0..each).for_each(|k| push(start + (end - start) * (k as f64 / each as f64)));
+        start = end;
     }
-    t.push(span.end);
-    let n = t.len();
-    let points: Vec<Point3<f64>> = t.iter().map(|t| points.at(*t)).collect();
+    push(span.end);
+    // From the middle on to both ends, each from the one before.
+    let n = samples.len();
     let middle = n / 2;
-    let mut found: Vec<Option<Located>> = vec![None; n];
-    if let (Some(p), Some(slot)) = (points.get(middle), found.get_mut(middle)) {
-        *slot = Some(chart.locate(p, None));
-    }
-    let order = (middle + 1..n)
-        .map(|k| (k, k - 1))
+    let mut on_axis = [false; 2];
+    let order = { (middle..n).map(|k| (k, k.wrapping_sub(1))) }
         .chain((0..middle).rev().map(|k| (k, k + 1)));
     for (k, from) in order {
-        let near = found.get(from).copied().flatten().map(|l| l.uv);
-        if let (Some(p), Some(slot)) = (points.get(k), found.get_mut(k)) {
-            *slot = Some(chart.locate(p, near));
+        let near = samples.get(from).filter(|_| k != middle).map(|s| s.uv);
+        if let Some(s) = samples.get_mut(k) {
+            let found = chart.locate(&s.at, near);
+            s.uv = found.uv;
+            on_axis[0] |= k == 0 && found.on_axis;
+            on_axis[1] |= k + 1 == n && found.on_axis;
         }
     }
-    let found: Vec<Located> = found.into_iter().flatten().collect();
-    let mut at: Vec<Point2<f64>> = found.iter().map(|l| l.uv).collect();
     // On the axis u is what it tends to: that of the next sample, and the difference to the one after.
-    let on_axis = [found.first(), found.last()].map(|l| l.is_some_and(|l| l.on_axis));
-    if let ([a, b, c, ..], true) = (&mut at[..], on_axis[0]) {
-        a.x = 2.0 * b.x - c.x;
+    if let ([a, b, c, ..], true) = (&mut samples[..], on_axis[0]) {
+        a.uv.x = 2.0 * b.uv.x - c.uv.x;
     }
-    if let ([.., c, b, a], true) = (&mut at[..], on_axis[1]) {
-        a.x = 2.0 * b.x - c.x;
+    if let ([.., c, b, a], true) = (&mut samples[..], on_axis[1]) {
+        a.uv.x = 2.0 * b.uv.x - c.uv.x;
     }
-    Trace { t, at, on_axis }
+    Trace { samples, on_axis }
 }
 
 /// The straight curve in uv between two points.
@@ -118,22 +128,24 @@ fn straight(from: Point2<f64>, to: Point2<f64>, span: Interval) -> Option<Curve2
 pub(super) fn pole(chart: &Chart, curve: &Curve3, span: Interval) -> Option<f64> {
     let points = Points::of(curve);
     chart.off_axis(&points.at(span.start))?;
-    let off = |t: f64| {
-        chart
-            .off_axis(&points.at(t))
-            .unwrap_or([f64::INFINITY, 0.0])
-    };
+    let off_at = |p: &Point3<f64>| chart.off_axis(p).unwrap_or([f64::INFINITY, 0.0]);
+    let off = |t: f64| off_at(&points.at(t));
     let is_on = |t: f64| {
         let [rho, most] = off(t);
         rho <= most
     };
-    let n = MOST_SAMPLES.min(SAMPLES * curve.breaks().len());
-    let at: Vec<(f64, Point3<f64>, f64)> = (0..=n)
-        .map(|k| span.lerp(k as f64 / n as f64))
-        .map(|t| (t, points.at(t), off(t)[0]))
-        .collect();
-    for w in at.windows(3) {
-        let [(mut lo, p, before), (t, q, own), (mut hi, r, after)] = [w[0], w[1], w[2]];
+    let n = MOST_SAMPLES.min(SAMPLES * points.breaks().len());
+    let at = |k: usize| {
+        let t = span.lerp(k as f64 / n as f64);
+        let p = points.at(t);
+        (t, p, off_at(&p)[0])
+    };
+    let mut last = [at(0), at(1)];
+    for k in 2..=n {
+        let next = at(k);
+        let [(mut lo, p, before), (t, q, own)] = last;
+        let (mut hi, r, after) = next;
+        last = [last[1], next];
         // The axis is no farther than the curve goes from here: twice the chord has room for its bends.
         let goes = 2.0 * (q - p).norm().max((r - q).norm());
         if own > before || own > after || own > goes || is_on(lo) || is_on(hi) {
@@ -161,11 +173,10 @@ pub(super) fn pole(chart: &Chart, curve: &Curve3, span: Interval) -> Option<f64>
 }
 
 /// Whether the image of a curve in uv is as near the edge as the surface is.
-fn fits(chart: &Chart, points: &Points<'_>, trace: &Trace, made: &Curve2, slack: f64) -> bool {
-    trace.t.iter().zip(&trace.at).all(|(t, uv)| {
-        let p = points.at(*t);
-        let own = (chart.point(uv) - p).norm();
-        (chart.point(&made.point(*t)) - p).norm() <= 2.0 * own + slack
+fn fits(chart: &Chart, trace: &Trace, made: &Curve2, slack: f64) -> bool {
+    trace.samples.iter().all(|s| {
+        let own = (chart.point(&s.uv) - s.at).norm();
+        (chart.point(&made.point(s.t)) - s.at).norm() <= 2.0 * own + slack
     })
 }
 
@@ -222,14 +233,15 @@ pub(super) fn made(
         });
     }
     let points = Points::of(curve);
-    let trace = sample(chart, &points, span);
-    let (Some(&from), Some(&to)) = (trace.at.first(), trace.at.last()) else {
+    let trace = sample(chart, &points, span, MOST_SAMPLES.min(left.samples));
+    let uv = |k: usize| trace.samples.get(k).map(|s| s.uv);
+    let last = trace.samples.len().saturating_sub(1);
+    let (Some(from), Some(middle), Some(to)) = (uv(0), uv(last.div_ceil(2)), uv(last)) else {
         return Err(super::entities::shape(entity, "an edge of no length"));
     };
-    let middle = trace.at.get(trace.at.len() / 2).copied().unwrap_or(from);
     let slack = ROUNDED * size;
-    let worst = { trace.t.iter().zip(&trace.at) }
-        .map(|(t, uv)| (chart.point(uv) - points.at(*t)).norm())
+    let worst = { trace.samples.iter() }
+        .map(|s| (chart.point(&s.uv) - s.at).norm())
         // No number is the worst there is.
         .fold(0.0, |a: f64, b| if b <= a { a } else { b });
     if !(worst <= most) {
@@ -246,7 +258,7 @@ pub(super) fn made(
         let Some(line) = straight(a, b, span) else {
             continue;
         };
-        if !fits(chart, &points, &trace, &line, slack) {
+        if !fits(chart, &trace, &line, slack) {
             continue;
         }
         let bound = if i < 2 && (i == 1 || chart.is_elementary()) {
@@ -357,6 +369,12 @@ struct Knot {
     uv: Point2<f64>,
 }
 
+impl From<&Sample> for Knot {
+    fn from(s: &Sample) -> Self {
+        Self { t: s.t, uv: s.uv }
+    }
+}
+
 /// `None`: it comes no nearer than `most`. An error: `held` has no room for a piece for each of the edge's own.
 fn fitted(
     chart: &Chart,
@@ -366,103 +384,113 @@ fn fitted(
     most: f64,
     held: &mut Budget,
 ) -> Result<Option<Curve2>, Refusal> {
-    let knots: Vec<Knot> = { trace.t.iter().zip(&trace.at) }
-        .map(|(t, uv)| Knot { t: *t, uv: *uv })
-        .collect();
-    let (Some(&first), Some(&last)) = (knots.first(), knots.last()) else {
+    let [first, .., last] = &trace.samples[..] else {
         return Ok(None);
     };
+    let [first, last] = [first, last].map(Knot::from);
     // Pieces at first: those of the edge's own curve.
-    let mut breaks = points.curve.breaks();
-    breaks.retain(|b| first.t < *b && *b < last.t);
-    let mut stack: Vec<(Knot, Knot, u32)> = Vec::new();
-    let mut ends = vec![first];
-    // Both grow.
-    let mut rest = breaks.iter().peekable();
-    for k in &knots {
-        while rest.next_if(|b| **b < k.t).is_some() {}
-        if rest.next_if(|b| **b == k.t).is_some() {
-            ends.push(*k);
-        }
-    }
-    ends.push(last);
-    for w in ends.windows(2).rev() {
-        stack.push((w[0], w[1], 0));
-    }
-    let own = stack.len();
+    let is_break = |t: f64| {
+        { points.breaks() }
+            .binary_search_by(|b| b.total_cmp(&t))
+            .is_ok()
+    };
+    let inner = |s: &&Sample| first.t < s.t && s.t < last.t && is_break(s.t);
+    let ends = trace.samples.iter().filter(inner);
+    let own = ends.clone().count() + 1;
+    // Before the curve is made of them the points take two thirds of what they do in it, and an eighth more as their list grows.
+    let room = 7 * held.left() / (10 * PIECE);
     held.take(own * PIECE)?;
-    let most_pieces = own + MOST_PIECES.min(held.left() / PIECE);
-    let mut control: Vec<Vector3<f64>> = vec![first.uv.coords.push(1.0)];
-    let mut written = vec![first.t; 4];
+    let most_pieces = own.max(room.min(own + MOST_PIECES));
+    let mut control: Vec<Point2<f64>> = Vec::with_capacity(3 * own + 1);
+    let mut written: Vec<f64> = Vec::with_capacity(own);
+    control.push(first.uv);
     let mut pieces = 0;
-    while let Some((a, b, depth)) = stack.pop() {
-        let tangents = [
-            tangent(chart, points, a, b, Limit::FromAbove),
-            tangent(chart, points, b, a, Limit::FromBelow),
-        ];
-        let third = (b.t - a.t) / 3.0;
-        let p = [
-            a.uv,
-            a.uv + tangents[0] * third,
-            b.uv - tangents[1] * third,
-            b.uv,
-        ];
-        let cubic = |s: f64| {
-            let r = 1.0 - s;
-            let sum = p[0].coords * (r * r * r)
-                + p[1].coords * (3.0 * r * r * s)
-                + p[2].coords * (3.0 * r * s * s)
-                + p[3].coords * (s * s * s);
-            Point2::from(sum)
-        };
-        let middle = 0.5 * (a.t + b.t);
-        // Searches start from it, or from the chord where that is nearer: where an edge runs unevenly the cubic may be far off.
-        let guess = |q: &Point3<f64>, s: f64| {
-            let (near, chord) = (cubic(s), a.uv + (b.uv - a.uv) * s);
-            let off = |uv: Point2<f64>| (chart.point(&chart.clamped(uv)) - q).norm_squared();
-            if chart.is_elementary() || off(near) <= off(chord) {
-                near
-            } else {
-                chord
-            }
-        };
-        let q = points.at(middle);
-        let located = chart.locate(&q, Some(guess(&q, 0.5)));
-        let own = chart.point(&located.uv);
-        let mut worst = (chart.point(&chart.clamped(cubic(0.5))) - own).norm();
-        let mut good = worst <= FIT * size;
-        for s in [0.25, 0.75] {
-            if good {
-                let q = points.at(a.t + (b.t - a.t) * s);
-                let near = chart.locate(&q, Some(guess(&q, s)));
-                let off = chart.point(&chart.clamped(cubic(s))) - chart.point(&near.uv);
-                worst = off.norm();
-                good = worst <= FIT * size;
-            }
-        }
-        let can = depth < HALVINGS && pieces + stack.len() < most_pieces;
-        if !good && can && a.t < middle && middle < b.t {
-            let m = Knot {
-                t: middle,
-                uv: located.uv,
+    let mut stack: Vec<(Knot, Knot, u32)> = Vec::new();
+    let mut begun = first;
+    for (k, end) in ends.map(Knot::from).chain([last]).enumerate() {
+        let waiting = own - k - 1;
+        stack.push((begun, end, 0));
+        begun = end;
+        while let Some((a, b, depth)) = stack.pop() {
+            let tangents = [
+                tangent(chart, points, a, b, Limit::FromAbove),
+                tangent(chart, points, b, a, Limit::FromBelow),
+            ];
+            let third = (b.t - a.t) / 3.0;
+            let p = [
+                a.uv,
+                a.uv + tangents[0] * third,
+                b.uv - tangents[1] * third,
+                b.uv,
+            ];
+            let cubic = |s: f64| {
+                let r = 1.0 - s;
+                let sum = p[0].coords * (r * r * r)
+                    + p[1].coords * (3.0 * r * r * s)
+                    + p[2].coords * (3.0 * r * s * s)
+                    + p[3].coords * (s * s * s);
+                Point2::from(sum)
             };
-            stack.push((m, b, depth + 1));
-            stack.push((a, m, depth + 1));
-            continue;
+            let middle = 0.5 * (a.t + b.t);
+            // Searches start from it, or from the chord where that is nearer: where an edge runs unevenly the cubic may be far off.
+            let guess = |q: &Point3<f64>, s: f64| {
+                let (near, chord) = (cubic(s), a.uv + (b.uv - a.uv) * s);
+                let off = |uv: Point2<f64>| (chart.point(&chart.clamped(uv)) - q).norm_squared();
+                if chart.is_elementary() || off(near) <= off(chord) {
+                    near
+                } else {
+                    chord
+                }
+            };
+            let q = points.at(middle);
+            let located = chart.locate(&q, Some(guess(&q, 0.5)));
+            let own = chart.point(&located.uv);
+            let mut worst = (chart.point(&chart.clamped(cubic(0.5))) - own).norm();
+            let mut good = worst <= FIT * size;
+            for s in [0.25, 0.75] {
+                if good {
+                    let q = points.at(a.t + (b.t - a.t) * s);
+                    let near = chart.locate(&q, Some(guess(&q, s)));
+                    let off = chart.point(&chart.clamped(cubic(s))) - chart.point(&near.uv);
+                    worst = off.norm();
+                    good = worst <= FIT * size;
+                }
+            }
+            let waiting = waiting + stack.len();
+            let can = depth < HALVINGS && pieces + waiting < most_pieces;
+            if !good && can && a.t < middle && middle < b.t {
+                let m = Knot {
+                    t: middle,
+                    uv: located.uv,
+                };
+                stack.push((m, b, depth + 1));
+                stack.push((a, m, depth + 1));
+                continue;
+            }
+            if !(worst <= most) {
+                return Ok(None);
+            }
+            pieces += 1;
+            grow(&mut control, 3);
+            control.extend(p.iter().skip(1));
+            grow(&mut written, 1);
+            written.push(b.t);
         }
-        if !(worst <= most) {
-            return Ok(None);
-        }
-        pieces += 1;
-        control.extend(p.iter().skip(1).map(|q| q.coords.push(1.0)));
-        written.extend([b.t; 3]);
     }
-    written.push(last.t);
     held.take((pieces - own) * PIECE)?;
-    // It is kept, and room that lists grew by would be, too.
-    control.shrink_to_fit();
-    written.shrink_to_fit();
-    Ok(NurbsCurve::new(3, control, written).ok().map(Curve::Nurbs))
+    let control = control.into_iter().map(|q| q.coords.push(1.0)).collect();
+    let mut knots = Vec::with_capacity(3 * pieces + 5);
+    knots.extend([first.t; 4]);
+    knots.extend(written.iter().flat_map(|t| [*t; 3]));
+    knots.push(last.t);
+    Ok(NurbsCurve::new(3, control, knots).ok().map(Curve::Nurbs))
+}
+
+/// Makes room for `count` more, and for little beyond.
+fn grow<T>(list: &mut Vec<T>, count: usize) {
+    if list.capacity() - list.len() < count {
+        list.reserve_exact(count.max(list.len() / 8));
+    }
 }
 
 /// The derivative of the projection at `at`, on the side of `other`.

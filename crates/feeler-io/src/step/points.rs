@@ -58,6 +58,11 @@ impl<'c> Points<'c> {
         }
     }
 
+    /// The ends of its pieces.
+    pub(super) fn breaks(&self) -> &[f64] {
+        &self.breaks
+    }
+
     pub(super) fn at(&self, t: f64) -> Point3<f64> {
         match &self.arc {
             Some(arc) => {

@@ -447,7 +447,7 @@ mod tests {
     }
 
     fn charts() -> [(&'static str, Chart); 4] {
-        let made = |form: Form3| Chart::new(1, &form, 10.0, &mut Budget::new(1000)).unwrap();
+        let made = |form: Form3| Chart::new(1, &form, 10.0, 100, &mut Budget::new(1000)).unwrap();
         [
             ("cylinder", made(Form3::Cylinder(axes(), 2.0))),
             ("cone", made(Form3::Cone(axes(), 2.0, 0.4))),
@@ -600,7 +600,8 @@ mod tests {
     fn others_have_no_bound_here() {
         let span = interval(0.0, 1.0);
         let [(_, cylinder), ..] = charts();
-        let plane = Chart::new(1, &Form3::Plane(axes()), 10.0, &mut Budget::new(1000)).unwrap();
+        let plane =
+            Chart::new(1, &Form3::Plane(axes()), 10.0, 100, &mut Budget::new(1000)).unwrap();
         let knots = vec![0.0, 0.0, 0.0, 1.0, 1.0, 1.0];
         let conic = |w: f64| {
             let uv = [[0.0, 0.0, 1.0], [0.5 * w, 0.0, w], [1.0, 1.0, 1.0]].map(Vector3::from);
