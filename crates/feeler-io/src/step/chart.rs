@@ -450,7 +450,20 @@ impl Chart {
     }
 
     pub(super) fn point(&self, uv: &Point2<f64>) -> Point3<f64> {
-        Point3::from(self.derivatives(uv)[0])
+        // A profile's point is found as its derivative is.
+        let (a, [x, z]) = match &self.kind {
+            Kind::Turned(a, Meridian::Line { radius, sin, cos }) => {
+                (a, [radius + uv.y * sin, uv.y * cos])
+            }
+            Kind::Turned(a, Meridian::Circle { major, minor }) => {
+                let (sin, cos) = libm::sincos(uv.y);
+                (a, [major + minor * cos, minor * sin])
+            }
+            Kind::Spline(s) => return s.point(uv.x, uv.y),
+            _ => return Point3::from(self.derivatives(uv)[0]),
+        };
+        let (sin, cos) = libm::sincos(uv.x);
+        a.origin + (a.x * (cos * x) + a.y * (sin * x) + a.z * z)
     }
 
     /// How far a point is from the axis of revolution, and how far it may be to be on it; nothing where the surface keeps clear of its axis, as

@@ -195,13 +195,6 @@ pub(super) fn made(
     if let Some(axes) = chart.plane() {
         let normal = axes.x.cross(&axes.y).normalize();
         let off = |p: &Point3<f64>| (p - axes.origin).dot(&normal).abs();
-        let samples = SAMPLES;
-        let worst = (0..=samples)
-            .map(|k| off(&curve.point(span.lerp(k as f64 / samples as f64))))
-            .fold(0.0, f64::max);
-        if !(worst <= most) {
-            return Err(astray(entity, worst));
-        }
         let bound = match curve {
             Curve::Line(l) => off(&l.from).max(off(&l.to)),
             Curve::Arc(a) => {
@@ -215,6 +208,16 @@ pub(super) fn made(
                 .fold(0.0, f64::max),
             _ => f64::INFINITY,
         };
+        if !(bound <= most) {
+            // What is beyond it may be another part of its curve.
+            let points = Points::of(curve);
+            let worst = (0..=SAMPLES)
+                .map(|k| off(&points.at(span.lerp(k as f64 / SAMPLES as f64))))
+                .fold(0.0, f64::max);
+            if !(worst <= most) {
+                return Err(astray(entity, worst));
+            }
+        }
         let far = (0..3).fold(size, |most, c| most.max(largest(curve, c)));
         // An arc that becomes an ellipse has other parameters between its ends: of a piece those must be its own.
         let part;
@@ -347,8 +350,7 @@ fn straight_bound(
             let mut sums = [Vector3::zeros(); 3];
             for k in 0..3 {
                 let t = span.start + TAU / 3.0 * f64::from(k);
-                let (sin, cos) = feeler::numeric::sin_cos(feeler::numeric::Ball::exact(t));
-                let (sin, cos) = (sin.mid.hi, cos.mid.hi);
+                let (sin, cos) = libm::sincos(t);
                 let own = arc.center + (arc.x * cos + y * sin) * arc.radius;
                 let d = chart.point(&at(t)) - own;
                 sums[0] += d / 3.0;
@@ -389,12 +391,7 @@ fn fitted(
     };
     let [first, last] = [first, last].map(Knot::from);
     // Pieces at first: those of the edge's own curve.
-    let is_break = |t: f64| {
-        { points.breaks() }
-            .binary_search_by(|b| b.total_cmp(&t))
-            .is_ok()
-    };
-    let inner = |s: &&Sample| first.t < s.t && s.t < last.t && is_break(s.t);
+    let inner = |s: &&Sample| first.t < s.t && s.t < last.t && points.is_break(s.t);
     let ends = trace.samples.iter().filter(inner);
     let own = ends.clone().count() + 1;
     // Before the curve is made of them the points take two thirds of what they do in it, and an eighth more as their list grows.
@@ -405,17 +402,17 @@ fn fitted(
     let mut written: Vec<f64> = Vec::with_capacity(own);
     control.push(first.uv);
     let mut pieces = 0;
-    let mut stack: Vec<(Knot, Knot, u32)> = Vec::new();
+    let mut stack: Vec<([Knot; 2], [Vector2<f64>; 2], u32)> = Vec::new();
     let mut begun = first;
     for (k, end) in ends.map(Knot::from).chain([last]).enumerate() {
         let waiting = own - k - 1;
-        stack.push((begun, end, 0));
+        let tangents = [
+            tangent(chart, points, begun, end, Limit::FromAbove),
+            tangent(chart, points, end, begun, Limit::FromBelow),
+        ];
+        stack.push(([begun, end], tangents, 0));
         begun = end;
-        while let Some((a, b, depth)) = stack.pop() {
-            let tangents = [
-                tangent(chart, points, a, b, Limit::FromAbove),
-                tangent(chart, points, b, a, Limit::FromBelow),
-            ];
+        while let Some(([a, b], tangents, depth)) = stack.pop() {
             let third = (b.t - a.t) / 3.0;
             let p = [
                 a.uv,
@@ -463,8 +460,12 @@ fn fitted(
                     t: middle,
                     uv: located.uv,
                 };
-                stack.push((m, b, depth + 1));
-                stack.push((a, m, depth + 1));
+                // Within a piece of the edge's it is one on both sides.
+                let along = chart.pulled_back(&m.uv, &points.tangent(m.t, Limit::FromAbove));
+                let [before, after] =
+                    [a, b].map(|o| along.unwrap_or_else(|| step(chart, points, m, o)));
+                stack.push(([m, b], [after, tangents[1]], depth + 1));
+                stack.push(([a, m], [tangents[0], before], depth + 1));
                 continue;
             }
             if !(worst <= most) {
@@ -502,10 +503,13 @@ fn tangent(
     limit: Limit,
 ) -> Vector2<f64> {
     let along = points.tangent(at.t, limit);
-    if let Some(uv) = chart.pulled_back(&at.uv, &along) {
-        return uv;
-    }
-    // Where the surface has no tangent plane: a difference.
+    chart
+        .pulled_back(&at.uv, &along)
+        .unwrap_or_else(|| step(chart, points, at, other))
+}
+
+/// The same where the surface has no tangent plane: a difference.
+fn step(chart: &Chart, points: &Points<'_>, at: Knot, other: Knot) -> Vector2<f64> {
     let step = (other.t - at.t) / (1 << 12) as f64;
     let near = at.uv + (other.uv - at.uv) / f64::from(1 << 12);
     let next = chart.locate(&points.at(at.t + step), Some(near));

@@ -63,6 +63,11 @@ impl<'c> Points<'c> {
         &self.breaks
     }
 
+    /// Whether a piece ends there.
+    pub(super) fn is_break(&self, t: f64) -> bool {
+        self.breaks.binary_search_by(|b| b.total_cmp(&t)).is_ok()
+    }
+
     pub(super) fn at(&self, t: f64) -> Point3<f64> {
         match &self.arc {
             Some(arc) => {
@@ -80,7 +85,7 @@ impl<'c> Points<'c> {
                 let (sin, cos) = sincos(arc.angle_at(t));
                 (arc.y * cos - arc.x * sin) * arc.rate
             }
-            None if limit == Limit::FromBelow && self.breaks.contains(&t) => {
+            None if limit == Limit::FromBelow && self.is_break(t) => {
                 let d = self.curve.derivatives_in::<f64>(t, 1, limit);
                 d.get(1).map(|d| Vector3::from(*d)).unwrap_or_default()
             }

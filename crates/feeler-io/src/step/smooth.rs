@@ -21,12 +21,15 @@
 //! along the largest. Here `N = 3 n`, so the factor is `1 / cos(pi / 6)`, and
 //! `|f| <= (max_j |f(x_j)| + e) / cos(pi / 6) + e`.
 //!
-//! **Roundings.** What is computed of positive numbers alone has a thousandth to spare, which is also room for a middle that is off by `2 PLACE h`. The Taylor coefficients of `c` come from its derivatives at the middle. The difference quotients in the k-th derivative are over
-//! spans no shorter than the piece, `2 h`, so that `h^k / k!` times it is off by less than `C(p, k)` times some 40 units of the largest control
-//! point: [`COEFFICIENT`] has room for degrees up to 3. `f` is evaluated by de Boor's triangles of degree 16 at most, 96 roundings of half a unit of the
-//! largest control point (of an arc no more: [`Points`]), and some dozen for the surface, of numbers up to [`Chart::far`]; an angle that is off moves the point by as much times that:
-//! [`FORMULA`], twice, times 1 and the largest angles. The homogeneous points of a rational curve are off by as much of the largest weight `W`, so a point is
-//! by twice that times `W / w`. The points `x_j` are hit at the ends of the piece, elsewhere to `2 PLACE`: as
+//! **Roundings.** What is computed of positive numbers alone has a thousandth to spare, which is also room for a middle that is off by `2 PLACE h`. The Taylor
+//! coefficients of `c` and of `C` come from derivatives at the middle. The k-th of a spline of degree p is made by k difference quotients, each with four
+//! roundings, over spans no shorter than the piece, `2 h`, and `p - k` steps of de Boor's triangle with six each, so that `h^k / k!` times it is off by less
+//! than `C(p, k)` times `3 p` units of the largest control point, and no larger than `C(p, k)` times that point: [`COEFFICIENT`] has room for degrees up to 3.
+//! Horner's rule adds `p` units to each, and an `x` that is off by two `2 p`: of all the sum is off by less than `2^p 8 p` units in a coordinate ([`horner`]), and
+//! in space by less than twice that. Edges of a higher degree than [`DEGREE`] are evaluated by de Boor's triangles of degree 16 at most, 96 roundings of half a unit of the
+//! largest control point (of an arc no more: [`Points`]), and there are some dozen for the surface, of numbers up to [`Chart::far`]; an angle that is off moves
+//! the point by as much times that: [`FORMULA`], twice, times 1 and the largest angles. The homogeneous points of a rational curve are off by as much of the
+//! largest weight `W`, so a point is by twice that times `W / w`. The points `x_j` are hit at the ends of the piece, elsewhere to `2 PLACE`: as
 //! angles to 2^-20, as the sine is at least sin(pi / 48) there; [`FACTOR`] has room for that.
 //!
 //! **The domain.** The image is that of the curve clamped to the surface's domain, which is made to hold it; what straight curves are
@@ -40,7 +43,7 @@ use super::points::Points;
 use crate::sheets::{ROUNDING, stays};
 use feeler::numeric::Interval;
 use feeler::nurbs::{Curve, Curve2, Curve3, NurbsCurve};
-use nalgebra::Vector4;
+use nalgebra::{Point2, SVector};
 use std::f64::consts::PI;
 
 /// The highest degree that is kept; edges of a higher degree have their own, up to [`MOST_DEGREE`].
@@ -106,7 +109,12 @@ pub(super) fn bound(
         };
     let far = chart.far(largest(made, 1)).max(size);
     let far = (0..3).fold(far, |a: f64, c| a.max(largest(curve, c)));
-    let rounding = (2.0 * FORMULA * rest.rounding() + STRAY) * far * angles;
+    let of_edge = match curve {
+        Curve::Nurbs(n) if n.degree() <= DEGREE => 2.0 * horner(n.degree()),
+        _ => 0.0,
+    };
+    let of_points = (2.0 * FORMULA + of_edge) * rest.rounding();
+    let rounding = (of_points + horner(DEGREE_UV) + STRAY) * far * angles;
     let of_coefficients = [0, 1].map(|c| COEFFICIENT * largest(made, c));
     let mut ends: Vec<f64> = curve.breaks();
     ends.extend(made.breaks());
@@ -114,33 +122,6 @@ pub(super) fn bound(
     ends.extend([span.start, span.end]);
     ends.sort_by(f64::total_cmp);
     ends.dedup();
-    // Where the pieces are too many or too small is known before a point is evaluated.
-    let mut small: Vec<Small> = Vec::new();
-    let mut open: Vec<([f64; 2], u32)> = ends.windows(2).map(|w| ([w[0], w[1]], 0)).collect();
-    while let Some(([a, b], depth)) = open.pop() {
-        *pieces = pieces.checked_sub(1)?;
-        let (m, h) = (0.5 * (a + b), 0.5 * (b - a));
-        let is_clear = PLACE * h > f64::EPSILON * a.abs().max(b.abs());
-        if small.len() + open.len() >= MOST_PIECES || !is_clear {
-            return None;
-        }
-        let discs = Discs::new(chart, made, of_coefficients, [m, h], &rest)?;
-        if discs.left_out(most_degree) <= LEFT_OUT * size {
-            // What is less than roundings needs no higher degree, which takes more points.
-            let mut degrees = own_degree..most_degree;
-            let n = degrees.find(|n| discs.left_out(*n) <= ROUNDED_OUT * rounding);
-            let n = n.unwrap_or(most_degree);
-            small.push(Small {
-                start: a,
-                left_out: discs.left_out(n),
-                degree: n as u8,
-            });
-        } else if depth < HALVINGS {
-            open.extend([([a, m], depth + 1), ([m, b], depth + 1)]);
-        } else {
-            return None;
-        }
-    }
     let nodes: Vec<Vec<f64>> = (own_degree..=most_degree)
         .map(|n| {
             let angle = |j: usize| PI * j as f64 / (3 * n) as f64;
@@ -149,35 +130,90 @@ pub(super) fn bound(
         .collect();
     let points = Points::of(curve);
     let mut worst = 0.0_f64;
-    // The last comes first, and each ends where the one before starts.
-    let mut end = span.end;
-    for s in small {
-        let ([a, b], n, left_out) = ([s.start, end], usize::from(s.degree), s.left_out);
-        end = a;
-        let (m, h) = (0.5 * (a + b), 0.5 * (b - a));
-        let inner = nodes.get(n - own_degree)?.iter();
-        let at = inner.map(|x| m + h * x).chain([a, b]);
-        let mut own: f64 = 0.0;
-        for t in at {
-            let uv = made.point(t);
-            let off = (chart.point(&uv) - points.at(t)).norm();
-            // No number is no bound.
-            if !(off < f64::INFINITY) {
+    let mut done = 0;
+    let mut open: Vec<([f64; 2], u32)> = Vec::new();
+    for (k, w) in ends.windows(2).enumerate() {
+        let waiting = ends.len() - 2 - k;
+        open.push(([w[0], w[1]], 0));
+        while let Some(([a, b], depth)) = open.pop() {
+            *pieces = pieces.checked_sub(1)?;
+            let (m, h) = (0.5 * (a + b), 0.5 * (b - a));
+            let is_clear = PLACE * h > f64::EPSILON * a.abs().max(b.abs());
+            if done + waiting + open.len() >= MOST_PIECES || !is_clear {
                 return None;
             }
-            own = own.max(off);
+            let uv = Local::new(made.derivatives(m, DEGREE_UV), h);
+            let edge = rest.local(curve, [m, h]);
+            let discs = Discs::new(chart, &uv, of_coefficients, &rest, &edge, h)?;
+            if !(discs.left_out(most_degree) <= LEFT_OUT * size) {
+                if depth == HALVINGS {
+                    return None;
+                }
+                open.extend([([m, b], depth + 1), ([a, m], depth + 1)]);
+                continue;
+            }
+            done += 1;
+            // What is less than roundings needs no higher degree, which takes more points.
+            let mut degrees = own_degree..most_degree;
+            let n = degrees.find(|n| discs.left_out(*n) <= ROUNDED_OUT * rounding);
+            let n = n.unwrap_or(most_degree);
+            let left_out = discs.left_out(n);
+            let inner = nodes.get(n - own_degree)?.iter();
+            let mut own: f64 = 0.0;
+            for t in inner.map(|x| m + h * x).chain([a, b]) {
+                // Where it is hit.
+                let x = (t - m) / h;
+                let p = match &edge {
+                    Edge::Polynomial(own) => own.at(x),
+                    Edge::Rational(own) => {
+                        let q = own.at(x);
+                        q.xyz() / q.w
+                    }
+                    Edge::Other => points.at(t).coords,
+                };
+                let off = (chart.point(&Point2::from(uv.at(x))).coords - p).norm();
+                // No number is no bound.
+                if !(off < f64::INFINITY) {
+                    return None;
+                }
+                own = own.max(off);
+            }
+            worst = worst.max((own + rounding + left_out) * FACTOR + left_out);
         }
-        worst = worst.max((own + rounding + left_out) * FACTOR + left_out);
     }
     (worst < f64::INFINITY).then_some(worst)
 }
 
-/// A piece that is small enough; there may be many, beside a small file.
-struct Small {
-    start: f64,
-    /// What is left out above this degree.
-    left_out: f64,
-    degree: u8,
+/// How far [`Local::at`] is off in a coordinate, relative to the largest control point: see the [module](self).
+fn horner(degree: usize) -> f64 {
+    (8 * degree << degree) as f64 * f64::EPSILON
+}
+
+/// The Taylor coefficients of a curve about the middle of a piece, of its parameter there from -1 to 1.
+struct Local<const N: usize>(Vec<SVector<f64, N>>);
+
+impl<const N: usize> Local<N> {
+    fn new(mut derivatives: Vec<SVector<f64, N>>, h: f64) -> Self {
+        let mut scale = 1.0;
+        for (k, d) in (1..).zip(derivatives.iter_mut().skip(1)) {
+            scale *= h / f64::from(k);
+            *d *= scale;
+        }
+        Self(derivatives)
+    }
+
+    fn at(&self, x: f64) -> SVector<f64, N> {
+        { self.0.iter().rev() }.fold(SVector::zeros(), |sum, c| sum * x + c)
+    }
+}
+
+/// An edge on one piece.
+enum Edge {
+    Polynomial(Local<3>),
+    /// Its homogeneous points.
+    Rational(Local<4>),
+    /// An arc, or of a high degree.
+    Other,
 }
 
 /// How far a fitted curve in uv may be outside of a domain in coordinate `c` where [`bound`] is to hold.
@@ -317,33 +353,41 @@ impl Rest {
         }
     }
 
-    /// Its derivatives at the middle of a piece, where they are needed.
-    fn derivatives(&self, m: f64) -> Vec<Vector4<f64>> {
+    /// The edge on the piece with the middle `m` that is `2 h` long.
+    fn local(&self, curve: &Curve3, [m, h]: [f64; 2]) -> Edge {
         match self {
-            Self::Rational(own) => own.curve.derivatives(m, DEGREE_UV),
-            _ => Vec::new(),
+            Self::Rational(own) => {
+                Edge::Rational(Local::new(own.curve.derivatives(m, DEGREE_UV), h))
+            }
+            Self::Nothing => match polynomial(curve) {
+                Some(n) if n <= DEGREE => Edge::Polynomial(Local::new(curve.derivatives(m, n), h)),
+                _ => Edge::Other,
+            },
+            Self::Arc { .. } => Edge::Other,
         }
     }
 
-    /// How long it is at most over the disc of radius `r`, of its derivatives at the middle.
-    fn most_in(&self, derivatives: &[Vector4<f64>], h: f64, r: f64) -> f64 {
+    /// How long it is at most over the disc of radius `r`, of the edge on the piece.
+    fn most_in(&self, edge: &Edge, h: f64, r: f64) -> f64 {
         match self {
             Self::Nothing => 0.0,
             Self::Arc { radius, rate } => radius * libm::exp((rate * h).abs() * r),
             Self::Rational(own) => {
-                let Some(first) = derivatives.first() else {
+                let Edge::Rational(Local(all)) = edge else {
+                    return f64::INFINITY;
+                };
+                let [first, rest @ ..] = &all[..] else {
                     return f64::INFINITY;
                 };
                 let k = first.xyz() / first.w;
                 let rounding = own.rounding;
                 let of_point = rounding[0] + rounding[1] + rounding[2] + k.lp_norm(1) * rounding[3];
                 let (mut above, mut below) = (of_point, first.w - rounding[3]);
-                let mut scale = 1.0;
-                for (i, d) in derivatives.iter().enumerate().skip(1) {
-                    scale *= h * r / i as f64;
-                    let grown = r.powi(i as i32);
-                    above += (d.xyz() - k * d.w).norm() * scale + of_point * grown;
-                    below -= d.w.abs() * scale + rounding[3] * grown;
+                let mut grown = 1.0;
+                for c in rest {
+                    grown *= r;
+                    above += ((c.xyz() - k * c.w).norm() + of_point) * grown;
+                    below -= (c.w.abs() + rounding[3]) * grown;
                 }
                 if below > 0.0 {
                     above / below
@@ -388,28 +432,23 @@ impl Discs {
     /// `rounding`: of the Taylor coefficients of the curve in uv.
     fn new(
         chart: &Chart,
-        made: &Curve2,
+        uv: &Local<2>,
         rounding: [f64; 2],
-        [m, h]: [f64; 2],
         rest: &Rest,
+        edge: &Edge,
+        h: f64,
     ) -> Option<Self> {
-        let derivatives = made.derivatives(m, DEGREE_UV);
-        let of_rest = rest.derivatives(m);
+        let (first, others) = uv.0.split_first()?;
         let mut all = [0.0; RADII as usize];
         for (e, own) in (1..).zip(&mut all) {
             let r = f64::from(1 << e);
             let disc = |c: usize| {
-                let mut off = 0.0;
-                let mut scale = 1.0;
-                for (k, d) in derivatives.iter().enumerate().skip(1) {
-                    scale *= h * r / k as f64;
-                    off += d[c].abs() * scale + rounding[c] * r.powi(k as i32);
-                }
-                let start = derivatives.first().map_or(0.0, |d| d[c].abs());
-                let most = start + rounding[c] + off;
+                let each = others.iter().map(|d| d[c].abs() + rounding[c]);
+                let off = each.rev().fold(0.0, |sum, x| (sum + x) * r);
+                let most = first[c].abs() + rounding[c] + off;
                 Disc { off, most }
             };
-            *own = chart.most_in(disc(0), disc(1))? + rest.most_in(&of_rest, h, r);
+            *own = chart.most_in(disc(0), disc(1))? + rest.most_in(edge, h, r);
         }
         Some(Self(all))
     }
@@ -435,7 +474,7 @@ mod tests {
     use crate::occt::curves::Budget;
     use crate::occt::surfaces::{Axes, Form3};
     use feeler::nurbs::{Arc, Line};
-    use nalgebra::{Point2, Point3, Vector3};
+    use nalgebra::{Point3, Vector3, Vector4};
 
     fn axes() -> Axes {
         Axes {
