@@ -11,7 +11,7 @@ use crate::error::ReadError;
 use crate::occt::curves::Budget;
 use crate::threedm::blocks::numbers;
 use crate::units::Units;
-use std::collections::{HashMap, HashSet};
+use std::collections::HashMap;
 
 /// Numbers that may be made of a file of no bytes, and for each byte, as of a .brep file.
 const NUMBERS: usize = 1 << 23;
@@ -240,9 +240,17 @@ pub fn read_step(bytes: &[u8]) -> Result<Document, ReadError> {
 fn extent(entities: &Entities, bodies: impl Iterator<Item = u64>) -> f64 {
     let mut size: f64 = 0.0;
     let mut open: Vec<u64> = bodies.collect();
-    let mut seen: HashSet<u64> = HashSet::new();
+    let graph = entities.graph();
+    let mut seen = vec![false; graph.entities.len()];
     while let Some(id) = open.pop() {
-        if !seen.insert(id) {
+        let place = graph.place(id);
+        let Some((place, (_, raw))) = place.and_then(|p| Some((p, graph.entities.get(p)?))) else {
+            continue;
+        };
+        if seen
+            .get_mut(place)
+            .is_none_or(|s| std::mem::replace(s, true))
+        {
             continue;
         }
         if let Some(e) = entities.part(id, "CARTESIAN_POINT") {
@@ -253,9 +261,6 @@ fn extent(entities: &Entities, bodies: impl Iterator<Item = u64>) -> f64 {
             }
             continue;
         }
-        let Some(raw) = entities.graph().entities.get(&id) else {
-            continue;
-        };
         let mut attributes: Vec<&Attribute> =
             raw.parts.iter().flat_map(|p| &p.attributes).collect();
         while let Some(a) = attributes.pop() {

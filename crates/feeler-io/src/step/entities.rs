@@ -69,7 +69,7 @@ impl Entities {
     }
 
     fn raw(&self, id: u64) -> Option<&RawEntity> {
-        self.graph.entities.get(&id)
+        self.graph.get(id)
     }
 
     /// Byte offset of an entity.

@@ -307,8 +307,9 @@ pub(super) fn closed(
     }
     match (rims.pop(), rims.pop(), rims.is_empty()) {
         (None, ..) => {
-            let negative = done.iter().all(|l| area(l) < 0.0);
-            if negative && let Some(domain) = whole(chart) {
+            if let Some(domain) = whole(chart)
+                && done.iter().all(|l| area(l) < 0.0)
+            {
                 done.push(bordered(chart, domain, &done, maker)?);
             }
             Ok(done)

@@ -9,7 +9,7 @@
 
 use crate::error::ReadError;
 use crate::step_problem::StepProblem;
-use std::collections::BTreeMap;
+use std::rc::Rc;
 
 /// How deep lists may nest: files have three levels.
 const MOST_NESTED: usize = 32;
@@ -25,7 +25,7 @@ pub(super) enum Attribute {
     Real(f64),
     Text(Box<str>),
     /// Without its dots.
-    Enum(Box<str>),
+    Enum(Rc<str>),
     EntityRef(u64),
     /// `$`, `*`, a binary value.
     Unset,
@@ -37,7 +37,7 @@ pub(super) enum Attribute {
 /// A kind and its attributes.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Part {
-    pub(super) name: Box<str>,
+    pub(super) name: Rc<str>,
     pub(super) attributes: Vec<Attribute>,
 }
 
@@ -56,27 +56,44 @@ pub(super) struct RawEntity {
 pub(super) struct Graph {
     /// What `FILE_SCHEMA` says.
     pub(super) schema: String,
-    pub(super) entities: BTreeMap<u64, RawEntity>,
+    /// In the order of their numbers.
+    pub(super) entities: Vec<(u64, RawEntity)>,
     /// Attributes that were left blank.
     pub(super) blank: usize,
 }
 
 impl Graph {
-    /// Bytes that it takes, some more than less: an entity has a slot in a tree, whose nodes may be half empty.
+    /// Where the entity of a number is in the list.
+    pub(super) fn place(&self, id: u64) -> Option<usize> {
+        // Most files count from 1 and leave none out.
+        let (first, _) = self.entities.first()?;
+        let guess = usize::try_from(id.checked_sub(*first)?).ok()?;
+        match self.entities.get(guess) {
+            Some((found, _)) if *found == id => Some(guess),
+            _ => self.entities.binary_search_by_key(&id, |(i, _)| *i).ok(),
+        }
+    }
+
+    pub(super) fn get(&self, id: u64) -> Option<&RawEntity> {
+        Some(&self.entities.get(self.place(id)?)?.1)
+    }
+
+    /// Bytes that it takes, some more than less: an entity has a place in a list that doubles.
     pub(super) fn bytes(&self) -> usize {
         let of_entity = |e: &RawEntity| -> usize {
             let parts = { e.parts.iter() }
                 .map(|p| size_of::<Part>() + p.name.len() + listed(&p.attributes));
             2 * size_of::<(u64, RawEntity)>() + parts.sum::<usize>()
         };
-        self.entities.values().map(of_entity).sum()
+        self.entities.iter().map(|(_, e)| of_entity(e)).sum()
     }
 }
 
 /// Bytes that attributes take; recursion is bounded by [`MOST_NESTED`].
 fn listed(attributes: &[Attribute]) -> usize {
     let beside = |a: &Attribute| match a {
-        Attribute::Text(text) | Attribute::Enum(text) => text.len(),
+        Attribute::Text(text) => text.len(),
+        Attribute::Enum(word) => word.len(),
         Attribute::List(list) => listed(list),
         Attribute::Typed(one) => listed(std::slice::from_ref(&**one)),
         Attribute::Integer(_) | Attribute::Real(_) | Attribute::EntityRef(_) | Attribute::Unset => {
@@ -90,7 +107,14 @@ struct Parser<'b> {
     bytes: &'b [u8],
     at: usize,
     blank: usize,
+    /// Attributes of lists that are not ended yet, those of the innermost last.
+    open: Vec<Attribute>,
+    /// Names that were met, each in a place of its own: most are met again.
+    names: [Option<Rc<str>>; NAMES],
 }
+
+/// How many names are kept: files have some 50 kinds.
+const NAMES: usize = 256;
 
 fn is_name(b: u8) -> bool {
     b.is_ascii_alphanumeric() || b == b'_' || b == b'-'
@@ -102,6 +126,8 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Graph, ReadError> {
         bytes,
         at: 0,
         blank: 0,
+        open: Vec::new(),
+        names: [const { None }; NAMES],
     };
     p.word("ISO-10303-21")?;
     p.byte(b';')?;
@@ -109,7 +135,7 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Graph, ReadError> {
     p.byte(b';')?;
     let mut graph = Graph {
         schema: String::new(),
-        entities: BTreeMap::new(),
+        entities: Vec::new(),
         blank: 0,
     };
     while !p.is_word("ENDSEC") {
@@ -145,6 +171,16 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Graph, ReadError> {
         }
     }
     graph.blank = p.blank;
+    let entities = &mut graph.entities;
+    if !entities.is_sorted_by_key(|(id, _)| *id) {
+        // In memory of its own, and of one number the later comes second.
+        entities.sort_unstable_by_key(|(id, e)| (*id, e.offset));
+    }
+    let twice = { entities.windows(2) }.filter(|w| w[0].0 == w[1].0);
+    if let Some(at) = twice.map(|w| w[1].1.offset).min() {
+        p.at = at;
+        return Err(p.fail("another number than that of an entity before"));
+    }
     Ok(graph)
 }
 
@@ -207,7 +243,7 @@ impl Parser<'_> {
         Ok(())
     }
 
-    fn name(&mut self) -> Result<Box<str>, ReadError> {
+    fn name(&mut self) -> Result<Rc<str>, ReadError> {
         self.peek();
         let rest = self.bytes.get(self.at..).unwrap_or_default();
         let user = usize::from(rest.first() == Some(&b'!'));
@@ -216,9 +252,26 @@ impl Parser<'_> {
             return Err(self.fail("a name"));
         }
         let own = rest.get(user..user + count).unwrap_or_default();
-        let name = String::from_utf8_lossy(own).to_uppercase();
         self.at += user + count;
-        Ok(name.into())
+        let mixed = |h: usize, b: &u8| {
+            h.wrapping_mul(31)
+                .wrapping_add(usize::from(b.to_ascii_uppercase()))
+        };
+        let place = own.iter().fold(0, mixed) % NAMES;
+        let is_own = |n: &&Rc<str>| n.as_bytes().eq_ignore_ascii_case(own);
+        if let Some(known) = self
+            .names
+            .get(place)
+            .and_then(Option::as_ref)
+            .filter(is_own)
+        {
+            return Ok(Rc::clone(known));
+        }
+        let name: Rc<str> = String::from_utf8_lossy(own).to_ascii_uppercase().into();
+        if let Some(place) = self.names.get_mut(place) {
+            *place = Some(Rc::clone(&name));
+        }
+        Ok(name)
     }
 
     /// `NAME(attributes)`.
@@ -241,7 +294,7 @@ impl Parser<'_> {
         self.byte(b';')
     }
 
-    fn data(&mut self, entities: &mut BTreeMap<u64, RawEntity>) -> Result<(), ReadError> {
+    fn data(&mut self, entities: &mut Vec<(u64, RawEntity)>) -> Result<(), ReadError> {
         loop {
             match self.peek() {
                 Some(b'#') => {}
@@ -255,7 +308,7 @@ impl Parser<'_> {
             let id = self.reference()?;
             self.byte(b'=')?;
             let is_complex = self.peek() == Some(b'(');
-            let mut parts = Vec::new();
+            let mut parts = Vec::with_capacity(usize::from(!is_complex));
             if is_complex {
                 self.byte(b'(')?;
                 while self.peek() != Some(b')') {
@@ -268,7 +321,6 @@ impl Parser<'_> {
                 parts.shrink_to_fit();
             } else {
                 parts.push(self.part()?);
-                parts.shrink_to_fit();
             }
             self.byte(b';')?;
             let entity = RawEntity {
@@ -276,19 +328,19 @@ impl Parser<'_> {
                 parts,
                 is_complex,
             };
-            if entities.insert(id, entity).is_some() {
-                self.at = offset;
-                return Err(self.fail("another number than that of an entity before"));
-            }
+            entities.push((id, entity));
         }
     }
 
     fn reference(&mut self) -> Result<u64, ReadError> {
         self.byte(b'#')?;
         let rest = self.bytes.get(self.at..).unwrap_or_default();
-        let count = rest.iter().take_while(|b| b.is_ascii_digit()).count();
-        let digits = std::str::from_utf8(rest.get(..count).unwrap_or_default());
-        let id = digits.ok().and_then(|d| d.parse().ok());
+        let digits = rest.iter().take_while(|b| b.is_ascii_digit());
+        let (count, id) = digits.fold((0, Some(0_u64)), |(n, id), b| {
+            let id = id.and_then(|i| i.checked_mul(10)?.checked_add(u64::from(b - b'0')));
+            (n + 1, id)
+        });
+        let id = id.filter(|_| count > 0);
         let id = id.ok_or_else(|| self.fail("the number of an entity"))?;
         self.at += count;
         Ok(id)
@@ -300,19 +352,19 @@ impl Parser<'_> {
             return Err(self.fail("a list that is not nested so deep"));
         }
         self.byte(b'(')?;
-        let mut list = Vec::new();
         if self.peek() == Some(b')') {
             self.at += 1;
-            return Ok(list);
+            return Ok(Vec::new());
         }
+        let start = self.open.len();
         loop {
-            list.push(self.attribute(depth)?);
+            let attribute = self.attribute(depth)?;
+            self.open.push(attribute);
             match self.peek() {
                 Some(b',') => self.at += 1,
                 Some(b')') => {
                     self.at += 1;
-                    list.shrink_to_fit();
-                    return Ok(list);
+                    return Ok(self.open.drain(start..).collect());
                 }
                 _ => return Err(self.fail("`,` or `)`")),
             }
@@ -404,7 +456,9 @@ impl Parser<'_> {
 
 /// Text is UTF-8, or else Latin-1; `''` is an apostrophe; `\X2\...\X0\` has UTF-16 in hexadecimal digits. Other escapes stay as they are.
 fn decoded(raw: &[u8]) -> String {
+    let is_special = |b: &u8| matches!(b, b'\'' | b'\\' | b'\n' | b'\r');
     let text = match std::str::from_utf8(raw) {
+        Ok(text) if !raw.iter().any(is_special) => return text.to_string(),
         Ok(text) => text.to_string(),
         Err(_) => raw.iter().map(|b| char::from(*b)).collect(),
     };
@@ -462,8 +516,8 @@ mod tests {
             Typed(Box::new(Real(7.0))),
             Unset,
         ];
-        assert_eq!(graph.entities[&1].parts[0].attributes, expected);
-        let two = &graph.entities[&2];
+        assert_eq!(graph.get(1).unwrap().parts[0].attributes, expected);
+        let two = graph.get(2).unwrap();
         assert!(two.is_complex && &*two.parts[1].name == "D");
     }
 
@@ -471,7 +525,7 @@ mod tests {
     fn what_is_no_step_file_is_said_with_its_line() {
         for (data, said) in [
             ("#1=A(", "the file ends"),
-            ("#1=A();#1=B();", "another number"),
+            ("#1=A();#1=B();ENDSEC;", "another number"),
             ("#1=A(&);", "an attribute expected"),
             (&format!("#1=({});", "A()".repeat(65)), "so many parts"),
             ("#1=A('", "a string that ends"),

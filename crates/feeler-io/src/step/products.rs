@@ -7,7 +7,7 @@
 
 use super::entities::{Entities, Entity, problem, unsupported};
 use super::geometry::Geometry;
-use super::part21::Attribute;
+use super::part21::{Attribute, Part};
 use crate::affine::Affine;
 use crate::error::ReadError;
 use crate::occt::surfaces::Axes;
@@ -161,7 +161,7 @@ impl Products {
             shapes: HashMap::new(),
             others: BTreeMap::new(),
         };
-        let ids: Vec<u64> = entities.graph().entities.keys().copied().collect();
+        let ids = representations(entities);
         for &id in &ids {
             products.representation(geometry, id)?;
         }
@@ -505,12 +505,9 @@ impl Products {
         let held: BTreeSet<u64> = { self.all.values() }
             .flat_map(|r| r.bodies.iter().copied())
             .collect();
-        for id in entities.graph().entities.keys() {
-            if entities
-                .simple(*id)
-                .is_some_and(|e| BODIES.contains(&e.name))
-                && !held.contains(id)
-            {
+        for (id, raw) in &entities.graph().entities {
+            let is_body = |p: &Part| BODIES.contains(&&*p.name);
+            if !raw.is_complex && raw.parts.first().is_some_and(is_body) && !held.contains(id) {
                 placed.push(Placed {
                     id: *id,
                     representation: 0,
@@ -550,6 +547,19 @@ fn referred(e: Entity<'_>) -> impl Iterator<Item = u64> {
         Attribute::EntityRef(id) => Some(*id),
         _ => None,
     })
+}
+
+/// The entities that products and their representations are told by, in order: all such kinds are named alike.
+fn representations(entities: &Entities) -> Vec<u64> {
+    let is_one = |p: &Part| {
+        ["REPRESENTATION", "REPRESENTATION_RELATIONSHIP"]
+            .iter()
+            .any(|end| p.name.ends_with(end))
+    };
+    { entities.graph().entities.iter() }
+        .filter(|(_, e)| e.parts.iter().any(is_one))
+        .map(|(id, _)| *id)
+        .collect()
 }
 
 /// The product definition and the representation that an entity brings together.
