@@ -4,6 +4,7 @@
 //! two. The searches carry no proof: what is made with them is measured afterwards.
 
 use super::entities::form;
+use super::net;
 use super::smooth::{Disc, largest};
 use crate::error::ReadError;
 use crate::occt::curves::{Budget, Form};
@@ -443,6 +444,9 @@ impl Chart {
                 [get(0) + direction * uv.y, get(1), *direction]
             }
             Kind::Spline(s) => {
+                if let Surface::Nurbs(s) = &**s {
+                    return net::derivatives(s, [uv.x, uv.y]);
+                }
                 let d = s.derivatives(uv.x, uv.y, 1);
                 [d.get(0, 0), d.get(1, 0), d.get(0, 1)]
             }
@@ -459,7 +463,6 @@ impl Chart {
                 let (sin, cos) = libm::sincos(uv.y);
                 (a, [major + minor * cos, minor * sin])
             }
-            Kind::Spline(s) => return s.point(uv.x, uv.y),
             _ => return Point3::from(self.derivatives(uv)[0]),
         };
         let (sin, cos) = libm::sincos(uv.x);
@@ -550,7 +553,10 @@ impl Chart {
                 let r = d[0] - p.coords;
                 let (g, h) = normal_equations(&d, &r);
                 let Some(step) = solve(&h, &-g) else { break };
-                if (d[1] * step.x + d[2] * step.y).norm() <= STILL * self.size {
+                // A step s brings the square of the distance down by s^2, which beside roundings of points is not seen where it is less than they are.
+                let square = (d[1] * step.x + d[2] * step.y).norm_squared();
+                let still = STILL * self.size;
+                if square <= (still * still).max(2.0 * f64::EPSILON * self.size * r.norm()) {
                     break;
                 }
                 let mut scale = 1.0;

@@ -9,6 +9,7 @@
 //! | `geometry` | placements, curves, surfaces |
 //! | `hyperbola` | the part of a hyperbola that a surface is made of |
 //! | `chart` | uv of a point |
+//! | `net` | points of B-spline surfaces |
 //! | `pcurve` | curves in uv of edges, with a bound |
 //! | `points` | points of edges' curves |
 //! | `smooth` | how far images on elementary surfaces are off, without composing them |
@@ -24,6 +25,7 @@ mod entities;
 mod geometry;
 mod hyperbola;
 mod loops;
+mod net;
 mod part21;
 mod pcurve;
 mod points;

@@ -186,7 +186,7 @@ pub(super) fn bound(
 
 /// How far [`Local::at`] is off in a coordinate, relative to the largest control point: see the [module](self).
 fn horner(degree: usize) -> f64 {
-    (8 * degree << degree) as f64 * f64::EPSILON
+    ((8 * degree) << degree) as f64 * f64::EPSILON
 }
 
 /// The Taylor coefficients of a curve about the middle of a piece, of its parameter there from -1 to 1.
