@@ -56,8 +56,11 @@ use std::collections::BinaryHeap;
 const MOST_STEPS: usize = 2;
 /// The box in space of what may be anywhere.
 const EVERYWHERE: [[f64; 2]; 3] = [[f64::NEG_INFINITY, f64::INFINITY]; 3];
-/// How many parts are kept: more bear longer ways and cost more to keep.
-const MOST: usize = 32;
+/// How many parts are kept: more bear longer ways and cost more to keep...
+pub(super) const MOST: usize = 32;
+/// ...and where the front before has served fewer queries than these: the way may be a short one.
+const FIRST: usize = 16;
+const FEW: u32 = 16;
 /// How many they may become.
 const MOST_PARTS: usize = 128;
 /// A front that has become so many is made anew, if it has served so many queries.
@@ -231,9 +234,10 @@ impl Front {
 
     /// Takes over what a search about `center` put aside.
     fn learn(&mut self, center: Point3<f64>, left: &mut Vec<Left>) {
-        nearest(left);
+        let most = if self.served < FEW { FIRST } else { MOST };
+        nearest(left, most);
         let (near, beyond) = match left.as_slice() {
-            [near @ .., next] if near.len() == MOST => (near, distance(next.lo)),
+            [near @ .., next] if near.len() == most => (near, distance(next.lo)),
             all => (all, f64::INFINITY),
         };
         self.center = Some(center);
@@ -251,11 +255,11 @@ impl Front {
     }
 }
 
-/// Keeps those parts alone that a front would: the nearest, and last the next one, whose bound stands for all that are farther.
-pub(super) fn nearest(left: &mut Vec<Left>) {
-    if left.len() > MOST {
-        left.select_nth_unstable_by(MOST, |a, b| a.lo.hi.total_cmp(&b.lo.hi));
-        left.truncate(MOST + 1);
+/// Keeps those parts alone that a front of so many would: the nearest, and last the next one, whose bound stands for all that are farther.
+pub(super) fn nearest(left: &mut Vec<Left>, most: usize) {
+    if left.len() > most {
+        left.select_nth_unstable_by(most, |a, b| a.lo.hi.total_cmp(&b.lo.hi));
+        left.truncate(most + 1);
     }
 }
 

@@ -45,7 +45,7 @@
 //! The same list with curves for patches and end points for borders holds on boundary pieces (where every point
 //! counts as in the region) and on borders of patches.
 
-use super::front::{Front, Left, MOST_LEFT, Part, nearest};
+use super::front::{Front, Left, MOST, MOST_LEFT, Part, nearest};
 use super::leaf::Cell;
 use super::node::Node;
 use super::objective::Objective;
@@ -205,7 +205,7 @@ impl<'a> Search<'a> {
             let lo = if lo.hi.is_nan() { self.nothing() } else { lo };
             self.memory.left.push(Left { lo, part });
             if self.memory.left.len() > MOST_LEFT {
-                nearest(&mut self.memory.left);
+                nearest(&mut self.memory.left, MOST);
             }
         }
     }
