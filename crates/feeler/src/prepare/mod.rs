@@ -48,7 +48,7 @@ pub(crate) use box_tree::Skewer;
 pub(crate) use exact::Ratio;
 pub(crate) use image::{Image, Stretch};
 pub(crate) use near::distance;
-pub(crate) use net::{Coefficients, Products, curve_jet};
+pub(crate) use net::{Products, curve_jet};
 pub(crate) use polygon::{Meeting, Polygon};
 pub(crate) use quotient::{Quotient, least_squared_distance};
 pub(crate) use row::row_in_line;

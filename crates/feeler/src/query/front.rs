@@ -43,7 +43,7 @@ use super::objective::Objective;
 use super::outcome::Source;
 use super::search::{NOISE_FACTOR, Search, least_squared, split_along_u};
 use super::shape::Shape;
-use super::steady::{Arms, Steady};
+use super::steady::{Asked, Steady};
 use super::task::{Kind, Task};
 use crate::numeric::Dd;
 use crate::numeric::bernstein::lesser;
@@ -103,8 +103,6 @@ struct Kept {
     products: Option<Box<Products<f64>>>,
     /// A box in space that holds the part, likewise.
     hull: Option<[[f64; 2]; 3]>,
-    /// What its settling needs, once that was asked: see [`Steady::new`].
-    arms: Option<Box<Arms>>,
     /// What settles it, if that is known.
     settling: Option<Box<Settling>>,
     /// Whether nothing settles it, or what was found did not at once: it is left to the search.
@@ -123,11 +121,7 @@ struct Settling {
 #[derive(Clone, Debug)]
 enum Why {
     /// `f` has one sign of its derivative along u or v; with the border of the patch towards which it falls, where the box touches it: a part in its turn.
-    Falls {
-        along: usize,
-        sign: i8,
-        border: Option<Box<Kept>>,
-    },
+    Falls { sign: i8, border: Option<Box<Kept>> },
     /// `G` is strictly convex; with about where `f` was least, once it was not next to the nearest point.
     Convex(Option<Foothold>),
 }
@@ -161,7 +155,6 @@ impl Kept {
             part,
             products: None,
             hull: None,
-            arms: None,
             settling: None,
             barren: false,
             side: None,
@@ -292,14 +285,14 @@ enum Found {
     Node(Box<Node<f64>>),
 }
 
-/// What settles a node of a part, if its derivatives do.
+/// What settles a node of a part, if its derivatives do, and what is to be asked about other centres.
 fn why(
     node: &Node<f64>,
     shape: &Shape,
     products: &Products<f64>,
     (source, inside): (Source, bool),
     (center, away): (Point3<f64>, f64),
-) -> Option<Why> {
+) -> Option<(Asked, Why)> {
     let touches = |k: usize| {
         let range = if k == 0 { node.u } else { node.v };
         match shape.monotone[k] {
@@ -310,7 +303,7 @@ fn why(
     let falls = |k: &usize| shape.monotone[*k] != 0;
     let along = (0..2).find(|k| falls(k) && !touches(*k));
     let Some(along) = along.or((0..2).find(falls)) else {
-        return (shape.convexity > 0.0).then_some(Why::Convex(None));
+        return (shape.convexity > 0.0).then_some((Asked::Seconds, Why::Convex(None)));
     };
     let sign = shape.monotone[along];
     let border = touches(along).then(|| {
@@ -324,11 +317,7 @@ fn why(
             ..Kept::new(center, away, part)
         })
     });
-    Some(Why::Falls {
-        along,
-        sign,
-        border,
-    })
+    Some((Asked::Slope(along), Why::Falls { sign, border }))
 }
 
 impl Search<'_> {
@@ -583,15 +572,15 @@ impl Search<'_> {
         let mixed = kept.side == Some(BoxSide::Mixed);
         let inside = matches!(kept.part, Part::Box(_, _, _, true));
         let known = (kept.center, kept.away);
-        let (kept_arms, kept_products) = (&mut kept.arms, &kept.products);
-        let products = kept_products.as_deref().unwrap_or(all);
+        let products = kept.products.as_deref().unwrap_or(all);
         let tau = self.out.hi.hi;
-        let bends = node.bends(tau);
+        // That it falls is enough.
+        let bends = node.bends_unless(tau, |monotone| monotone != [0; 2]);
         let shape = bends.told();
         // A leaf that the region's border crosses takes sides at each query.
         let why = why(node, &shape, products, (source, inside), known);
-        if let Some(why) = why.filter(|w| !(mixed && matches!(w, Why::Convex(_)))) {
-            let steady = Steady::new(node, (net, products), q, (tau, bends), kept_arms);
+        if let Some((asked, why)) = why.filter(|(_, w)| !(mixed && matches!(w, Why::Convex(_)))) {
+            let steady = Steady::new(asked, node, (net, products), q, (tau, bends));
             kept.settling = Some(Box::new(Settling { steady, why }));
             return Insight::Settles;
         }
@@ -636,12 +625,8 @@ impl Search<'_> {
         let tau = self.out.hi.hi;
         let steady = &settling.steady;
         match &mut settling.why {
-            Why::Falls {
-                along,
-                sign,
-                border,
-            } => {
-                if !steady.falls(*along, *sign, q, tau) {
+            Why::Falls { sign, border } => {
+                if !steady.falls(*sign, q, tau) {
                     return None;
                 }
                 if let Some(kept) = border
@@ -652,10 +637,7 @@ impl Search<'_> {
                 Some(lo)
             }
             Why::Convex(foothold) => {
-                let shape = steady.shape(q, tau);
-                if !(shape.convexity > 0.0) {
-                    return None;
-                }
+                let shape = steady.shape(q, tau).filter(|s| s.convexity > 0.0)?;
                 let cell = Cell::<f64> {
                     u,
                     v,

@@ -224,6 +224,11 @@ impl<T: Real> Node<T> {
 
     /// Bounds on the differences of the coefficients of `G = N - tau C`.
     pub(super) fn bends(&self, tau: T) -> Bends {
+        self.bends_unless(tau, |_| false)
+    }
+
+    /// The same, but of second differences nothing where first ones are enough, by what is [told](Bends::monotone) of them.
+    pub(super) fn bends_unless(&self, tau: T, enough: impl FnOnce([i8; 2]) -> bool) -> Bends {
         let d = self.f.degree;
         let (mut few, mut many) = ([T::ZERO; FEW], Vec::new());
         let g = self.g(tau, &mut few, &mut many);
@@ -258,25 +263,30 @@ impl<T: Real> Node<T> {
                 c_slopes[k] = (low.abs().max(high.abs()) + 2.0 * self.f.c_error * c_most) * UP;
             }
         }
-        let mut bend = [0.0; 3];
-        let mut second = |m: usize, du: usize, dv: usize| {
-            let (low, high) = Self::second_differences(g, d, du, dv);
-            bend[m] = low.abs().max(high.abs());
-            let slack = (4.0 * g_error + 8.0 * f64::UNIT * bend[m]) * UP;
-            [low - slack, high + slack * UP]
-        };
-        let seconds = [second(0, 2, 0), second(1, 0, 2), second(2, 1, 1)];
-        Bends {
+        let mut out = Bends {
             degree: d,
             constant,
             slopes,
-            seconds,
+            seconds: [[f64::NEG_INFINITY, f64::INFINITY]; 3],
             c_slopes,
             c_range,
             g_error,
             g_largest: (largest(g) + g_error) * UP,
-            bend: [bend[0], bend[1]],
+            bend: [0.0; 2],
+        };
+        let monotone = [0, 1].map(|k| out.monotone(k, out.slopes[k], out.g_largest));
+        if enough(monotone) {
+            return out;
         }
+        let mut bend = [0.0; 3];
+        for (m, (du, dv)) in [(2, 0), (0, 2), (1, 1)].into_iter().enumerate() {
+            let (low, high) = Self::second_differences(g, d, du, dv);
+            bend[m] = low.abs().max(high.abs());
+            let slack = (4.0 * g_error + 8.0 * f64::UNIT * bend[m]) * UP;
+            out.seconds[m] = [low - slack, high + slack * UP];
+        }
+        out.bend = [bend[0], bend[1]];
+        out
     }
 }
 

@@ -15,82 +15,92 @@ use super::node::Node;
 use super::shape::{Bends, Shape};
 use crate::numeric::bernstein::{Bidegree, largest};
 use crate::numeric::{Ball, Real, TINY};
-use crate::prepare::{Coefficients, Net, Products};
+use crate::prepare::{Net, Products};
 use nalgebra::Point3;
 
 /// A bound that is off by a few roundings.
 const UP: f64 = 1.0 + 64.0 * f64::EPSILON;
 
-/// Bounds on the coefficients of a polynomial and on their differences, in the order of [`Bends`].
-#[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Sway {
-    largest: f64,
-    slopes: [f64; 2],
-    seconds: [f64; 3],
+/// What is asked of a box about other centres.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Asked {
+    /// Whether `f` falls along u (0) or v (1).
+    Slope(usize),
+    /// The second derivatives of `G`.
+    Seconds,
 }
 
-/// Of three coordinates.
-pub(super) type Arms = [Sway; 3];
+/// Bounds on the coefficients of a polynomial and on those of their differences that are asked for, in the order of [`Bends`].
+#[derive(Clone, Copy, Debug, Default)]
+struct Sway {
+    largest: f64,
+    slope: f64,
+    seconds: [f64; 3],
+}
 
 /// See the [module](self).
 #[derive(Clone, Debug)]
 pub(super) struct Steady {
     center: Point3<f64>,
     tau: f64,
+    asked: Asked,
     bends: Bends,
     /// Of the coordinates of `b'`.
-    arms: Arms,
+    arms: [Sway; 3],
     /// Of `C`.
     base: Sway,
 }
 
 impl Sway {
-    /// Of coefficients that are off by `error` each.
-    fn of(values: &[f64], degree: Bidegree, error: f64) -> Self {
-        let top = largest(values);
+    /// Of coefficients none of which is above `top` and that are off by `error` each.
+    fn of(asked: Asked, values: &[f64], degree: Bidegree, [top, error]: [f64; 2]) -> Self {
         let most = |(low, high): (f64, f64), count: f64| {
             // The errors of the coefficients, and the roundings of differences of differences.
             let size = low.abs().max(high.abs());
             (size + count * error + 8.0 * f64::UNIT * top) * UP
         };
-        let slope = |along_u: bool| {
-            let degree_along = if along_u { degree.u } else { degree.v };
-            if degree_along == 0 {
-                return 0.0;
-            }
-            most(Node::<f64>::differences(values, degree, along_u), 2.0)
-        };
-        let second = |du, dv| most(Node::<f64>::second_differences(values, degree, du, dv), 4.0);
-        Self {
+        let mut out = Self {
             largest: (top + error) * UP,
-            slopes: [slope(true), slope(false)],
-            seconds: [second(2, 0), second(0, 2), second(1, 1)],
+            ..Self::default()
+        };
+        match asked {
+            Asked::Slope(k) => {
+                let degree_along = if k == 0 { degree.u } else { degree.v };
+                if degree_along > 0 {
+                    out.slope = most(Node::<f64>::differences(values, degree, k == 0), 2.0);
+                }
+            }
+            Asked::Seconds => {
+                for (second, (du, dv)) in out.seconds.iter_mut().zip([(2, 0), (0, 2), (1, 1)]) {
+                    let range = Node::<f64>::second_differences(values, degree, du, dv);
+                    *second = most(range, 4.0);
+                }
+            }
         }
+        out
     }
 }
 
 /// Of `b'` about a centre, where no coefficient of `C` is above `most`.
-fn weighted_arms(
+fn weighted_arm(
+    asked: Asked,
     (net, products): (&Net<f64>, &Products<f64>),
-    center: &Point3<f64>,
+    (center, k): (&Point3<f64>, usize),
     most: f64,
-) -> Arms {
-    std::array::from_fn(|k| {
-        let q = Ball::<f64>::difference(center[k], net.origin[k]);
-        let (b, c) = (&products.b[k], &products.c);
-        let values: Vec<f64> = b
-            .values
-            .iter()
-            .zip(&c.values)
-            .map(|(b, c)| b - q.mid * c)
-            .collect();
-        let size = b.largest + q.magnitude() * c.largest;
-        let error = b.error
-            + q.magnitude() * c.error
-            + q.rad * c.largest
-            + 4.0 * (f64::UNIT * size + c.tiny);
-        Sway::of(&values, products.degree, error * most * UP)
-    })
+) -> Sway {
+    let q = Ball::<f64>::difference(center[k], net.origin[k]);
+    let (b, c) = (&products.b[k], &products.c);
+    let values: Vec<f64> = b
+        .values
+        .iter()
+        .zip(&c.values)
+        .map(|(b, c)| b - q.mid * c)
+        .collect();
+    let size = b.largest + q.magnitude() * c.largest;
+    let error =
+        b.error + q.magnitude() * c.error + q.rad * c.largest + 4.0 * (f64::UNIT * size + c.tiny);
+    let top = largest(&values);
+    Sway::of(asked, &values, products.degree, [top, error * most * UP])
 }
 
 /// A range, wider by so much at both ends: the sums are off by half an epsilon of their terms at most.
@@ -101,43 +111,41 @@ fn outward([low, high]: [f64; 2], e: f64) -> [f64; 2] {
 }
 
 impl Steady {
-    /// Of a node with its net and products, and what its derivatives are bounded by with some tau. `known`: those of `b` where all weights are 1, for the
-    /// box's next centre.
+    /// Of a node with its net and products, and what its derivatives are bounded by with some tau.
     pub(super) fn new(
+        asked: Asked,
         node: &Node<f64>,
         (net, products): (&Net<f64>, &Products<f64>),
         center: &Point3<f64>,
         (tau, bends): (f64, Bends),
-        known: &mut Option<Box<Arms>>,
     ) -> Self {
         let most = bends.c_range[1];
-        let arms = if net.unit_weights {
-            // `b' = b - q`: its differences are those of `b`, whatever the centre is.
-            let mut arms = **known.get_or_insert_with(|| {
-                let of = |b: &Coefficients<f64>| Sway::of(&b.values, products.degree, b.error);
-                Box::new(products.b.each_ref().map(of))
-            });
-            for (k, arm) in arms.iter_mut().enumerate() {
-                let q = Ball::<f64>::difference(center[k], net.origin[k]);
-                arm.largest = (arm.largest + q.magnitude()) * UP;
+        let arm = |k: usize| {
+            if net.unit_weights {
+                // `b' = b - q`: its differences are those of `b`, whatever the centre is.
+                let b = &products.b[k];
+                Sway::of(asked, &b.values, products.degree, [b.largest, b.error])
+            } else {
+                weighted_arm(asked, (net, products), (center, k), most)
             }
-            arms
-        } else {
-            weighted_arms((net, products), center, most)
         };
         let base = if bends.constant {
-            Sway {
-                largest: 1.0,
-                ..Sway::default()
-            }
+            Sway::default()
         } else {
-            Sway::of(&node.f.c, products.degree, node.f.c_error * most * UP)
+            let error = node.f.c_error * most * UP;
+            Sway::of(
+                asked,
+                &node.f.c,
+                products.degree,
+                [largest(&node.f.c), error],
+            )
         };
         Self {
             center: *center,
             tau,
+            asked,
             bends,
-            arms,
+            arms: [arm(0), arm(1), arm(2)],
             base,
         }
     }
@@ -151,23 +159,25 @@ impl Steady {
         self.bends.constant
     }
 
-    /// Whether `f` is proven to fall one way along u (or v) about another centre and another tau, given by the sign of its derivative.
-    pub(super) fn falls(&self, along: usize, sign: i8, center: &Point3<f64>, tau: f64) -> bool {
+    /// Whether `f` is proven to fall one way along u (or v), as is asked, about another centre and another tau: given by the sign of its derivative.
+    pub(super) fn falls(&self, sign: i8, center: &Point3<f64>, tau: f64) -> bool {
+        let Asked::Slope(along) = self.asked else {
+            return false;
+        };
         let way = self.way(center, tau);
         let range = self.slopes(&way, along);
-        let largest = match self.bends.constant {
-            // Nothing is multiplied by it.
-            true => 0.0,
-            false => self.largest(&way),
-        };
-        self.bends.monotone(along, range, largest) == sign
+        self.bends.monotone(along, range, self.largest(&way)) == sign
     }
 
-    /// What is proven about the second derivatives of `G` about another centre and another tau, and about its size.
-    pub(super) fn shape(&self, center: &Point3<f64>, tau: f64) -> Shape {
+    /// What is proven about the second derivatives of `G`, where these are asked for, about another centre and another tau. (Nobody asks of what is kept whether
+    /// `G` is noise.)
+    pub(super) fn shape(&self, center: &Point3<f64>, tau: f64) -> Option<Shape> {
+        if self.asked != Asked::Seconds {
+            return None;
+        }
         let way = self.way(center, tau);
         let seconds = [0, 1, 2].map(|m| self.seconds(&way, m));
-        self.bends.bent(&seconds, [0; 2], self.largest(&way))
+        Some(self.bends.bent(&seconds, [0; 2], f64::INFINITY))
     }
 
     /// How far it is to another centre along each axis, and by how much `G` changes in parts of `C`.
@@ -188,7 +198,7 @@ impl Steady {
 
     #[inline(always)]
     fn slopes(&self, way: &([f64; 3], f64), k: usize) -> [f64; 2] {
-        outward(self.bends.slopes[k], self.off(way, |s| s.slopes[k]))
+        outward(self.bends.slopes[k], self.off(way, |s| s.slope))
     }
 
     #[inline(always)]
@@ -196,9 +206,13 @@ impl Steady {
         outward(self.bends.seconds[m], self.off(way, |s| s.seconds[m]))
     }
 
+    /// No coefficient of `G` is larger, where `C` is not 1: else nothing is multiplied by it.
     #[inline(always)]
     fn largest(&self, way: &([f64; 3], f64)) -> f64 {
-        (self.bends.g_largest + self.off(way, |s| s.largest)) * UP
+        match self.bends.constant {
+            true => 0.0,
+            false => (self.bends.g_largest + self.off(way, |s| s.largest)) * UP,
+        }
     }
 }
 
@@ -234,11 +248,13 @@ mod tests {
         let products = cut(&rough);
         let about_q = node(&rough, &products, &q);
         let first = (tau, about_q.bends(tau));
-        let steady = Steady::new(&about_q, (&rough, &products), &q, first, &mut None);
-        let way = steady.way(&c, other);
-        let slopes = [0, 1].map(|k| steady.slopes(&way, k));
-        let seconds = [0, 1, 2].map(|m| steady.seconds(&way, m));
-        let largest = steady.largest(&way);
+        let asked = |asked| Steady::new(asked, &about_q, (&rough, &products), &q, first);
+        let steady = [Asked::Slope(0), Asked::Slope(1), Asked::Seconds].map(asked);
+        let way = steady[2].way(&c, other);
+        let slopes = [0, 1].map(|k| steady[k].slopes(&way, k));
+        let seconds = [0, 1, 2].map(|m| steady[2].seconds(&way, m));
+        let largest = steady[0].largest(&way);
+        let constant = steady[0].is_polynomial();
         let fine = net::<Dd>(points);
         let about_c = node(&fine, &cut(&fine), &c);
         let g: Vec<Dd> = (0..about_c.f.n.len())
@@ -252,7 +268,7 @@ mod tests {
         let at = |i: usize, j: usize| g[i * width + j];
         for i in 0..rows {
             for j in 0..width {
-                assert!(at(i, j).magnitude() <= largest);
+                assert!(constant || at(i, j).magnitude() <= largest);
                 if i + 1 < rows {
                     assert!(holds(slopes[0], at(i + 1, j) - at(i, j)));
                 }
