@@ -139,14 +139,15 @@ impl Search<'_> {
             let moved = |step: [f64; 2]| -> [f64; 2] {
                 std::array::from_fn(|k| (p[k] + step[k]).clamp(range[k][0], range[k][1]))
             };
-            let length = step[0].abs() + step[1].abs();
             let convex = g.curvature[0] * g.curvature[2] > g.curvature[1] * g.curvature[1];
-            if length < SHORT && convex {
+            let gain = (g.slope[0] * step[0] + g.slope[1] * step[1]).abs();
+            // What is left after the step is of the order of its square.
+            if convex && gain < LITTLE * g.value.abs() {
                 return moved(step);
             }
-            let gain = (g.slope[0] * step[0] + g.slope[1] * step[1]).abs();
             if gain < NOISE * g.value.abs() {
                 // The value no longer shows whether a step is good, but the slope still does, unless it is noise too.
+                let length = step[0].abs() + step[1].abs();
                 if length > MOST_BLIND {
                     break;
                 }
@@ -437,10 +438,12 @@ pub(super) fn upper_end(f: Ball<Dd>) -> Dd {
 /// How many Newton steps and halvings of one; both are guides.
 const MAX_NEWTON: usize = 24;
 const MAX_DAMPING: usize = 10;
+/// A step that gains less than this part of the value, where `f` is convex, is the last: its length is about the root of that, 2^-17, of the distance.
+const LITTLE: f64 = 1.0 / (1u64 << 34) as f64;
 /// A gain below this part of the value is lost in its rounding.
 const NOISE: f64 = 1.0 / (1u64 << 46) as f64;
 /// A step of Newton's method this short, in local parameters, is the last: the next would be lost in rounding.
-const SHORT: f64 = 1.0 / (1u64 << 17) as f64;
+const SHORT: f64 = 1.0 / (1u64 << 24) as f64;
 /// A longer step, in local parameters, is not taken blindly.
 const MOST_BLIND: f64 = 1.0 / (1u64 << 12) as f64;
 /// How many steps are taken once the gain is lost in rounding: each squares the error.
