@@ -27,16 +27,12 @@ impl<const D: usize, const H: usize> Curve<D, H> {
     /// The point and the derivatives with respect to `t`, orders 0 to `order`, in f64. At
     /// knots and joints they are one-sided, from above (see [`Limit`]).
     pub fn derivatives(&self, t: f64, order: usize) -> Vec<SVector<f64, D>> {
-        if order == 1
-            && let Self::Nurbs(curve) = self
-            && let Some(both) = nurbs_tangent(curve, t)
-        {
-            return both.into();
-        }
-        self.derivatives_in::<f64>(t, order, Limit::FromAbove)
-            .into_iter()
-            .map(SVector::from)
-            .collect()
+        let short = match self {
+            Self::Nurbs(curve) => short_nurbs(curve, t, order),
+            _ => None,
+        };
+        let all = short.unwrap_or_else(|| self.derivatives_in::<f64>(t, order, Limit::FromAbove));
+        all.into_iter().map(SVector::from).collect()
     }
 
     /// The point at `t` (clamped to the domain) and a proven bound on the error of each coordinate. It
@@ -165,6 +161,14 @@ fn nurbs<S: Scalar, const D: usize, const H: usize>(
         .map(|p| std::array::from_fn(|i| S::exact(p[i])))
         .collect();
     let homogeneous = span.derivatives(&mut local, order);
+    quotients(active, &homogeneous)
+}
+
+/// A curve's point and derivatives from its homogeneous ones, there where it has these active control points.
+fn quotients<S: Scalar, const D: usize, const H: usize>(
+    active: &[SVector<f64, H>],
+    homogeneous: &[[S; H]],
+) -> Vec<[S; D]> {
     let mut out: Vec<[S; D]> = homogeneous
         .iter()
         .map(|h| std::array::from_fn(|i| h[i]))
@@ -179,7 +183,7 @@ fn nurbs<S: Scalar, const D: usize, const H: usize>(
         return out;
     }
     // The quotient rule, A4.2.
-    for k in 0..=order {
+    for k in 0..out.len() {
         out[k] = std::array::from_fn(|c| {
             let mut v = out[k][c];
             for i in 1..=k {
@@ -210,11 +214,15 @@ fn nurbs_point<const D: usize, const H: usize>(
     Some(Point::from(SVector::from_fn(|c, _| h[c] / by)))
 }
 
-/// The point and the first derivative as [`nurbs`] has them, to the same bits; `None` where [`ShortSpan`] does not serve.
-fn nurbs_tangent<const D: usize, const H: usize>(
+/// The point and the derivatives as [`nurbs`] has them in f64, to the same bits; `None` where [`ShortSpan`] does not serve.
+fn short_nurbs<const D: usize, const H: usize>(
     curve: &NurbsCurve<H>,
     t: f64,
-) -> Option<[SVector<f64, D>; 2]> {
+    order: usize,
+) -> Option<Vec<[f64; D]>> {
+    if order > SHORT {
+        return None;
+    }
     let t = Parameter::new(t, curve.domain(), Limit::FromAbove);
     let span = ShortSpan::new(curve.knots(), &t)?;
     let active = &curve.control_points()[span.index - span.degree..=span.index];
@@ -222,17 +230,8 @@ fn nurbs_tangent<const D: usize, const H: usize>(
     for (own, p) in local.iter_mut().zip(active) {
         *own = (*p).into();
     }
-    let (h, d) = (span.value(&local), span.derivative(&local));
-    let weight = active[0][D];
-    let is_plain = active.iter().all(|p| p[D] == weight);
-    let by = if is_plain { weight } else { h[D] };
-    // The quotient by 1 is the number itself.
-    let point = SVector::from_fn(|c, _| h[c] / by);
-    let slope = SVector::from_fn(|c, _| {
-        let turn = if is_plain { 0.0 } else { d[D] * point[c] };
-        (d[c] - turn) / by
-    });
-    Some([point, slope])
+    let homogeneous = span.derivatives(&local, order);
+    Some(quotients(active, &homogeneous[..=order]))
 }
 
 /// An exact vector, times a power of two that brings its largest coordinate near 1. Coordinates below

@@ -150,7 +150,7 @@ pub(super) fn value<const N: usize>(
     Some((triangle[0], index - p))
 }
 
-/// A [`Span`] in f64 without memory of its own, up to degree [`SHORT`]: values and first derivatives, by the same operations and so to the same bits.
+/// A [`Span`] in f64 without memory of its own, up to degree [`SHORT`]: values and derivatives, by the same operations and so to the same bits.
 pub(super) struct ShortSpan {
     pub(super) index: usize,
     pub(super) degree: usize,
@@ -225,15 +225,36 @@ impl ShortSpan {
         self.reduced(*local, self.degree)
     }
 
-    pub(super) fn derivative<const N: usize>(&self, local: &[[f64; N]; SHORT + 1]) -> [f64; N] {
-        let mut own = *local;
-        let factor = self.degree as f64;
-        for (i, ratio) in self.level(self.degree).iter().enumerate() {
+    /// Control points of the derivative of a spline of degree `n`, from its own.
+    fn differentiate<const N: usize>(&self, own: &mut [[f64; N]; SHORT + 1], n: usize) {
+        for (i, ratio) in self.level(n).iter().enumerate() {
             for c in 0..N {
-                own[i][c] = (own[i + 1][c] - own[i][c]) * factor / ratio.width;
+                own[i][c] = (own[i + 1][c] - own[i][c]) * n as f64 / ratio.width;
             }
         }
+    }
+
+    pub(super) fn derivative<const N: usize>(&self, local: &[[f64; N]; SHORT + 1]) -> [f64; N] {
+        let mut own = *local;
+        self.differentiate(&mut own, self.degree);
         self.reduced(own, self.degree - 1)
+    }
+
+    /// The value and all derivatives up to `order`, no more than [`SHORT`].
+    pub(super) fn derivatives<const N: usize>(
+        &self,
+        local: &[[f64; N]; SHORT + 1],
+        order: usize,
+    ) -> [[f64; N]; SHORT + 1] {
+        let mut own = *local;
+        let mut out = [[0.0; N]; SHORT + 1];
+        for k in 0..=order.min(self.degree) {
+            if k > 0 {
+                self.differentiate(&mut own, self.degree + 1 - k);
+            }
+            out[k] = self.reduced(own, self.degree - k);
+        }
+        out
     }
 }
 

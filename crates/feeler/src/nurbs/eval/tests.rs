@@ -157,13 +157,17 @@ fn points_have_the_bits_of_derivatives() {
             let curve: Curve3 = Curve::Nurbs(nurbs);
             let at = (0..50).map(|_| random()).chain(knots).chain([f64::NAN]);
             for t in at {
-                let long = curve.derivatives_in::<f64>(t, 1, Limit::FromAbove);
-                let long: Vec<_> = { long.into_iter() }
-                    .map(|x| Vector3::from(x).map(f64::to_bits))
-                    .collect();
-                let short = curve.derivatives(t, 1);
-                let bits: Vec<_> = short.iter().map(|x| x.map(f64::to_bits)).collect();
-                assert_eq!(bits, long, "degree {degree} at {t}");
+                let orders = [0, 1, 3, degree + 1].map(|order| {
+                    let long = curve.derivatives_in::<f64>(t, order, Limit::FromAbove);
+                    let long: Vec<_> = { long.into_iter() }
+                        .map(|x| Vector3::from(x).map(f64::to_bits))
+                        .collect();
+                    let short = curve.derivatives(t, order);
+                    let bits: Vec<_> = short.iter().map(|x| x.map(f64::to_bits)).collect();
+                    assert_eq!(bits, long, "degree {degree}, order {order} at {t}");
+                    long
+                });
+                let [long, ..] = orders;
                 let point = curve.point(t).coords.map(f64::to_bits);
                 assert_eq!(point, long[0], "degree {degree} at {t}");
                 compared += 1;
