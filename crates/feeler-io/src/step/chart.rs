@@ -238,6 +238,10 @@ impl Chart {
                     b.dedup();
                     b
                 };
+                let point = |u: f64, v: f64| match &whole {
+                    Surface::Nurbs(n) => net::point(n, [u, v]),
+                    _ => whole.point(u, v),
+                };
                 if let Surface::Nurbs(n) = &whole {
                     let us = breaks([u.start, u.end], n.knots_u().knots());
                     let vs = breaks([v.start, v.end], n.knots_v().knots());
@@ -260,7 +264,7 @@ impl Chart {
                     samples.reserve_exact(us.len() * vs.len());
                     for u in us {
                         for &v in &vs {
-                            samples.push((Point2::new(u, v), whole.point(u, v)));
+                            samples.push((Point2::new(u, v), point(u, v)));
                         }
                     }
                 }
@@ -270,11 +274,7 @@ impl Chart {
                     let off = (0..=SAMPLES).map(|k| {
                         let s = d[1 - c].lerp(k as f64 / SAMPLES as f64);
                         let at = |t: f64| {
-                            if c == 0 {
-                                whole.point(t, s)
-                            } else {
-                                whole.point(s, t)
-                            }
+                            if c == 0 { point(t, s) } else { point(s, t) }
                         };
                         (at(d[c].start) - at(d[c].end)).norm()
                     });
@@ -462,6 +462,12 @@ impl Chart {
             Kind::Turned(a, Meridian::Circle { major, minor }) => {
                 let (sin, cos) = libm::sincos(uv.y);
                 (a, [major + minor * cos, minor * sin])
+            }
+            Kind::Spline(s) => {
+                return match &**s {
+                    Surface::Nurbs(s) => net::point(s, [uv.x, uv.y]),
+                    other => other.point(uv.x, uv.y),
+                };
             }
             _ => return Point3::from(self.derivatives(uv)[0]),
         };

@@ -25,7 +25,7 @@ const PROOF_BYTES_PER_BYTE: usize = 60;
 const PIECES: usize = 1 << 16;
 /// See [`Left::held`]: no file of the corpus holds more than 1.2.
 const HELD_PER_BYTE: usize = 3;
-/// See [`Left::samples`]: one takes 40 bytes or 48.
+/// See [`Left::samples`]: one takes 40 bytes or 56.
 const BYTES_PER_SAMPLE: usize = 16;
 
 /// A file's tolerance counts no further than to this part of the model's size.

@@ -1,10 +1,10 @@
-//! Points and first derivatives of B-spline surfaces by basis functions: [`derivatives`].
+//! Points and first derivatives of B-spline surfaces by basis functions: [`point`], [`derivatives`].
 //!
 //! The kernel's are de Boor's triangles for each row of the net, to the same bits at each order; of degree 6 by 10 they take 40 times as long. Searches,
 //! which carry no proof, ask for tens of thousands.
 
 use feeler::nurbs::{KnotVector, NurbsSurface};
-use nalgebra::{Vector3, Vector4};
+use nalgebra::{Point3, Vector3, Vector4};
 
 /// Values and derivatives of the basis functions that are not zero at a parameter, from the one with index `first` on.
 struct Basis {
@@ -47,21 +47,42 @@ impl Basis {
     }
 }
 
+/// The rows of the net of which a basis function along u is not zero, each from the first along v on.
+fn rows<'a>(s: &'a NurbsSurface, [u, v]: [&Basis; 2]) -> impl Iterator<Item = &'a [Vector4<f64>]> {
+    let [p, q] = [s.knots_u(), s.knots_v()].map(|k| k.degree() + 1);
+    let rows = s.control_net().chunks_exact(s.counts()[1]);
+    let first = v.first;
+    let own = rows.skip(u.first).take(p);
+    own.map(move |row| row.get(first..first + q).unwrap_or(&[]))
+}
+
+/// The point at uv, clamped to the domain: that of [`derivatives`], to the same bits.
+pub(super) fn point(s: &NurbsSurface, [u, v]: [f64; 2]) -> Point3<f64> {
+    let (u, v) = (Basis::at(s.knots_u(), u), Basis::at(s.knots_v(), v));
+    let mut h = Vector4::zeros();
+    for (row, value) in rows(s, [&u, &v]).zip(u.values) {
+        let mut own = Vector4::zeros();
+        for (x, value) in row.iter().zip(v.values) {
+            own += x * value;
+        }
+        h += own * value;
+    }
+    Point3::from(h.xyz() / h.w)
+}
+
 /// The point at uv, clamped to the domain, and the derivatives by u and v, from above.
 pub(super) fn derivatives(s: &NurbsSurface, [u, v]: [f64; 2]) -> [Vector3<f64>; 3] {
     let (u, v) = (Basis::at(s.knots_u(), u), Basis::at(s.knots_v(), v));
-    let (p, q) = (s.knots_u().degree(), s.knots_v().degree());
-    let rows = s.control_net().chunks_exact(s.counts()[1]);
     let mut sums = [Vector4::zeros(); 3];
-    for (i, row) in rows.skip(u.first).take(p + 1).enumerate() {
+    for (row, (value, slope)) in rows(s, [&u, &v]).zip(u.values.into_iter().zip(u.slopes)) {
         let (mut own, mut along) = (Vector4::zeros(), Vector4::zeros());
-        for (j, x) in row.iter().skip(v.first).take(q + 1).enumerate() {
-            own += x * v.values[j];
-            along += x * v.slopes[j];
+        for (x, (value, slope)) in row.iter().zip(v.values.into_iter().zip(v.slopes)) {
+            own += x * value;
+            along += x * slope;
         }
-        sums[0] += own * u.values[i];
-        sums[1] += own * u.slopes[i];
-        sums[2] += along * u.values[i];
+        sums[0] += own * value;
+        sums[1] += own * slope;
+        sums[2] += along * value;
     }
     let [h, du, dv] = sums;
     let point = h.xyz() / h.w;
@@ -97,6 +118,7 @@ mod tests {
             for u in [-1.0, 0.0, 0.3, 1.0, 2.5, 3.9, 4.0] {
                 for v in [0.0, 1.7, 2.5, 4.0, 9.0] {
                     let own = derivatives(&s, [u, v]);
+                    assert_eq!(Point3::from(own[0]), point(&s, [u, v]));
                     let theirs = whole.derivatives(u, v, 1);
                     for (own, at) in own.iter().zip([(0, 0), (1, 0), (0, 1)]) {
                         let theirs = theirs.get(at.0, at.1);

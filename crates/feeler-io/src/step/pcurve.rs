@@ -72,6 +72,8 @@ struct Sample {
     t: f64,
     uv: Point2<f64>,
     at: Point3<f64>,
+    /// How far apart they are.
+    off: f64,
 }
 
 /// `most`: how many, beyond one for each of the edge's own pieces.
@@ -85,6 +87,7 @@ fn sample(chart: &Chart, points: &Points<'_>, span: Interval, most: usize) -> Tr
             t,
             uv: Point2::origin(),
             at: points.at(t),
+            off: 0.0,
         });
     };
     let mut start = span.start;
@@ -114,6 +117,9 @@ fn sample(chart: &Chart, points: &Points<'_>, span: Interval, most: usize) -> Tr
     }
     if let ([.., c, b, a], true) = (&mut samples[..], on_axis[1]) {
         a.uv.x = 2.0 * b.uv.x - c.uv.x;
+    }
+    for s in &mut samples {
+        s.off = (chart.point(&s.uv) - s.at).norm();
     }
     Trace { samples, on_axis }
 }
@@ -174,10 +180,10 @@ pub(super) fn pole(chart: &Chart, curve: &Curve3, span: Interval) -> Option<f64>
 
 /// Whether the image of a curve in uv is as near the edge as the surface is.
 fn fits(chart: &Chart, trace: &Trace, made: &Curve2, slack: f64) -> bool {
-    trace.samples.iter().all(|s| {
-        let own = (chart.point(&s.uv) - s.at).norm();
-        (chart.point(&made.point(s.t)) - s.at).norm() <= 2.0 * own + slack
-    })
+    trace
+        .samples
+        .iter()
+        .all(|s| (chart.point(&made.point(s.t)) - s.at).norm() <= 2.0 * s.off + slack)
 }
 
 /// The curve in uv of an edge's curve over its `span`. `left`: how many pieces may still be proven by points, see
@@ -244,7 +250,7 @@ pub(super) fn made(
     };
     let slack = ROUNDED * size;
     let worst = { trace.samples.iter() }
-        .map(|s| (chart.point(&s.uv) - s.at).norm())
+        .map(|s| s.off)
         // No number is the worst there is.
         .fold(0.0, |a: f64, b| if b <= a { a } else { b });
     if !(worst <= most) {
@@ -429,37 +435,32 @@ fn fitted(
                 Point2::from(sum)
             };
             let middle = 0.5 * (a.t + b.t);
-            // Searches start from it, or from the chord where that is nearer: where an edge runs unevenly the cubic may be far off.
-            let guess = |q: &Point3<f64>, s: f64| {
+            // Where the edge is there on the surface, and how far the cubic is from that. Searches start from the cubic, or from the chord
+            // where that is nearer: where an edge runs unevenly the cubic may be far off.
+            let at = |t: f64, s: f64| {
+                let q = points.at(t);
                 let (near, chord) = (cubic(s), a.uv + (b.uv - a.uv) * s);
-                let off = |uv: Point2<f64>| (chart.point(&chart.clamped(uv)) - q).norm_squared();
-                if chart.is_elementary() || off(near) <= off(chord) {
-                    near
-                } else {
-                    chord
-                }
+                let on = chart.point(&chart.clamped(near));
+                let off = (on - q).norm();
+                let is_near = chart.is_elementary()
+                    || off <= FIT * size
+                    || off <= (chart.point(&chart.clamped(chord)) - q).norm();
+                let start = if is_near { near } else { chord };
+                let uv = chart.locate(&q, Some(start)).uv;
+                (uv, (on - chart.point(&uv)).norm())
             };
-            let q = points.at(middle);
-            let located = chart.locate(&q, Some(guess(&q, 0.5)));
-            let own = chart.point(&located.uv);
-            let mut worst = (chart.point(&chart.clamped(cubic(0.5))) - own).norm();
+            let (uv, mut worst) = at(middle, 0.5);
             let mut good = worst <= FIT * size;
             for s in [0.25, 0.75] {
                 if good {
-                    let q = points.at(a.t + (b.t - a.t) * s);
-                    let near = chart.locate(&q, Some(guess(&q, s)));
-                    let off = chart.point(&chart.clamped(cubic(s))) - chart.point(&near.uv);
-                    worst = off.norm();
+                    worst = at(a.t + (b.t - a.t) * s, s).1;
                     good = worst <= FIT * size;
                 }
             }
             let waiting = waiting + stack.len();
             let can = depth < HALVINGS && pieces + waiting < most_pieces;
             if !good && can && a.t < middle && middle < b.t {
-                let m = Knot {
-                    t: middle,
-                    uv: located.uv,
-                };
+                let m = Knot { t: middle, uv };
                 // Within a piece of the edge's it is one on both sides.
                 let along = chart.pulled_back(&m.uv, &points.tangent(m.t, Limit::FromAbove));
                 let [before, after] =

@@ -95,7 +95,10 @@ pub(super) fn bound(
         return None;
     }
     let rest = Rest::of(curve)?;
-    let own_degree = polynomial(curve).unwrap_or(0).max(DEGREE_UV);
+    let own_degree = match rest {
+        Rest::Nothing(n) => n.max(DEGREE_UV),
+        _ => DEGREE_UV,
+    };
     let most_degree = match rest {
         Rest::Rational(_) => DEGREE_RATIONAL,
         _ => own_degree.max(DEGREE),
@@ -295,7 +298,8 @@ pub(super) fn cut_off(
 
 /// What an edge's curve is on its pieces beside polynomials.
 enum Rest {
-    Nothing,
+    /// A polynomial of this degree.
+    Nothing(usize),
     /// An arc.
     Arc {
         radius: f64,
@@ -341,7 +345,10 @@ impl Rest {
                     weights: most / least,
                 })))
             }
-            _ => (polynomial(curve)? <= MOST_DEGREE).then_some(Self::Nothing),
+            _ => {
+                let degree = polynomial(curve)?;
+                (degree <= MOST_DEGREE).then_some(Self::Nothing(degree))
+            }
         }
     }
 
@@ -359,18 +366,17 @@ impl Rest {
             Self::Rational(own) => {
                 Edge::Rational(Local::new(own.curve.derivatives(m, DEGREE_UV), h))
             }
-            Self::Nothing => match polynomial(curve) {
-                Some(n) if n <= DEGREE => Edge::Polynomial(Local::new(curve.derivatives(m, n), h)),
-                _ => Edge::Other,
-            },
-            Self::Arc { .. } => Edge::Other,
+            Self::Nothing(n) if *n <= DEGREE => {
+                Edge::Polynomial(Local::new(curve.derivatives(m, *n), h))
+            }
+            Self::Nothing(_) | Self::Arc { .. } => Edge::Other,
         }
     }
 
     /// How long it is at most over the disc of radius `r`, of the edge on the piece.
     fn most_in(&self, edge: &Edge, h: f64, r: f64) -> f64 {
         match self {
-            Self::Nothing => 0.0,
+            Self::Nothing(_) => 0.0,
             Self::Arc { radius, rate } => radius * libm::exp((rate * h).abs() * r),
             Self::Rational(own) => {
                 let Edge::Rational(Local(all)) = edge else {
