@@ -12,6 +12,7 @@ use feeler::numeric::Interval;
 use feeler::nurbs::{Curve, Curve3, Limit};
 use libm::sincos;
 use nalgebra::{Point3, Vector3};
+use std::cmp::Ordering;
 
 /// What arcs are evaluated by in f64, in radians from 0.
 const MOST_ANGLE: f64 = 12.6;
@@ -63,9 +64,10 @@ impl<'c> Points<'c> {
         &self.breaks
     }
 
-    /// Whether a piece ends there.
+    /// Whether a piece ends there; zeros of both signs are one.
     pub(super) fn is_break(&self, t: f64) -> bool {
-        self.breaks.binary_search_by(|b| b.total_cmp(&t)).is_ok()
+        let order = |b: &f64| b.partial_cmp(&t).unwrap_or(Ordering::Less);
+        self.breaks.binary_search_by(order).is_ok()
     }
 
     pub(super) fn at(&self, t: f64) -> Point3<f64> {
@@ -113,7 +115,8 @@ impl Turning {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use feeler::nurbs::Arc;
+    use feeler::nurbs::{Arc, NurbsCurve};
+    use nalgebra::Vector4;
 
     /// Against the kernel's points, which are exact to the last digit.
     #[test]
@@ -147,6 +150,24 @@ mod tests {
                 let off = (points.tangent(t, Limit::FromAbove) - own).norm();
                 assert!(off <= 32.0 * f64::EPSILON * own.norm(), "{angle:?} {t}");
             }
+        }
+    }
+
+    /// A knot may be written as -0, and a sample there be 0: the slope from below is that of the piece before.
+    #[test]
+    fn zeros_of_both_signs_are_one_break() {
+        let points = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0]];
+        let points = points.map(|[x, y]| Vector4::new(x, y, 0.0, 1.0)).to_vec();
+        for zero in [0.0, -0.0] {
+            let knots = vec![-1.0, -1.0, zero, 1.0, 1.0];
+            let spline = NurbsCurve::new(1, points.clone(), knots).unwrap();
+            let curve: Curve3 = Curve::Nurbs(spline);
+            let points = Points::of(&curve);
+            for t in [0.0, -0.0] {
+                assert!(points.is_break(t), "{t} at {zero}");
+                assert_eq!(points.tangent(t, Limit::FromBelow), Vector3::x());
+            }
+            assert!(!points.is_break(0.5) && !points.is_break(f64::NAN));
         }
     }
 }
