@@ -77,6 +77,7 @@ fn memory_stays_within_a_multiple_of_the_file() {
     of_blocks();
     of_brep();
     of_step();
+    of_tiny_step_files();
 }
 
 fn of_3dm() {
@@ -156,6 +157,62 @@ fn of_brep() {
     check_brep(
         format!("{head}Locations 2000\n{first}{locations}Curve2ds 0\nCurves 0\n{rest}").as_bytes(),
     );
+}
+
+/// A body of one face with one circle, where what is listed is listed so often.
+fn tiny_step(
+    [bodies, bounds, edges, blanks]: [usize; 4],
+    face: &str,
+    circle: &str,
+    end: &str,
+) -> String {
+    let list = |of: &str, count: usize| vec![of; count].join(",");
+    format!(
+        "ISO-10303-21;HEADER;ENDSEC;DATA;#1=REPRESENTATION('',({}),$);#2=MANIFOLD_SOLID_BREP('',#3);\
+         #3=ADVANCED_FACE('',({}),#10,.T.);#4=FACE_BOUND('',#5,.T.);#5=EDGE_LOOP('',({}));#6=ORIENTED_EDGE('',*,*,#7,.T.);\
+         #7=EDGE_CURVE('',#8,#9,#11,.T.);#8=VERTEX_POINT('',#12);#9=VERTEX_POINT('',#13);#12=CARTESIAN_POINT('',(0.,2.,1.E-6));\
+         #13=CARTESIAN_POINT('',({end}));#14=CARTESIAN_POINT('',(0.,1.,0.));#23=DIRECTION('',(0.,0.,1.));\
+         #25=AXIS2_PLACEMENT_3D('',#14,#23,$);#10={face};#11={circle};#16=NOTHING({});ENDSEC;END-ISO-10303-21;",
+        list("#2", bodies),
+        list("#4", bounds),
+        list("#6", edges),
+        ",".repeat(blanks),
+    )
+}
+
+/// What a file lists as a set is in it once, however often it is said: a body of a representation, a bound of a face.
+fn of_tiny_step_files() {
+    let (cylinder, sphere) = (
+        "CYLINDRICAL_SURFACE('',#25,3.)",
+        "SPHERICAL_SURFACE('',#25,3.)",
+    );
+    let plane = "PLANE('',#25)";
+    let near = "1.,0.,0.";
+    for (name, counts, face, radius, end) in [
+        ("a body 50 times", [50, 1, 1, 0], cylinder, "3.", near),
+        ("a bound 300 times", [1, 300, 1, 0], cylinder, "1.", near),
+        ("a bound 50 times", [1, 50, 1, 0], plane, "1.E-12", near),
+        ("a bound 1000 times", [1, 1000, 1, 0], sphere, "2.", near),
+        ("an edge three times", [1, 1, 3, 0], sphere, "2.", near),
+        (
+            "an edge three times, far off",
+            [1, 1, 3, 0],
+            sphere,
+            "2.",
+            "-1.,1.E9,1.E9",
+        ),
+        ("blanks", [1, 1, 1, 512], plane, "1.", near),
+        ("more blanks", [1, 1, 1, 1000], plane, "1.", near),
+    ] {
+        let circle = format!("CIRCLE('',#25,{radius})");
+        let text = tiny_step(counts, face, &circle, end);
+        let used = peak(read_step, text.as_bytes());
+        println!(
+            "{name}: {:.1} bytes a byte",
+            used as f64 / text.len() as f64
+        );
+        taken_by_step(text.as_bytes());
+    }
 }
 
 fn of_step() {

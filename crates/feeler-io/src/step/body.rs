@@ -21,7 +21,7 @@ use feeler::numeric::Interval;
 use feeler::nurbs::{Curve, Curve3};
 use feeler::prepare::trim_offsets;
 use nalgebra::{Point2, Point3};
-use std::collections::{BTreeMap, HashMap};
+use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::f64::consts::TAU;
 use std::rc::Rc;
 
@@ -48,7 +48,7 @@ const HELD: usize = 32;
 const FACE: usize = 160;
 
 /// What the kernel works with for a proof, in bytes, beside what it makes.
-const PROOF_WORK: usize = 1 << 14;
+const PROOF_WORK: usize = 22 << 10;
 
 /// What a body has become.
 pub(super) struct Made3 {
@@ -631,7 +631,10 @@ impl Body<'_, '_> {
         let e = entities
             .simple(id)
             .ok_or_else(|| shape(id, "no simple face"))?;
-        let (bounds, surface_id, same_sense) = (e.references(1)?, e.reference(2)?, e.flag(3)?);
+        let (mut bounds, surface_id, same_sense) = (e.references(1)?, e.reference(2)?, e.flag(3)?);
+        // They are a set: one that is said again is in it already.
+        let mut listed = BTreeSet::new();
+        bounds.retain(|bound| listed.insert(*bound));
         self.work(id, USE)?;
         let surface = self.geometry.surface(id, surface_id, 0)?;
         let surface = bounded(surface_id, surface, self.size, &mut self.geometry.numbers)?;

@@ -5,7 +5,7 @@
 //! UTF-8.
 //!
 //! Lists nest at most [`MOST_NESTED`] deep. An attribute takes 32 bytes in memory and at least two in the file; more than
-//! [`MOST_BLANK`] attributes that are not even a `$` are refused.
+//! [`MOST_BLANK`] attributes that are not even a `$` are refused, fewer in small files.
 
 use crate::error::ReadError;
 use crate::step_problem::StepProblem;
@@ -17,6 +17,9 @@ const MOST_NESTED: usize = 32;
 const MOST_PARTS: usize = 64;
 /// How many attributes may be left blank, which the standard does not allow and some programs do.
 const MOST_BLANK: usize = 1000;
+/// Of small files fewer: these, and one for so many bytes.
+const FEW_BLANK: usize = 16;
+const BYTES_A_BLANK: usize = 32;
 
 /// An attribute.
 #[derive(Clone, Debug, PartialEq)]
@@ -382,7 +385,8 @@ impl Parser<'_> {
             }
             b',' | b')' => {
                 self.blank += 1;
-                if self.blank > MOST_BLANK {
+                let most = MOST_BLANK.min(FEW_BLANK + self.bytes.len() / BYTES_A_BLANK);
+                if self.blank > most {
                     return Err(self.fail("an attribute"));
                 }
                 Attribute::Unset

@@ -244,6 +244,7 @@ impl Products {
             context: e.optional(2),
             ..Representation::default()
         };
+        let mut listed = BTreeSet::new();
         for attribute in e.list(1)? {
             let Attribute::EntityRef(item) = attribute else {
                 continue;
@@ -270,7 +271,10 @@ impl Products {
             }
             let mut kinds = entities.kinds(*item);
             if kinds.clone().any(|k| BODIES.contains(&k)) {
-                own.bodies.push(*item);
+                // Items are a set: one that is said again is in it already.
+                if listed.insert(*item) {
+                    own.bodies.push(*item);
+                }
             } else if let Some((_, what)) = kinds.find_map(|k| OTHERS.iter().find(|(o, _)| *o == k))
             {
                 own.others.push(what);

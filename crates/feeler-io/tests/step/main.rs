@@ -705,8 +705,10 @@ fn few_bytes_do_not_unfold_to_much() {
     w.text = long;
     w.representation(&ball, &mm);
     assert_eq!(w.document().objects[0].name.len(), 256);
-    let all = vec![ball; 100_001].join(",");
-    w.representation(&all, &mm);
+    // (Listed again in one representation, which is a set, it would be there once.)
+    for _ in 0..100_001 {
+        w.representation(&ball, &mm);
+    }
     let why = w.read().unwrap_err().to_string();
     assert!(why.contains("placed parts"), "{why}");
 }
@@ -873,6 +875,28 @@ fn flat(w: &mut Writer) -> String {
     w.put(format!("PLANE('',{axes})"))
 }
 
+/// What a file lists as a set is there once, however often it is said: items of a representation, and bounds of a face.
+#[test]
+fn sets_hold_each_once() {
+    let mut w = Writer::default();
+    let mm = w.millimetres();
+    let mm = w.context(&mm, "");
+    let edge = polygon(&mut w, 4);
+    let plane = flat(&mut w);
+    let bound = w.bound(&[(&edge, true)]);
+    let face = w.face(&plane, &[bound.clone(), bound]);
+    let sheet = w.sheet(&[face]);
+    w.representation(&vec![sheet; 3].join(","), &mm);
+    let document = w.document();
+    let [only] = &document.objects[..] else {
+        panic!("{} objects", document.objects.len());
+    };
+    let ObjectKind::Brep(brep) = &only.kind else {
+        panic!("{}", only.kind.name());
+    };
+    assert_eq!(brep.parts().loops.len(), 1);
+}
+
 /// What is placed again costs what it holds; where that is too much, no more than the reason is made.
 #[test]
 fn copies_that_are_refused_cost_nothing() {
@@ -884,7 +908,9 @@ fn copies_that_are_refused_cost_nothing() {
     let bound = w.bound(&[(&edge, true)]);
     let face = w.face(&plane, &[bound]);
     let sheet = w.sheet(&[face]);
-    w.representation(&vec![sheet; 2000].join(","), &mm);
+    for _ in 0..2000 {
+        w.representation(&sheet, &mm);
+    }
     let document = w.document();
     assert_eq!(document.objects.len(), 2000);
     let [first, .., last] = &document.objects[..] else {
