@@ -714,6 +714,25 @@ mod tests {
         assert!(count[0] > 4500 && count[1] > 3500, "{count:?}");
     }
 
+    /// A side so short that its inverse is infinite, where the grid begins: coordinates near 0 are in cells what they are.
+    #[test]
+    fn a_side_may_be_all_but_a_point() {
+        for short in [1e-300, 1e-310, 5e-324] {
+            let square = [
+                [short, 0.0],
+                [1.0, 0.0],
+                [1.0, 1.0],
+                [0.0, 1.0],
+                [0.0, short],
+            ];
+            let turned = square.map(|[u, v]| [v, u]);
+            for corners in [square, turned] {
+                let region = TrimRegion::new(&face(WIDE, Some(vec![polygon(&corners)])), 0);
+                assert_eq!(told(&region, [0.3, 0.4]), Some(true), "{short:e}");
+            }
+        }
+    }
+
     /// Corners of the hole are reference points, to the last digit; of these cells nothing is known, though the rays from such a point that
     /// half-open rules leave are even each: `tests/it/regions.rs` asks about points in them.
     #[test]

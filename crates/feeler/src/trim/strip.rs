@@ -101,8 +101,8 @@ fn normal(shares: Shares) -> [i8; 2] {
     if most == 0.0 {
         return [127, 0];
     }
-    // Rounded to nearest.
-    n.map(|x| ((x * (127.0 / most) + 127.5) as i16 - 127) as i8)
+    // Rounded to nearest. (A quotient of what is all but nothing is within 1 still; an inverse would be infinite.)
+    n.map(|x| ((x / most * 127.0 + 127.5) as i16 - 127) as i8)
 }
 
 /// A strip; with no normal, none.
