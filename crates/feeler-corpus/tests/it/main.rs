@@ -8,4 +8,5 @@ mod contact_lists;
 mod rhino3dm_facts;
 mod shortcuts;
 mod undecided_side;
+mod warm;
 mod winding;

@@ -466,6 +466,11 @@ impl Search<'_> {
             self.look_into(q, source, &node, kept, room)
         };
         if let Insight::Done = insight {
+            // The best point so far may be of another part, far above all of this one, with which nothing settles it (values that are all one, above all).
+            let ranges = [node.u, node.v];
+            if self.best_on(source, ranges).is_none() {
+                self.look_down(source, node.guess(), (ranges, node.lo.hi));
+            }
             self.enqueue(heap, source, inside, node, true);
         } else {
             self.memory.put_back(node);
