@@ -718,12 +718,13 @@ mod tests {
     #[test]
     fn a_side_may_be_all_but_a_point() {
         for short in [1e-300, 1e-310, 5e-324] {
+            // That side comes first: it has a strip of its own.
             let square = [
                 [short, 0.0],
-                [1.0, 0.0],
-                [1.0, 1.0],
-                [0.0, 1.0],
                 [0.0, short],
+                [0.0, 1.0],
+                [1.0, 1.0],
+                [1.0, 0.0],
             ];
             let turned = square.map(|[u, v]| [v, u]);
             for corners in [square, turned] {
