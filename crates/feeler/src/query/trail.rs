@@ -1,7 +1,7 @@
 //! Where a query of a probe that moves looks first.
 
 use super::outcome::{Foot, Locus};
-use nalgebra::{Point2, Point3};
+use nalgebra::{Point2, Point3, Vector3};
 
 /// A place to start from: a seed, of which nothing is believed.
 #[derive(Clone, Copy, Debug)]
@@ -14,14 +14,12 @@ pub(crate) struct Hint {
     pub(crate) ahead: Option<[f64; 2]>,
 }
 
-/// Where the last three feet were, the last first, and the centres of the balls.
+/// Where the last foot was, and where the feet of a ball that goes straight on lead to.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Trail {
-    feet: [Option<(Hint, Option<Point3<f64>>)>; 3],
+    last: Option<Hint>,
+    course: Option<Course>,
 }
-
-/// A ball that goes on by more than this times its last step is not followed.
-const MOST_AHEAD: f64 = 4.0;
 
 impl Trail {
     /// One that knows of one place.
@@ -33,73 +31,137 @@ impl Trail {
             ahead: None,
         };
         Self {
-            feet: [Some((hint, None)), None, None],
+            last: Some(hint),
+            course: None,
         }
     }
 
     /// Adds a foot, and the ball's centre if there is one.
     pub(super) fn add(&mut self, foot: Option<&Foot>, center: Option<Point3<f64>>) {
-        let [last, before, _] = std::mem::take(&mut self.feet);
-        let new = foot.map(|foot| {
+        self.last = foot.map(|foot| {
             let local = match &foot.spot {
                 Locus::Patch { patch, local, .. } => {
                     Some((*patch, local.map(|x| x.mid.hi.clamp(0.0, 1.0))))
                 }
                 Locus::Closed { .. } => None,
             };
-            let hint = Hint {
+            Hint {
                 face: foot.face,
                 uv: foot.uv,
                 local,
                 ahead: None,
-            };
-            (hint, center)
+            }
         });
-        self.feet = [new, last, before];
+        let place = self
+            .last
+            .and_then(|h| Some(((h.face, h.local?.0), h.local?.1)));
+        let (Some((patch, foot)), Some(center)) = (place, center) else {
+            self.course = None;
+            return;
+        };
+        match &mut self.course {
+            Some(course) if course.patch == patch => course.add(center, foot),
+            _ => self.course = Some(Course::from(patch, center, foot)),
+        }
     }
 
     /// The last foot, and for a ball whose last feet were on one patch the place where they lead to.
     pub(super) fn hint(&self, center: Option<Point3<f64>>) -> Option<Hint> {
-        let mut hint = self.feet[0]?.0;
-        hint.ahead = center.and_then(|c| self.ahead(&hint, c));
+        let mut hint = self.last?;
+        let course = self.course.as_ref();
+        hint.ahead = course.zip(center).and_then(|(way, c)| way.at(c));
         Some(hint)
-    }
-
-    /// The polynomial through the last two or three feet, over the way of the ball along its last step, is followed on (Newton's divided differences): what is
-    /// left is of second or third order in the step. One step of Newton's method from the last foot leaves the second.
-    fn ahead(&self, hint: &Hint, center: Point3<f64>) -> Option<[f64; 2]> {
-        let (patch, p) = hint.local?;
-        let place = |foot: &Option<(Hint, Option<Point3<f64>>)>| {
-            let (own, center) = foot.as_ref()?;
-            let (index, local) = own.local?;
-            ((own.face, index) == (hint.face, patch)).then_some((local, (*center)?))
-        };
-        let (_, last) = place(&self.feet[0])?;
-        let (q, before) = place(&self.feet[1])?;
-        let step = last - before;
-        let length = step.norm_squared();
-        // In steps, from the last centre; that of the one before is -1.
-        let along = |c: Point3<f64>| (c - last).dot(&step) / length;
-        let t = along(center);
-        // Negated: a ball that did not move is followed no further.
-        if !(t.abs() <= MOST_AHEAD) {
-            return None;
-        }
-        let bent = place(&self.feet[2]).and_then(|(r, first)| {
-            let s = along(first);
-            // Of a ball that turned the third foot tells nothing.
-            let straight = (first - last - step * s).norm_squared() <= TURNED * length;
-            (straight && s < -1.0 - LEAST_STEP).then_some((r, s))
-        });
-        Some(std::array::from_fn(|k| {
-            let slope = p[k] - q[k];
-            let bend = bent.map_or(0.0, |(r, s)| ((q[k] - r[k]) / (-1.0 - s) - slope) / s);
-            (p[k] + t * (slope + (t + 1.0) * bend)).clamp(0.0, 1.0)
-        }))
     }
 }
 
-/// The square of how far, in parts of a step, a centre may lie off the line of the step.
+/// The feet of a ball that goes along a line, as Newton's divided differences over its way: the polynomial through the last `n` feet, followed on,
+/// leaves what is of order `n` in the ball's step. (One step of Newton's method from the last foot leaves the second.)
+#[derive(Clone, Debug)]
+struct Course {
+    /// The face and its patch on which they are.
+    patch: (usize, usize),
+    /// The centre where it began...
+    start: Point3<f64>,
+    /// ...the first step from there, and its product with that is the way in such steps.
+    step: Vector3<f64>,
+    along: Vector3<f64>,
+    /// How far the ball was at the last feet, the last first, and the differences over the first, the first two, ... of these.
+    way: [f64; FEET],
+    differences: [[f64; 2]; FEET],
+    count: usize,
+}
+
+/// So many feet tell where the next one is.
+const FEET: usize = 5;
+/// A ball that goes on by more than this times its last step is not followed.
+const MOST_AHEAD: f64 = 4.0;
+/// The square of how far, in parts of the first step, a centre may lie off the line.
 const TURNED: f64 = 0.01;
-/// A step shorter than this part of the next one is no step.
+/// A step shorter than this part of the first is no step.
 const LEAST_STEP: f64 = 1.0 / 64.0;
+
+impl Course {
+    fn from(patch: (usize, usize), start: Point3<f64>, foot: [f64; 2]) -> Self {
+        let mut differences = [[0.0; 2]; FEET];
+        differences[0] = foot;
+        Self {
+            patch,
+            start,
+            step: Vector3::zeros(),
+            along: Vector3::zeros(),
+            way: [0.0; FEET],
+            differences,
+            count: 1,
+        }
+    }
+
+    /// Goes on to a foot; from the last one, where the ball turned.
+    fn add(&mut self, center: Point3<f64>, foot: [f64; 2]) {
+        let mut off = center - self.start;
+        let mut way = off.dot(&self.along);
+        let turned = (off - self.step * way).norm_squared() > TURNED * self.step.norm_squared();
+        if self.count > 1 && (turned || way < self.way[0] + LEAST_STEP) {
+            let last = self.start + self.step * self.way[0];
+            *self = Self::from(self.patch, last, self.differences[0]);
+            off = center - last;
+        }
+        if self.count == 1 {
+            let length = off.norm_squared();
+            // Negated: a ball that stays goes nowhere.
+            if !(length > 0.0) {
+                self.differences[0] = foot;
+                return;
+            }
+            (self.step, self.along) = (off, off / length);
+            way = 1.0;
+        }
+        let mut new = foot;
+        for k in 0..FEET {
+            let old = std::mem::replace(&mut self.differences[k], new);
+            if k == self.count || k + 1 == FEET {
+                break;
+            }
+            let over = 1.0 / (way - self.way[k]);
+            new = [0, 1].map(|c| (new[c] - old[c]) * over);
+        }
+        self.way.copy_within(..FEET - 1, 1);
+        self.way[0] = way;
+        self.count = (self.count + 1).min(FEET);
+    }
+
+    /// Where the foot of a ball at a centre seems to be.
+    fn at(&self, center: Point3<f64>) -> Option<[f64; 2]> {
+        let way = (center - self.start).dot(&self.along);
+        let last_step = self.way[0] - self.way[1];
+        // Negated: nor is what is no number followed.
+        if self.count == 1 || !((way - self.way[0]).abs() <= MOST_AHEAD * last_step) {
+            return None;
+        }
+        let mut place = self.differences[self.count - 1];
+        for k in (0..self.count - 1).rev() {
+            let over = way - self.way[k];
+            place = [0, 1].map(|c| self.differences[k][c] + over * place[c]);
+        }
+        Some(place.map(|x| x.clamp(0.0, 1.0)))
+    }
+}
