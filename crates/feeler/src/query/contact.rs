@@ -439,7 +439,7 @@ fn contacts(
             separation,
             material == Some(true),
             options.accuracy,
-            found.rough.as_ref(),
+            found.rough.as_deref(),
         );
         bound_contact(&mut c, found, foot, brep, continuum);
         out.push(c);

@@ -276,7 +276,7 @@ impl Search<'_> {
         if T::UNIT >= f64::UNIT && jet::fits(coarse.degree) {
             // At the best point so far, f64 is not worth trying for the last digits.
             if !(self.goal.width.is_full() && self.is_best(source, start)) {
-                let known = self.out.rough.as_ref().filter(|r| r.is_at(source, start));
+                let known = self.out.rough.as_deref().filter(|r| r.is_at(source, start));
                 let leaf = match known {
                     Some(rough) => self.prove(cell, shape, p, &rough.sample)?,
                     None => {

@@ -140,7 +140,7 @@ pub(crate) struct Outcome {
     /// Where `hi` was found.
     pub(crate) foot: Option<Foot>,
     /// What is known of the place that it started from, if it was given one.
-    pub(crate) rough: Option<Rough>,
+    pub(crate) rough: Option<Box<Rough>>,
     /// Nodes put aside with a bound near the minimum.
     pub(crate) settled: Vec<Settled>,
     /// How many nodes were visited.

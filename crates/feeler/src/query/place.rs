@@ -71,8 +71,8 @@ pub(super) fn place_of(brep: &PreparedBrep, s: &Settled) -> Option<(Place, usize
     Some((place, patch, local))
 }
 
-/// Of the distance of a ball's centre: where a foot is known to so little, the normal is good to nearly all digits of f64.
-const SHARP_FOOT: f64 = 1.0 / (1u64 << 44) as f64;
+/// Of the distance of a ball's centre: where a foot is known to so little, the normal is good to twelve digits. (Full accuracy has all of them.)
+const SHARP_FOOT: f64 = 1.0 / (1u64 << 42) as f64;
 
 /// The point of a place in f64, where that is known within `enough`, and in the direction of a ball's centre within [`SHARP_FOOT`].
 ///
@@ -402,7 +402,7 @@ pub(super) fn bound_contact(
     let [along_u, along_v] = geometry.patch_speeds(patch);
     let rounded = 2.0 * f64::EPSILON * (along_u + along_v);
     let value = if jet::fits(net.degree) {
-        point_at(net, (face, patch), at, found.rough.as_ref())
+        point_at(net, (face, patch), at, found.rough.as_deref())
     } else {
         let at = at.map(Ball::<f64>::exact);
         net.jet(at[0], at[1]).value

@@ -2,7 +2,7 @@
 
 use super::front::Left;
 use super::node::Node;
-use super::outcome::{Outcome, Settled, Source};
+use super::outcome::{Outcome, Rough, Settled, Source};
 use crate::numeric::{Dd, Real, Td};
 use crate::prepare::{FaceGeometry, PreparedBrep};
 use std::cmp::Ordering;
@@ -21,6 +21,8 @@ pub(crate) struct Memory {
     pub(super) spare: Spare<f64>,
     pub(super) fine_spare: Spare<Dd>,
     pub(super) finest_spare: Spare<Td>,
+    /// The room for what is known of the place that a search starts from.
+    pub(super) rough: Option<Box<Rough>>,
     /// What the search put aside, for a front.
     pub(super) left: Vec<Left>,
 }
@@ -60,6 +62,7 @@ impl Memory {
     pub(crate) fn keep(&mut self, outcome: Outcome) {
         self.settled = outcome.settled;
         self.settled.clear();
+        self.rough = outcome.rough.or_else(|| self.rough.take());
     }
 }
 

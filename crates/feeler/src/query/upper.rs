@@ -70,8 +70,16 @@ impl Search<'_> {
         let start = hint.ahead.unwrap_or(local);
         let p = self.descend(source, start, [[0.0, 1.0]; 2]);
         let net = &patches[index].net;
-        let rough = || Rough::new(self.objective, net, source, p);
-        self.out.rough = jet::fits(net.degree).then(rough);
+        if jet::fits(net.degree) {
+            let rough = Rough::new(self.objective, net, source, p);
+            self.out.rough = Some(match self.memory.rough.take() {
+                Some(mut spare) => {
+                    *spare = rough;
+                    spare
+                }
+                None => Box::new(rough),
+            });
+        }
         self.try_rough_point(source, p);
         if self.out.foot.is_none() {
             // The way down left the region: the place itself was on its border.
@@ -187,7 +195,7 @@ impl Search<'_> {
             && jet::fits(net.degree)
             && self.classify(face, index, [p[0]; 2], [p[1]; 2]) == BoxSide::Inside
         {
-            let known = self.out.rough.as_ref().filter(|r| r.is_at(source, p));
+            let known = self.out.rough.as_deref().filter(|r| r.is_at(source, p));
             let value = match known {
                 Some(rough) => rough.sample.value(),
                 None => self.objective.rough_value(net, p),
