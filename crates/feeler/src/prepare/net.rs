@@ -67,10 +67,10 @@ impl<T: Real> Coefficients<T> {
         }
     }
 
-    /// Those of 1.
-    fn ones(degree: Bidegree) -> Self {
+    /// Those of 1, without a list.
+    fn ones() -> Self {
         Self {
-            values: vec![T::ONE; degree.count()],
+            values: Vec::new(),
             error: 0.0,
             largest: 1.0,
             tiny: TINY,
@@ -99,7 +99,7 @@ pub(crate) struct Products<T> {
     pub(crate) a: Coefficients<T>,
     /// `X w`, each coordinate.
     pub(crate) b: [Coefficients<T>; 3],
-    /// `w^2`; all are 1, exactly, where all weights are.
+    /// `w^2`; no list where all weights are 1, exactly: all of these are, too.
     pub(crate) c: Coefficients<T>,
     /// Whether they are.
     pub(crate) unit_weights: bool,
@@ -184,7 +184,10 @@ impl<T: Real> Products<T> {
             },
             a: take(&self.a),
             b: self.b.each_ref().map(take),
-            c: take(&self.c),
+            c: match self.unit_weights {
+                true => self.c.clone(),
+                false => take(&self.c),
+            },
             unit_weights: self.unit_weights,
         }
     }
@@ -264,17 +267,15 @@ impl<T: Real> Net<T> {
         let size: f64 = squares.iter().map(|s| s.largest).sum();
         let error: f64 = squares.iter().map(|s| s.error).sum();
         let c = if self.unit_weights {
-            Coefficients::ones(self.degree + self.degree)
+            Coefficients::ones()
         } else {
             times(&w, &w)
         };
         // Two additions of parts no larger than `size`.
         let error = (error + 2.0 * T::UNIT * size) * (1.0 + 16.0 * f64::EPSILON);
         // The computed ones are off by a few roundings, as are their quotients.
-        let parts = sum
-            .iter()
-            .zip(&c.values)
-            .map(|(a, c)| a.magnitude() / c.magnitude());
+        let over = |i: usize| c.values.get(i).map_or(1.0, |c| c.magnitude());
+        let parts = sum.iter().enumerate().map(|(i, a)| a.magnitude() / over(i));
         let largest = parts.fold(0.0, f64::max) * (1.0 + 2.0 * c.error + 16.0 * f64::EPSILON);
         Products {
             degree: self.degree + self.degree,

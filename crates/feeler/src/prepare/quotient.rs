@@ -92,14 +92,18 @@ impl<T: Real> Quotient<T> {
         let Arm { q, q2, n_error } = Arm::new(q, net, products);
         let two = T::from_f64(2.0);
         let [bx, by, bz] = &products.b;
-        let pairs = products.a.values.iter().zip(&products.c.values);
         let triples = bx.values.iter().zip(&by.values).zip(&bz.values);
-        n.extend(pairs.zip(triples).map(|((a, c), ((x, y), z))| {
+        let parts = products.a.values.iter().zip(triples);
+        let less = parts.map(|(a, ((x, y), z))| {
             let cross = q[0].mid * *x + q[1].mid * *y + q[2].mid * *z;
-            (*a - two * cross) + q2.mid * *c
-        }));
-        if !net.unit_weights {
-            c.extend_from_slice(&products.c.values);
+            *a - two * cross
+        });
+        if net.unit_weights {
+            n.extend(less.map(|x| x + q2.mid));
+        } else {
+            let squares = &products.c.values;
+            n.extend(less.zip(squares).map(|(x, c)| x + q2.mid * *c));
+            c.extend_from_slice(squares);
         }
         Self {
             degree: products.degree,
@@ -148,7 +152,7 @@ impl<T: Real> Arm<T> {
 /// A lower bound of `|S - q|^2` on a net whose weights are 1, by the coefficients that [`Quotient::squared_distance`] has, without keeping them.
 ///
 /// `f` is a convex combination of its coefficients, thus at least the least of the true ones, which is no less than the least computed one less `n_error`. (These
-/// are computed as there: doubling is exact, and so is the product with `C`, which is 1.) Of the last subtractions one rounding is of the least,
+/// are computed as there: doubling is exact, and as rounding is monotone what all have in common is added to the least.) Of the last subtractions one rounding is of the least,
 /// four times counted, and one of `n_error`, for which [`BOUND_UP`] has room.
 pub(crate) fn least_squared_distance(
     q: &Point3<f64>,
@@ -158,7 +162,7 @@ pub(crate) fn least_squared_distance(
     const LANES: usize = 4;
     let Arm { q, q2, n_error } = Arm::new(q, net, products);
     let [x, y, z] = q.map(|q| 2.0 * q.mid);
-    let at = |a: f64, b: [f64; 3]| (a - (x * b[0] + y * b[1] + z * b[2])) + q2.mid;
+    let at = |a: f64, b: [f64; 3]| a - (x * b[0] + y * b[1] + z * b[2]);
     let [bx, by, bz] = products.b.each_ref().map(|b| b.values.as_chunks::<LANES>());
     let (a, rest) = products.a.values.as_chunks::<LANES>();
     // In lanes, so that they are taken at once.
@@ -172,6 +176,7 @@ pub(crate) fn least_squared_distance(
     for (a, ((bx, by), bz)) in rest.iter().zip(bx.1.iter().zip(by.1).zip(bz.1)) {
         least = lesser(least, at(*a, [*bx, *by, *bz]));
     }
+    let least = least + q2.mid;
     // What is subtracted, and the rounding of that.
     (least - n_error - 4.0 * f64::EPSILON * least.abs()).max(0.0)
 }

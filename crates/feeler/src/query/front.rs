@@ -46,7 +46,7 @@ use super::shape::Shape;
 use super::steady::{Asked, Steady};
 use super::task::{Kind, Task};
 use crate::numeric::Dd;
-use crate::numeric::bernstein::lesser;
+use crate::numeric::bernstein::{greater, lesser};
 use crate::prepare::{Net, Products, Quotient, jet, least_squared_distance};
 use crate::trim::BoxSide;
 use nalgebra::Point3;
@@ -73,6 +73,7 @@ pub(super) const MOST_LEFT: usize = 1024;
 const MOST_KEPT: usize = 225;
 /// A bound that is off by a few roundings.
 const UP: f64 = 1.0 + 32.0 * f64::EPSILON;
+const DOWN: f64 = 1.0 - 32.0 * f64::EPSILON;
 /// Above the length of a vector whose square is lost for being tiny.
 const TINY: f64 = 1e-150;
 
@@ -93,16 +94,22 @@ pub(super) struct Left {
     pub(super) part: Part,
 }
 
-#[derive(Clone, Debug)]
-struct Kept {
+/// What is known of where a part is.
+#[derive(Clone, Copy, Debug)]
+struct Known {
     /// No point of it is nearer than `away` to this: the front's centre, or one that it was looked at from since.
     center: Point3<f64>,
     away: f64,
+    /// A box in space that holds it.
+    hull: [[f64; 2]; 3],
+}
+
+#[derive(Clone, Debug)]
+struct Kept {
+    known: Known,
     part: Part,
     /// The products of a box, cut to it when it is first needed.
     products: Option<Box<Products<f64>>>,
-    /// A box in space that holds the part, likewise.
-    hull: Option<[[f64; 2]; 3]>,
     /// What settles it, if that is known.
     settling: Option<Box<Settling>>,
     /// Whether nothing settles it, or what was found did not at once: it is left to the search.
@@ -141,45 +148,51 @@ pub(super) struct Front {
     /// What was `a` away at least when the way was `t` long is `a - (t' - t)` away when it is `t'`: `a + t` is kept, so that one comparison
     /// passes over what cannot have come near since it was last looked at.
     clear: Vec<f64>,
-    /// A box in space that holds it: all of it until more is known. (Those are looked at most, and lie together.)
-    boxes: Vec<[[f64; 2]; 3]>,
+    /// Of each part, too, what it knows: this is looked at most, and lies together.
+    known: Vec<Known>,
     served: u32,
 }
 
 impl Kept {
     /// One that is no nearer than `away` to a centre.
     fn new(center: Point3<f64>, away: f64, part: Part) -> Self {
+        let hull = EVERYWHERE;
         Self {
-            center,
-            away,
+            known: Known { center, away, hull },
             part,
             products: None,
-            hull: None,
             settling: None,
             barren: false,
             side: None,
         }
     }
 
-    /// No squared distance of it from a centre is less than this.
+    /// Takes over a bound of the squared distance about `q`, where `least` is what is known.
+    fn learn(&mut self, q: &Point3<f64>, least: f64, bound: Dd) {
+        if bound.hi > least {
+            (self.known.center, self.known.away) = (*q, distance(bound));
+        }
+    }
+}
+
+impl Known {
+    /// No squared distance of it from a centre is less than this. (Which of the three tells most is as good as random: no branch hangs on it.)
     ///
     /// For a point `x` of the hull, `|x - c|^2 = |x - q|^2 - 2 d.(x - q) + |d|^2` with `d = c - q`: about a centre that has moved a little the
     /// bound moves as the distance of what is nearby does; of a large hull the triangle inequality says more, and after a long way the hull alone.
     fn least(&self, c: &Point3<f64>) -> f64 {
-        let away = (self.away - moved(c, &self.center)).next_down().max(0.0);
-        let least = (away * away).next_down().max(0.0);
-        let Some(hull) = &self.hull else {
-            return least;
-        };
-        let own = self.least_of_hull(hull, c);
-        if own > least { own } else { least }
+        let away = greater(self.away - moved(c, &self.center), 0.0) * DOWN;
+        let least = greater(away * away * DOWN - TINY, 0.0);
+        let least = greater(least, self.least_of_hull(c));
+        greater(least, least_squared(&self.hull, c))
     }
 
     /// What the hull says of it with what is known about the first centre. The square of `away` is off by half a rounding of itself, which is part of `size`.
-    fn least_of_hull(&self, hull: &[[f64; 2]; 3], c: &Point3<f64>) -> f64 {
+    /// (It is no number where all is within the hull.)
+    fn least_of_hull(&self, c: &Point3<f64>) -> f64 {
         let square = self.away * self.away;
         let (mut sum, mut size) = (square, square);
-        for (k, own) in hull.iter().enumerate() {
+        for (k, own) in self.hull.iter().enumerate() {
             let q = self.center[k];
             let d = c[k] - q;
             let x = if d > 0.0 { own[1] } else { own[0] };
@@ -189,27 +202,6 @@ impl Kept {
         }
         sum - 32.0 * f64::EPSILON * size - TINY
     }
-
-    /// Takes over a bound of the squared distance about `q`, where `least` is what is known.
-    fn learn(&mut self, q: &Point3<f64>, least: f64, bound: Dd) {
-        if bound.hi > least {
-            (self.center, self.away) = (*q, distance(bound));
-        }
-    }
-}
-
-/// The first number that is not above a limit.
-fn first_within(numbers: &[f64], limit: f64) -> Option<usize> {
-    /// So many are compared at once: nearly all are above.
-    const ONCE: usize = 8;
-    let (chunks, _) = numbers.as_chunks::<ONCE>();
-    let least = |c: &[f64; ONCE]| {
-        let four: [f64; 4] = std::array::from_fn(|k| lesser(c[k], c[k + 4]));
-        lesser(lesser(four[0], four[2]), lesser(four[1], four[3]))
-    };
-    let from = chunks.iter().take_while(|c| least(c) > limit).count() * ONCE;
-    let first = numbers[from..].iter().position(|x| *x <= limit)?;
-    Some(from + first)
 }
 
 /// How far two points are from each other at most.
@@ -222,7 +214,51 @@ impl Front {
         self.center = None;
         self.parts.clear();
         self.clear.clear();
-        self.boxes.clear();
+        self.known.clear();
+    }
+
+    /// Those parts that may be as near as `reach` to where the ball is, or have a value below `hi` there: by the way that it has gone, then by what is known of them.
+    ///
+    /// Which these are is as good as random: nothing hangs on a branch here.
+    fn near(&mut self, q: &Point3<f64>, reach: f64, hi: f64, near: &mut Vec<(usize, f64)>) {
+        let limit = (reach + self.travel).next_up();
+        near.clear();
+        near.resize(self.clear.len(), (0, 0.0));
+        let mut count = 0;
+        for (index, clear) in self.clear.iter().enumerate() {
+            near[count].0 = index;
+            // Negated: of what is no number nothing is known.
+            count += usize::from(!(*clear > limit));
+        }
+        near.truncate(count);
+        let mut count = 0;
+        for k in 0..near.len() {
+            let (index, _) = near[k];
+            let least = self.known[index].least(q);
+            let far = least > hi;
+            let clear = self.clear_of(least);
+            let own = &mut self.clear[index];
+            *own = if far { clear } else { *own };
+            near[count] = (index, least);
+            count += usize::from(!far);
+        }
+        near.truncate(count);
+    }
+
+    /// What `clear` is of a part no squared distance of which is less than this.
+    fn clear_of(&self, least: f64) -> f64 {
+        (root(least) + self.travel) * DOWN
+    }
+
+    /// Leaves out those parts that nothing needs to look at again.
+    fn leave_out(&mut self) {
+        for index in (0..self.clear.len()).rev() {
+            if self.clear[index] == f64::INFINITY {
+                self.parts.swap_remove(index);
+                self.clear.swap_remove(index);
+                self.known.swap_remove(index);
+            }
+        }
     }
 
     /// Takes over what a search about `center` put aside.
@@ -236,8 +272,6 @@ impl Front {
         self.center = Some(center);
         self.beyond = beyond;
         (self.last, self.travel, self.served) = (center, 0.0, 0);
-        self.boxes.clear();
-        self.boxes.resize(near.len(), EVERYWHERE);
         self.clear.clear();
         self.clear.extend(near.iter().map(|l| distance(l.lo)));
         self.parts.clear();
@@ -245,6 +279,8 @@ impl Front {
             near.iter()
                 .map(|l| Kept::new(center, distance(l.lo), l.part)),
         );
+        self.known.clear();
+        self.known.extend(self.parts.iter().map(|kept| kept.known));
     }
 }
 
@@ -259,7 +295,13 @@ pub(super) fn nearest(left: &mut Vec<Left>, most: usize) {
 /// A f64 not above the root of a bound; the root itself is correctly rounded. (Bounds whose leading parts are the same are in no order, so
 /// the lesser part of one may be that of another: the rounding down makes up for it.)
 fn distance(squared: Dd) -> f64 {
-    squared.hi.next_down().max(0.0).sqrt().next_down().max(0.0)
+    root(squared.hi)
+}
+
+/// The same of a number.
+fn root(squared: f64) -> f64 {
+    // What is no number is nothing.
+    lesser(greater(0.0, squared), f64::MAX).sqrt() * DOWN
 }
 
 /// What a look at a part came to.
@@ -339,42 +381,37 @@ impl Search<'_> {
         front.last = q;
         front.served = front.served.saturating_add(1);
         // (A front serves where the least value alone is asked for: what is no nearer than the best point so far is of no use.)
-        let clear_from = (reach + front.travel).next_up();
+        let mut todo = std::mem::take(&mut self.memory.todo);
+        front.near(&q, reach, self.out.hi.hi, &mut todo);
+        let mut gone = 0;
         let mut next = 0;
-        while let Some(skipped) = first_within(&front.clear[next..], clear_from) {
-            next += skipped;
-            // It tells of what is far, and costs the least.
-            let lo = Dd::from(least_squared(&front.boxes[next], &q));
-            if self.hopeless(lo) {
-                front.clear[next] = (distance(lo) + front.travel).next_down();
-                next += 1;
-                continue;
-            }
+        while let Some(&(index, least)) = todo.get(next) {
+            next += 1;
             let room = front.clear.len() < MOST_PARTS && self.out.nodes < self.goal.budget;
-            let kept = &mut front.parts[next];
-            match self.take_up(heap, &q, kept, room) {
-                Insight::Far(lo) => {
-                    front.clear[next] = (distance(lo) + front.travel).next_down();
-                    next += 1;
-                }
-                Insight::Settles | Insight::Done => {
-                    front.boxes[next] = kept.hull.unwrap_or(EVERYWHERE);
-                    next += 1;
-                }
+            let kept = &mut front.parts[index];
+            match self.take_up(heap, &q, kept, (least, room)) {
+                Insight::Far(lo) => front.clear[index] = front.clear_of(lo.hi),
+                Insight::Settles | Insight::Done => front.known[index] = kept.known,
                 Insight::Outside => {
-                    front.parts.swap_remove(next);
-                    front.clear.swap_remove(next);
-                    front.boxes.swap_remove(next);
+                    front.clear[index] = f64::INFINITY;
+                    gone += 1;
                 }
                 Insight::Halves(halves) => {
                     let [low, high] = *halves;
                     *kept = low;
-                    front.boxes[next] = EVERYWHERE;
-                    front.parts.push(high);
+                    front.known[index] = kept.known;
+                    let least = |own: &Kept| own.known.least(&q);
+                    todo.push((index, least(kept)));
+                    todo.push((front.parts.len(), least(&high)));
                     front.clear.push(f64::NEG_INFINITY);
-                    front.boxes.push(EVERYWHERE);
+                    front.known.push(high.known);
+                    front.parts.push(high);
                 }
             }
+        }
+        self.memory.todo = todo;
+        if gone > 0 {
+            front.leave_out();
         }
         if front.parts.len() >= MOST_PARTS && front.served >= LONG_SERVICE {
             front.forget();
@@ -388,9 +425,8 @@ impl Search<'_> {
         heap: &mut BinaryHeap<Task<f64>>,
         q: &Point3<f64>,
         kept: &mut Kept,
-        room: bool,
+        (least, room): (f64, bool),
     ) -> Insight {
-        let least = kept.least(q);
         if self.hopeless(Dd::from(least)) {
             return Insight::Far(Dd::from(least));
         }
@@ -507,9 +543,9 @@ impl Search<'_> {
                 &cut
             }
         };
-        if kept.hull.is_none() {
-            kept.hull = products.hull(&net.origin);
-            let bound = kept.hull.map_or(0.0, |hull| least_squared(&hull, q));
+        if kept.known.hull == EVERYWHERE {
+            kept.known.hull = products.hull(&net.origin).unwrap_or(EVERYWHERE);
+            let bound = least_squared(&kept.known.hull, q);
             if self.hopeless(Dd::from(bound)) {
                 return Found::Far(Dd::from(bound));
             }
@@ -576,7 +612,7 @@ impl Search<'_> {
         }
         let mixed = kept.side == Some(BoxSide::Mixed);
         let inside = matches!(kept.part, Part::Box(_, _, _, true));
-        let known = (kept.center, kept.away);
+        let known = (kept.known.center, kept.known.away);
         let products = kept.products.as_deref().unwrap_or(all);
         let tau = self.out.hi.hi;
         // That it falls is enough.
@@ -613,7 +649,7 @@ impl Search<'_> {
             Kept {
                 products: Some(Box::new(own)),
                 side: whole,
-                ..Kept::new(kept.center, kept.away, Part::Box(source, u, v, inside))
+                ..Kept::new(known.0, known.1, Part::Box(source, u, v, inside))
             }
         });
         Insight::Halves(Box::new(halves))
@@ -634,10 +670,11 @@ impl Search<'_> {
                 if !steady.falls(*sign, q, tau) {
                     return None;
                 }
-                if let Some(kept) = border
-                    && let Insight::Outside = self.take_up(heap, q, kept, false)
-                {
-                    *border = None;
+                if let Some(kept) = border {
+                    let least = kept.known.least(q);
+                    if let Insight::Outside = self.take_up(heap, q, kept, (least, false)) {
+                        *border = None;
+                    }
                 }
                 Some(lo)
             }

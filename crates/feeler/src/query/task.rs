@@ -23,6 +23,8 @@ pub(crate) struct Memory {
     pub(super) finest_spare: Spare<Td>,
     /// The room for what is known of the place that a search starts from.
     pub(super) rough: Option<Box<Rough>>,
+    /// Which parts of a front are to be looked at, with what no squared distance of them is less than.
+    pub(super) todo: Vec<(usize, f64)>,
     /// What the search put aside, for a front.
     pub(super) left: Vec<Left>,
 }

@@ -42,29 +42,58 @@ proptest! {
         while away > 0.0 && Dyadic::from_f64(away).is_none_or(|a| &a * &a > square) {
             away = away.next_down();
         }
-        let kept = Kept {
-            hull: with_hull.then_some(hull),
-            ..Kept::new(Point3::from(center), away, Part::Face(0))
+        let known = Known {
+            center: Point3::from(center),
+            away,
+            hull: if with_hull { hull } else { EVERYWHERE },
         };
-        let least = kept.least(&Point3::from(other));
+        let least = known.least(&Point3::from(other));
         let truth = squared(x, other);
         prop_assert!(Dyadic::from_f64(least).is_some_and(|l| l <= truth), "{} {}", least, truth.approximate());
-        if let Some(hull) = &kept.hull {
+        if with_hull {
             let other = Point3::from(other);
-            for own in [kept.least_of_hull(hull, &other), least_squared(hull, &other)] {
+            for own in [known.least_of_hull(&other), least_squared(&hull, &other)] {
                 prop_assert!(Dyadic::from_f64(own).is_some_and(|l| l <= truth), "{} {}", own, truth.approximate());
             }
         }
     }
 
-    /// What is told of the numbers in eights is what one look at each tells.
+    /// Parts are passed over for being far alone, and what is written down of these is no more than how far they are.
     #[test]
-    fn the_first_number_within_is_found(
-        numbers in prop::collection::vec(prop_oneof![8 => 1.0..2.0f64, 1 => 0.0..=1.0f64, 1 => Just(f64::NEG_INFINITY)], 0..40),
-        limit in 0.0..1.5f64,
+    fn what_may_be_near_is_looked_at(
+        parts in prop::collection::vec((prop::array::uniform3(-4.0..4.0f64), 0.0..4.0f64, prop_oneof![8 => 0.5..4.0f64, 1 => Just(f64::NEG_INFINITY)]), 0..40),
+        (travel, reach) in (0.0..2.0f64, 0.0..2.0f64),
     ) {
-        prop_assert_eq!(first_within(&numbers, limit), numbers.iter().position(|x| *x <= limit));
+        let q = Point3::origin();
+        let known: Vec<Known> = parts
+            .iter()
+            .map(|(center, away, _)| Known { center: Point3::from(*center), away: *away, hull: EVERYWHERE })
+            .collect();
+        let clear: Vec<f64> = parts.iter().map(|p| p.2).collect();
+        let mut front = Front { travel, known: known.clone(), clear: clear.clone(), ..Front::default() };
+        let (hi, mut near) = (reach * reach, Vec::new());
+        front.near(&q, reach, hi, &mut near);
+        for (k, (own, clear)) in known.iter().zip(clear).enumerate() {
+            let by_way = clear - travel > reach + 1e-12;
+            let least = own.least(&q);
+            let told = near.iter().find(|n| n.0 == k);
+            prop_assert!(told.is_some() || by_way || least > hi);
+            prop_assert!(told.is_none_or(|n| n.1 == least));
+            if front.clear[k] != clear {
+                prop_assert!(told.is_none());
+                let away = Dyadic::from_f64(front.clear[k]).zip(Dyadic::from_f64(travel)).map(|(c, t)| &c - &t);
+                let least = Dyadic::from_f64(least);
+                prop_assert!(away.zip(least).is_some_and(|(a, l)| a <= Dyadic::ZERO || &a * &a <= l));
+            }
+        }
+        prop_assert!(square_root_is_no_more(reach) && near.iter().all(|n| square_root_is_no_more(n.1)));
     }
+}
+
+fn square_root_is_no_more(x: f64) -> bool {
+    let own = Dyadic::from_f64(root(x)).map(|r| &r * &r);
+    own.zip(Dyadic::from_f64(x))
+        .is_some_and(|(own, x)| own <= x)
 }
 
 /// A ball over the face teaches the box that its foot is on; the next one has its foot on the same surface beyond the trim at x = 1/4, where nothing is: it is nearest to the
