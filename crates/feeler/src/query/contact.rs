@@ -90,10 +90,11 @@ pub fn contact_from(
     answer(brep, probe, Some(witness), options, workspace)
 }
 
+#[inline]
 fn answer(
     brep: &PreparedBrep,
     probe: &Probe,
-    mut witness: Option<&mut Witness>,
+    witness: Option<&mut Witness>,
     options: &Options,
     workspace: &mut Workspace,
 ) -> ContactAnswer {
@@ -106,9 +107,9 @@ fn answer(
         true => &within_none,
         false => options,
     };
-    let (objective, radius) = match probe {
-        Probe::Sphere(s) => (Objective::SquaredDistance(s.center), s.radius),
-        Probe::HalfSpace(h) => (Objective::Height(h.normal, h.offset), 0.0),
+    let radius = match probe {
+        Probe::Sphere(s) => s.radius,
+        Probe::HalfSpace(_) => 0.0,
     };
     let floor = FULL_FLOOR * brep.size();
     let width = match options.accuracy {
@@ -121,6 +122,22 @@ fn answer(
     {
         return found;
     }
+    searched(brep, probe, witness, (options, width), workspace)
+}
+
+/// The same by a search.
+#[inline(never)] // What answers without one has no use for its room on the stack.
+fn searched(
+    brep: &PreparedBrep,
+    probe: &Probe,
+    mut witness: Option<&mut Witness>,
+    (options, width): (&Options, Width),
+    workspace: &mut Workspace,
+) -> ContactAnswer {
+    let (objective, radius) = match probe {
+        Probe::Sphere(s) => (Objective::SquaredDistance(s.center), s.radius),
+        Probe::HalfSpace(h) => (Objective::Height(h.normal, h.offset), 0.0),
+    };
     workspace.work = Work::default();
     let all_below = match (options.contacts, probe) {
         (Contacts::All, Probe::Sphere(_)) => {

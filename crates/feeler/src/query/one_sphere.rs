@@ -18,6 +18,7 @@ use nalgebra::{Point2, Vector3};
 const UP: f64 = 1.0 + 16.0 * f64::EPSILON;
 
 /// The separation and the deepest contact; `None` where the search has to tell.
+#[inline]
 pub(super) fn contact(
     brep: &PreparedBrep,
     ball: &Sphere,
@@ -123,6 +124,7 @@ fn separation(gap: Ball<Dd>, slack: f64, radius: f64, material: bool) -> Option<
     Some(Separation { value, bounds })
 }
 
+#[inline]
 fn make_contact(
     ball: &Sphere,
     form: &SphereForm,

@@ -119,6 +119,7 @@ impl SphereForm {
     /// as well as `twist` says, by as much again: so all parts of a direction by less than `DIRECTION`, and angles by twice that,
     /// [`ATAN_ERROR`](crate::numeric::ATAN_ERROR) and `twist`: all told below `ANGLE / 2`. The other half is for whole turns and for what the nearest
     /// point is off.
+    #[inline]
     pub(crate) fn foot(&self, q: &[f64; 3]) -> Option<SphereFoot> {
         let w: [f64; 3] = std::array::from_fn(|c| q[c] - self.rough[c]);
         let squared = w[0] * w[0] + w[1] * w[1] + w[2] * w[2];
