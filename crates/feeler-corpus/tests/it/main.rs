@@ -5,6 +5,7 @@ mod brep_truth;
 mod closed_forms;
 mod conics;
 mod contact_lists;
+mod continuum;
 mod rhino3dm_facts;
 mod shortcuts;
 mod undecided_side;

@@ -6,7 +6,7 @@ use super::task::{Arithmetic, Task};
 use super::upper::{NEIGHBOURS, step_ulp};
 use crate::numeric::{Dd, Real};
 use crate::prepare::PreparedBrep;
-use crate::prepare::closed::{Boxes, ClosedFace, Extent, Minimum, widened};
+use crate::prepare::closed::{Boxes, ClosedFace, Minimum, widened};
 use crate::trim::{BoxSide, Side};
 use nalgebra::Point2;
 use std::collections::BinaryHeap;
@@ -14,7 +14,8 @@ use std::collections::BinaryHeap;
 impl Search<'_> {
     /// The closed form of a face, where it serves: all minima of a face are not asked for.
     pub(super) fn closed(&self, face: usize) -> Option<&ClosedFace> {
-        if self.goal.all_below.is_some() || !self.goal.closed {
+        let listed = self.goal.all_below.is_some() && self.goal.extents.is_none();
+        if listed || !self.goal.closed {
             return None;
         }
         self.brep.closed(face)
@@ -39,7 +40,7 @@ impl Search<'_> {
                 } else {
                     minimum.range[0]
                 };
-                self.settle_closed(least, minimum.extent);
+                self.settle_closed(face, least, &minimum);
             }
             match side {
                 BoxSide::Inside => return self.keep_closed(face, None, &minimum),
@@ -63,7 +64,7 @@ impl Search<'_> {
             } else {
                 self.try_closed_point(face, form, &minimum);
             }
-            self.settle_closed(minimum.range[0], minimum.extent);
+            self.settle_closed(face, minimum.range[0], &minimum);
         }
         if !form.others.is_empty() {
             self.push_pieces::<T>(heap, face, lo, true, |c| form.others.contains(&c));
@@ -114,17 +115,18 @@ impl Search<'_> {
         region.classify_box(b[0], b[1]) == BoxSide::Inside
     }
 
-    fn settle_closed(&mut self, lo: Dd, extent: Extent) {
+    fn settle_closed(&mut self, face: usize, lo: Dd, minimum: &Minimum) {
         if self.hopeless(lo) {
             return;
         }
         self.lower(lo);
         self.out.settled.push(Settled {
+            face,
             source: None,
             lo,
-            at: [0.0; 2],
+            at: minimum.uv,
             spread: None,
-            extent,
+            extent: minimum.extent,
             local_minimum: true,
             flat: false,
         });

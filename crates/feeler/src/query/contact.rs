@@ -4,26 +4,22 @@ use super::answer::{
     Accuracy, Contact, ContactAnswer, Contacts, Options, Probe, Separation, Undecided,
 };
 use super::front::Front;
+use super::level::continuum;
 use super::local::{Spot, Surroundings};
 use super::objective::Objective;
 use super::outcome::{Goal, Locus, Outcome, Settled, Source, Width};
-use super::place::{Place, bound_contact, make_contact, place_of, rough_jet, trim_at};
+use super::place::{Place, bound_contact, make_contact, place_of, trim_at};
 use super::search::minimize;
-use super::task::Memory;
 use super::trail::Trail;
 use super::{Work, Workspace, inside, one_sphere};
 use crate::numeric::{Ball, Dd, Enclosure, Real};
-use crate::prepare::{Patch, PreparedBrep};
+use crate::prepare::PreparedBrep;
 use crate::trim::Side;
-use nalgebra::{Point2, Point3};
+use nalgebra::Point3;
 use std::sync::Arc;
 
 /// The floor of full accuracy, relative to the model's size (module docs of the crate).
 pub(super) const FULL_FLOOR: f64 = 1.0 / (1u128 << 96) as f64;
-/// The minimum is a continuum when points within max(accuracy, this times the size) of it...
-const CONTINUUM_SLACK: f64 = 1.0 / (1u64 << 44) as f64;
-/// ...reach farther than this times the size from one foot.
-pub(super) const CONTINUUM_REACH: f64 = 1.0 / (1u64 << 12) as f64;
 /// Feet nearer to each other than this times the size are one contact.
 const SAME_CONTACT: f64 = 1.0 / (1u64 << 24) as f64;
 
@@ -153,20 +149,18 @@ fn searched(
         Probe::HalfSpace(_) => None,
     };
     let hint = witness.as_ref().and_then(|w| w.trail.hint(center));
-    let search = |closed: bool, memory: &mut Memory, front: Option<&mut Front>| {
-        let goal = Goal {
-            width,
-            all_below,
-            threshold: None,
-            budget: options.node_budget,
-            closed,
-            hint,
-        };
-        minimize(brep, &objective, goal, memory, front)
+    let mut goal = Goal {
+        width,
+        all_below,
+        extents: None,
+        threshold: None,
+        budget: options.node_budget,
+        closed: true,
+        hint,
     };
     let front = witness.as_deref_mut().map(|w| &mut w.front);
     let front = front.filter(|_| objective.is_squared() && all_below.is_none());
-    let mut found = search(true, &mut workspace.memory, front);
+    let mut found = minimize(brep, &objective, goal, &mut workspace.memory, front);
     workspace.work.nodes += found.nodes;
     // The side matters for a sphere about a closed solid only.
     let material = match probe {
@@ -183,7 +177,8 @@ fn searched(
     let (mut separation, mut target) = settle(&found);
     if material.is_some() && found.used_closed && separation.bounds.width() > target {
         // A surface that is not quite what its closed form takes it for, or digits lost next to a focal point.
-        found = search(false, &mut workspace.memory, None);
+        goal.closed = false;
+        found = minimize(brep, &objective, goal, &mut workspace.memory, None);
         workspace.work.nodes += found.nodes;
         (separation, target) = settle(&found);
     }
@@ -210,10 +205,13 @@ fn searched(
             undecided,
         };
     }
-    let slack = continuum_slack(brep, options);
-    let reach = CONTINUUM_REACH * brep.size();
-    let continuum = is_continuum(&found, &objective, slack, reach)
-        || (found.left_open && spreads(brep, &found, &objective, slack, reach));
+    let continuum = continuum(
+        brep,
+        &objective,
+        &found,
+        (&goal, options),
+        &mut workspace.memory,
+    );
     let mut contacts = contacts(
         brep, probe, options, &found, &objective, separation, continuum, material,
     );
@@ -245,15 +243,6 @@ pub(super) fn target_width(
         separation.value + radius
     });
     target.max(0.0)
-}
-
-/// By how much a distance or height may be larger than the least to count as least.
-pub(super) fn continuum_slack(brep: &PreparedBrep, options: &Options) -> f64 {
-    let slack = CONTINUUM_SLACK * brep.size();
-    match options.accuracy {
-        Accuracy::Length(a) => slack.max(a),
-        Accuracy::Full => slack,
-    }
 }
 
 /// Whether a point is in the material of a closed solid, given a lower bound of its squared distance from the faces; `None` where
@@ -350,79 +339,6 @@ pub(super) fn separation(
         mid
     };
     Separation { value, bounds }
-}
-
-/// `f` at a distance or height larger by `slack`.
-fn raised(found: &Outcome, objective: &Objective, slack: f64) -> f64 {
-    if objective.is_squared() {
-        let d = found.hi.hi.sqrt() + slack;
-        d * d
-    } else {
-        found.hi.hi + slack
-    }
-}
-
-fn is_continuum(found: &Outcome, objective: &Objective, slack: f64, reach: f64) -> bool {
-    let limit = raised(found, objective, slack);
-    found.settled.iter().any(|s| {
-        let growth = limit - s.lo.hi;
-        growth >= 0.0 && s.extent.length(growth) > reach
-    })
-}
-
-/// Whether points as low as the minimum are seen farther than `reach` from its foot: where the search stopped at an enclosure
-/// that is narrow enough, it did not look for them.
-fn spreads(
-    brep: &PreparedBrep,
-    found: &Outcome,
-    objective: &Objective,
-    slack: f64,
-    reach: f64,
-) -> bool {
-    /// Directions in which to look.
-    const AROUND: [[f64; 2]; 8] = [
-        [1.0, 0.0],
-        [-1.0, 0.0],
-        [0.0, 1.0],
-        [0.0, -1.0],
-        [0.7, 0.7],
-        [-0.7, 0.7],
-        [0.7, -0.7],
-        [-0.7, -0.7],
-    ];
-    /// How far, in units of `reach`: the foot itself may be anywhere in its box.
-    const FAR: f64 = 2.5;
-    let Some(foot) = &found.foot else {
-        return false;
-    };
-    let Locus::Patch { patch, local, .. } = foot.spot else {
-        return false;
-    };
-    let Patch { net, maps, .. } = &brep.double(foot.face).patches[patch];
-    let at = local.map(|x| x.mid.hi);
-    let limit = raised(found, objective, slack);
-    let [here, along_u, along_v] = rough_jet(net, at);
-    // A step in the patch that goes `FAR` times the reach, roughly, or to the patch's border.
-    AROUND.iter().any(|d| {
-        // On a border only along it.
-        let open = |k: usize| {
-            let out = at[k] <= 0.0 && d[k] < 0.0 || at[k] >= 1.0 && d[k] > 0.0;
-            if out { 0.0 } else { d[k] }
-        };
-        let speed = (along_u * open(0) + along_v * open(1)).norm();
-        if !(speed > 0.0) {
-            return false;
-        }
-        let step = (FAR * reach / speed).min(1.0);
-        let there = [0, 1].map(|k| (at[k] + step * d[k]).clamp(0.0, 1.0));
-        if objective.guide_value(net, there[0], there[1]) > limit {
-            return false;
-        }
-        let uv = [0, 1].map(|k| maps[k].to_native(there[k]));
-        let [point, ..] = rough_jet(net, there);
-        (point - here).norm() > reach
-            && brep.region(foot.face).side(Point2::new(uv[0], uv[1])).side == Some(Side::Inside)
-    })
 }
 
 #[allow(clippy::too_many_arguments)] // One caller; the parts of one answer.

@@ -169,6 +169,7 @@ impl Search<'_> {
         self.lower(leaf.lo);
         let size = self.speed(source, cell);
         self.out.settled.push(Settled {
+            face: source.face(),
             source: Some(source),
             lo: leaf.lo,
             at: [leaf.p[0].hi, leaf.p[1].hi],

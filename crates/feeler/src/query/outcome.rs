@@ -19,6 +19,13 @@ pub(crate) enum Source {
     Piece { face: usize, index: usize },
 }
 
+impl Source {
+    pub(crate) fn face(self) -> usize {
+        let (Self::Patch { face, .. } | Self::Piece { face, .. }) = self;
+        face
+    }
+}
+
 /// A point of the BREP where `f` was evaluated.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Foot {
@@ -49,10 +56,11 @@ pub(crate) enum Locus {
 /// A node that convexity settled, kept for contacts and for the extent of the minimum.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Settled {
+    pub(crate) face: usize,
     /// `None` for closed forms.
     pub(crate) source: Option<Source>,
     pub(crate) lo: Dd,
-    /// The minimum on the node, rounded.
+    /// The minimum on the node, rounded; of closed forms in native parameters.
     pub(crate) at: [f64; 2],
     /// What is proven about how far from it the closest point can be; `None` where nothing is.
     pub(crate) spread: Option<Spread>,
@@ -189,6 +197,8 @@ pub(crate) struct Goal {
     pub(crate) width: Width,
     /// Find all minima with `f` up to this, not only the global one.
     pub(crate) all_below: Option<f64>,
+    /// Only how far what is so low extends is asked, of a minimum not above this: closed forms tell that, too.
+    pub(crate) extents: Option<Dd>,
     /// Only whether the least `f` is below this is asked.
     pub(crate) threshold: Option<Dd>,
     /// How many nodes may be visited.

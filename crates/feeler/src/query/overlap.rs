@@ -48,6 +48,7 @@ pub fn overlap(
                     radius,
                 },
                 all_below: None,
+                extents: None,
                 threshold: Some(least),
                 budget: options.node_budget,
                 closed,

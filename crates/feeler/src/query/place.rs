@@ -11,7 +11,7 @@ use crate::trim::{PieceOrigin, Side};
 use nalgebra::{Point2, Point3, Vector3};
 
 /// A foot nearer to a vertex than this times the size is on the vertex.
-const ON_VERTEX: f64 = 1.0 / (1u64 << 40) as f64;
+pub(super) const ON_VERTEX: f64 = 1.0 / (1u64 << 40) as f64;
 
 /// A bound is off by a few roundings.
 const BOUND_UP: f64 = 1.0 + 16.0 * f64::EPSILON;

@@ -136,7 +136,7 @@ impl<'a> Search<'a> {
             goal,
             out: Outcome {
                 lo: Dd::from(f64::INFINITY),
-                hi: Dd::from(f64::INFINITY),
+                hi: goal.extents.unwrap_or(Dd::from(f64::INFINITY)),
                 foot: None,
                 rough: None,
                 settled: std::mem::take(&mut memory.settled),

@@ -30,6 +30,7 @@ impl Search<'_> {
         self.lower(lo);
         self.try_end(source, at);
         self.out.settled.push(Settled {
+            face: source.face(),
             source: Some(source),
             lo,
             at: [at, 0.0],
@@ -118,6 +119,7 @@ impl Search<'_> {
             }
         }
         self.out.settled.push(Settled {
+            face: source.face(),
             source: Some(source),
             lo,
             at,

@@ -412,7 +412,7 @@ impl Search<'_> {
 }
 
 /// The first patch that holds a place, and the local parameters there.
-fn patch_at(patches: &Patches<f64>, uv: Point2<f64>) -> Option<(usize, [f64; 2])> {
+pub(super) fn patch_at(patches: &Patches<f64>, uv: Point2<f64>) -> Option<(usize, [f64; 2])> {
     let uv = [uv.x, uv.y];
     let holds = |p: &Patch<f64>| {
         let within = |k: usize| p.maps[k].start <= uv[k] && uv[k] <= p.maps[k].end;

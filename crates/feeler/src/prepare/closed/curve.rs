@@ -116,6 +116,8 @@ impl<T: Real> Circle<T> {
 }
 
 const WHOLE: f64 = std::f64::consts::TAU;
+/// A direction whose length is off by no more than this part is one.
+const SHARP: f64 = 1.0 / (1u64 << 40) as f64;
 const HALF: f64 = std::f64::consts::PI;
 
 impl CurveShape {
@@ -164,6 +166,14 @@ impl CurveShape {
 }
 
 impl CurveShape {
+    /// The direction of a segment in f64, not normalised.
+    pub(crate) fn direction(&self) -> Option<[f64; 3]> {
+        match self {
+            Self::Segment(s) => Some(s.rough[1].map(|x| x.mid)),
+            Self::Arc(_) => None,
+        }
+    }
+
     /// A box around it; around the whole circle of an arc (whose axes are of length one, up to rounding).
     pub(crate) fn bounds(&self) -> [[f64; 2]; 3] {
         match self {
@@ -260,7 +270,12 @@ impl ArcShape {
             Target::Height(..) => 0.5,
         };
         let extent = Extent::Root((self.radius.mid.hi / (grow * length.mid.hi)).sqrt());
-        let held = self.holds(p[0], p[1]);
+        // Next to the axis the direction has no digits, or its square has underflowed.
+        let held = if length.rad <= SHARP * length.mid.hi {
+            self.holds(p[0], p[1])
+        } else {
+            Known::Unsure
+        };
         if held == Known::Yes {
             let d = [p[0] / length, p[1] / length];
             let point = along(

@@ -258,6 +258,16 @@ const POLE_TWIST: f64 = 1.0 / (1u64 << 60) as f64;
 /// Points near a pole are within this part of the size of it: 1e-42 over the least slope of the profile there, 2^-20.
 const POLE: f64 = 1e-35;
 const LEAST_SLOPE: f64 = 1.0 / (1u64 << 20) as f64;
+/// From one angle to another; exactly where both are f64: a whole turn must not look as if it were more.
+fn way(from: Ball<Dd>, to: Ball<Dd>) -> Ball<Dd> {
+    let is_plain = |x: Ball<Dd>| x.rad == 0.0 && x.mid.lo == 0.0;
+    if is_plain(from) && is_plain(to) {
+        Ball::difference(to.mid.hi, from.mid.hi)
+    } else {
+        to - from
+    }
+}
+
 /// Whole turns, as f64; in truth 2 pi is larger by 2.45e-16.
 const TURN: f64 = std::f64::consts::TAU;
 
@@ -523,7 +533,7 @@ impl RevolutionForm {
                         self.fine.turned(&zero, &start, sin, cos),
                         self.fine.turned(&zero, &next, sin, cos),
                         Ball::exact(*radius),
-                        to - from,
+                        way(from, to),
                     )?;
                     return Some(ClosedCurve {
                         trim,
@@ -565,7 +575,7 @@ impl RevolutionForm {
             self.fine.turned(&zero, &unit, sin, cos),
             self.fine.turned(&zero, &next, sin, cos),
             radius,
-            to - from,
+            way(from, to),
         )?
         .about(self.fine.axis);
         Some(ClosedCurve {

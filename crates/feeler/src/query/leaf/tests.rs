@@ -24,6 +24,7 @@ fn the_bound_of_a_quadratic_is_its_least_value() {
     let goal = Goal {
         width: Width::Length(1e-9),
         all_below: None,
+        extents: None,
         threshold: None,
         budget: 1000,
         closed: false,

@@ -1,0 +1,258 @@
+//! Whether points as low as the minimum reach far from its foot. No bound rests on it.
+
+use super::answer::{Accuracy, Contacts, Options};
+use super::objective::Objective;
+use super::outcome::{Foot, Goal, Locus, Outcome, Source};
+use super::place::{ON_VERTEX, place_of, rough_jet};
+use super::search::minimize;
+use super::task::Memory;
+use super::upper::patch_at;
+use crate::prepare::closed::ClosedSurface;
+use crate::prepare::{Net, Patch, PreparedBrep};
+use crate::trim::Side;
+use nalgebra::{Point2, Vector3};
+
+/// The minimum is a continuum when points within max(accuracy, this times the size) of it...
+const CONTINUUM_SLACK: f64 = 1.0 / (1u64 << 44) as f64;
+/// ...reach farther than this times the size from one foot.
+pub(super) const CONTINUUM_REACH: f64 = 1.0 / (1u64 << 12) as f64;
+
+/// By how much a distance or height may be larger than the least to count as least.
+#[inline]
+pub(super) fn continuum_slack(brep: &PreparedBrep, options: &Options) -> f64 {
+    let slack = CONTINUUM_SLACK * brep.size();
+    match options.accuracy {
+        Accuracy::Length(a) => slack.max(a),
+        Accuracy::Full => slack,
+    }
+}
+
+/// Whether the minimum that a search found is a continuum.
+///
+/// The extents of what it settled say so, or points as low that are seen where it left something open. A search for the deepest contact passes over what is as
+/// low as its foot. Of a distance, that is as low along an edge as it says; but a plane rests on edges, generators and faces as soon as on one of their ends, so
+/// that next to a foot that nothing proves to stand alone (on the border of a face, above all) it is looked for again, by a search for all that is so low.
+pub(super) fn continuum(
+    brep: &PreparedBrep,
+    objective: &Objective,
+    found: &Outcome,
+    (goal, options): (&Goal, &Options),
+    memory: &mut Memory,
+) -> bool {
+    let slack = continuum_slack(brep, options);
+    let low = Low {
+        brep,
+        objective,
+        limit: raised(found, objective, slack),
+        slack,
+        reach: CONTINUUM_REACH * brep.size(),
+    };
+    let seen_from_foot = || found.foot.as_ref().is_some_and(|f| low.is_seen_from(f));
+    if low.is_told(found, false) || (found.left_open && seen_from_foot()) {
+        return true;
+    }
+    let may_lie_along = match *objective {
+        Objective::SquaredDistance(_) => false,
+        Objective::Height(normal, _) => {
+            !low.stands_alone(found) && !low.rises_from_corner(found, &normal)
+        }
+    };
+    if options.contacts == Contacts::All || !may_lie_along {
+        return false;
+    }
+    let goal = Goal {
+        all_below: Some(low.limit),
+        extents: Some(found.hi),
+        budget: goal.budget.min(MOST_NODES),
+        closed: true,
+        hint: None,
+        ..*goal
+    };
+    let again = minimize(brep, objective, goal, memory, None);
+    let told = low.is_told(&again, true);
+    memory.keep(again);
+    told
+}
+
+/// How many nodes a search for what is as low as a foot may visit: what is not found out by then is told as a point.
+const MOST_NODES: usize = 512;
+
+/// `f` at a distance or height larger by `slack`.
+fn raised(found: &Outcome, objective: &Objective, slack: f64) -> f64 {
+    if objective.is_squared() {
+        let d = found.hi.hi.sqrt() + slack;
+        d * d
+    } else {
+        found.hi.hi + slack
+    }
+}
+
+/// Points that are as low as a minimum, and far from where it is.
+struct Low<'a> {
+    brep: &'a PreparedBrep,
+    objective: &'a Objective,
+    /// No point above this is low.
+    limit: f64,
+    /// By how much that is above the minimum, in length.
+    slack: f64,
+    /// None that is nearer is far.
+    reach: f64,
+}
+
+impl Low<'_> {
+    /// Whether what a search settled extends so far: by a formula, or as is seen from where it is least. (What is known of a box may be no more than its size, and
+    /// of a curve no more than how far `f` is as low along it: beside all of these is looked, too, if that is wanted.)
+    fn is_told(&self, found: &Outcome, beside: bool) -> bool {
+        let low = found.settled.iter().filter(|s| s.lo.hi <= self.limit);
+        let mut looks = 0..MOST_LOOKS;
+        low.into_iter().any(|s| {
+            let extends = s.extent.length(self.limit - s.lo.hi) > self.reach;
+            if s.source.is_none() && extends {
+                return true;
+            }
+            if !(extends || beside) || looks.next().is_none() {
+                return false;
+            }
+            let patches = &self.brep.double(s.face).patches;
+            let on = |uv: Point2<f64>| {
+                patch_at(patches, uv).is_some_and(|(patch, at)| self.is_seen_on(s.face, patch, at))
+            };
+            match s.source {
+                None => on(s.at.into()),
+                Some(Source::Patch { face, index }) => {
+                    extends && self.is_seen_on(face, index, s.at)
+                }
+                Some(Source::Piece { face, index }) => {
+                    extends && self.is_seen_along(face, index, s.at[0])
+                        || beside && place_of(self.brep, s).is_some_and(|(place, ..)| on(place.uv))
+                }
+            }
+        })
+    }
+
+    /// Whether a foot is in a face's interior and proven to be the only low place around.
+    fn stands_alone(&self, found: &Outcome) -> bool {
+        let Some(foot) = found.foot.as_ref().filter(|f| f.trim.is_none()) else {
+            return false;
+        };
+        let source = foot.found.map(|f| f.0);
+        found.settled.iter().any(|s| {
+            let growth = (self.limit - s.lo.hi).max(0.0);
+            (s.face, s.source) == (foot.face, source)
+                && s.local_minimum
+                && s.extent.length(growth) <= self.reach
+        })
+    }
+
+    /// Whether a foot is a vertex where planes alone meet, along segments that all rise from it: then so do the planes between them.
+    fn rises_from_corner(&self, found: &Outcome, normal: &Vector3<f64>) -> bool {
+        let parts = self.brep.brep().parts();
+        let Some(foot) = found.foot.as_ref() else {
+            return false;
+        };
+        let Some(trim) = foot.trim.map(|t| &parts.trims[t]) else {
+            return false;
+        };
+        let point = self
+            .brep
+            .brep()
+            .surface(foot.face)
+            .point(foot.uv.x, foot.uv.y);
+        let away = |v: usize| (parts.vertices[v].point - point).norm();
+        let [a, b] = trim.vertices;
+        let vertex = if away(a) <= away(b) { a } else { b };
+        // Negated in effect: what is no number is no vertex.
+        let near = away(vertex) <= ON_VERTEX * self.brep.size();
+        near && parts.vertices[vertex].edges.iter().all(|e| {
+            let edge = &parts.edges[*e];
+            let flat = |t: &usize| {
+                let face = parts.loops[parts.trims[*t].trim_loop].face;
+                let closed = self.brep.closed(face);
+                closed.is_some_and(|c| matches!(c.surface, ClosedSurface::Plane(_)))
+            };
+            let along = edge.trims.first().and_then(|t| {
+                let (curve, _) = self.brep.closed_image(*t)?;
+                curve.shape.direction().map(Vector3::from)
+            });
+            let rises = |d: Vector3<f64>| {
+                let rise = normal.dot(&d).abs() / d.norm() * FAR * self.reach;
+                rise > SURELY * self.slack
+            };
+            !edge.trims.is_empty() && edge.trims.iter().all(flat) && along.is_some_and(rises)
+        })
+    }
+
+    /// Whether some are seen from a foot: where a search stopped at an enclosure that is narrow enough, it did not look for them.
+    fn is_seen_from(&self, foot: &Foot) -> bool {
+        match foot.spot {
+            Locus::Patch { patch, local, .. } => {
+                self.is_seen_on(foot.face, patch, local.map(|x| x.mid.hi))
+            }
+            Locus::Closed { .. } => false,
+        }
+    }
+
+    /// Whether some are seen from a place on a patch.
+    fn is_seen_on(&self, face: usize, patch: usize, at: [f64; 2]) -> bool {
+        let Patch { net, maps, .. } = &self.brep.double(face).patches[patch];
+        let [here, along_u, along_v] = rough_jet(net, at);
+        // A step in the patch that goes `FAR` times the reach, roughly, or to the patch's border.
+        AROUND.iter().any(|d| {
+            // On a border only along it.
+            let open = |k: usize| {
+                let out = at[k] <= 0.0 && d[k] < 0.0 || at[k] >= 1.0 && d[k] > 0.0;
+                if out { 0.0 } else { d[k] }
+            };
+            let speed = (along_u * open(0) + along_v * open(1)).norm();
+            if !(speed > 0.0) {
+                return false;
+            }
+            let step = (FAR * self.reach / speed).min(1.0);
+            let there = [0, 1].map(|k| (at[k] + step * d[k]).clamp(0.0, 1.0));
+            if !self.is_far_and_low(net, here, there) {
+                return false;
+            }
+            let uv = [0, 1].map(|k| maps[k].to_native(there[k]));
+            let side = self.brep.region(face).side(Point2::new(uv[0], uv[1])).side;
+            matches!(side, Some(Side::Inside | Side::Boundary))
+        })
+    }
+
+    /// Whether some are seen from a place on a boundary piece, along it.
+    fn is_seen_along(&self, face: usize, piece: usize, at: f64) -> bool {
+        let Some(net) = &self.brep.double(face).piece(piece).space else {
+            return false;
+        };
+        let [here, along, _] = rough_jet(net, [at, 0.0]);
+        let step = FAR * self.reach / along.norm();
+        [-step, step].into_iter().any(|step| {
+            let there = (at + step).clamp(0.0, 1.0);
+            self.is_far_and_low(net, here, [there, 0.0])
+        })
+    }
+
+    /// Whether a place is low, and far from a point (relative to the net's origin).
+    fn is_far_and_low(&self, net: &Net<f64>, here: Vector3<f64>, there: [f64; 2]) -> bool {
+        // Negated in effect: what is no number is not low.
+        self.objective.guide_value(net, there[0], there[1]) <= self.limit
+            && (rough_jet(net, there)[0] - here).norm() > self.reach
+    }
+}
+
+/// Of what is settled, so much is looked at.
+const MOST_LOOKS: usize = 64;
+/// What rises by so many times the slack is not level, whatever is rounded.
+const SURELY: f64 = 16.0;
+/// Directions in which to look.
+const AROUND: [[f64; 2]; 8] = [
+    [1.0, 0.0],
+    [-1.0, 0.0],
+    [0.0, 1.0],
+    [0.0, -1.0],
+    [0.7, 0.7],
+    [-0.7, 0.7],
+    [0.7, -0.7],
+    [-0.7, -0.7],
+];
+/// How far, in units of the reach: a foot may be anywhere in its box.
+const FAR: f64 = 2.5;
