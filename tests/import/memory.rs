@@ -6,7 +6,8 @@ mod fixture;
 
 mod random;
 
-use feeler_io::{Document, ReadError, read_3dm, read_brep, read_step};
+use feeler::prepare::trim_offsets;
+use feeler_io::{Document, ObjectKind, ReadError, read_3dm, read_brep, read_step};
 use peak_alloc::PeakAlloc;
 use random::Random;
 use std::path::Path;
@@ -78,6 +79,7 @@ fn memory_stays_within_a_multiple_of_the_file() {
     of_brep();
     of_step();
     of_tiny_step_files();
+    of_proofs();
 }
 
 fn of_3dm() {
@@ -213,7 +215,76 @@ fn of_tiny_step_files() {
         );
         taken_by_step(text.as_bytes());
     }
+    let text = tiny_far().replacen("DATA;", &format!("DATA;{UNUSED}"), 1);
+    let text = text.replacen("(0.,2.,1.E-6)", "(-0.,2.,1.E-6)", 1);
+    let factor = taken_by_step(text.as_bytes());
+    println!(
+        "an edge three times, far off, {} bytes: {factor:.1} bytes a byte",
+        text.len()
+    );
 }
+
+/// What a proof may take beside the bytes that it is given: the lists of what is asked for.
+const PROOF_FIXED: usize = 1 << 10;
+
+/// The proof of how far an image is off takes no more memory than it is given, work included: files of any size are read by that.
+fn of_proofs() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../corpora/models/step");
+    let far = tiny_far();
+    for part in PROVEN {
+        let bytes = match part {
+            "" => far.clone().into_bytes(),
+            name => std::fs::read(folder.join(name)).expect("a file of the corpus"),
+        };
+        let document = read_step(&bytes).expect("a document");
+        let mut most = 0;
+        for object in &document.objects {
+            let ObjectKind::Brep(brep) = &object.kind else {
+                continue;
+            };
+            for (trim, t) in brep.parts().trims.iter().enumerate() {
+                if t.edge.is_none() {
+                    continue;
+                }
+                for room in (8..22).map(|e| 1 << e) {
+                    ALLOCATOR.reset_peak_usage();
+                    let before = ALLOCATOR.current_usage();
+                    let found = trim_offsets(brep, &[trim], room);
+                    let used = ALLOCATOR.peak_usage().saturating_sub(before);
+                    most = most.max(used.saturating_sub(room));
+                    assert!(
+                        used <= room + PROOF_FIXED,
+                        "{part}, trim {trim}: {used} bytes of {room}"
+                    );
+                    if found.iter().all(|o| o.at_most.is_finite()) {
+                        break;
+                    }
+                }
+            }
+        }
+        println!("proofs of {part}: {most} bytes more than given at most");
+    }
+}
+
+/// Files whose edges the kernel can be asked about on surfaces of each kind; the last is a [file](tiny_step) of an edge three times, far off.
+const PROVEN: [&str; 6] = [
+    "filleted_bare.step",
+    "bored_nurbs.step",
+    "bored_nurbs_bare.step",
+    "revolution_part_bare.step",
+    "torus_bare.step",
+    "",
+];
+
+/// An edge three times on a sphere, with a point far off.
+fn tiny_far() -> String {
+    let (face, circle) = ("SPHERICAL_SURFACE('',#25,3.)", "CIRCLE('',#25,2.)");
+    tiny_step([1, 1, 3, 0], face, circle, "-1.,1.E9,1.E9")
+}
+
+/// What nothing uses: with more bytes a proof has more room.
+const UNUSED: &str = "#15=CARTESIAN_POINT('',(1.,1.,.1));#22=VECTOR('',#23,1.);#24=AXIS1_PLACEMENT('',#12,#23);\
+                      #21=DIRECTION('',(-1.,1.E9,1.E9));#20=VECTOR('',#21,1.);";
 
 fn of_step() {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../corpora/models/step");

@@ -2,7 +2,7 @@
 
 use super::super::crack::{apart, end_regions};
 use super::super::image::{self, Image, distance};
-use super::super::matching::frechet;
+use super::super::matching::{Pair, frechet, frechet_bytes};
 use super::super::patch::{Patches, patch_counts};
 use super::super::spline::{PieceCount, piece_count};
 use super::super::{Box3, PreparedBrep, around};
@@ -153,6 +153,13 @@ pub(super) fn offsets_alone(brep: &Brep, trims: &[usize], most_bytes: usize) -> 
                 let patches = patches.get_or_insert_with(|| Patches::on_demand(surface));
                 let image = image::image_alone(brep, patches, trim, room);
                 let own = image.as_ref().and_then(|_| image::of_curve(curve, span));
+                let to_match = image.as_ref().zip(own.as_ref()).map(|(i, own)| {
+                    let pairs = i.stretches.len() * size_of::<Pair<f64>>();
+                    pairs + i.bytes() + frechet_bytes::<f64>(i.order(), own.order())
+                });
+                if to_match.is_some_and(|bytes| bytes.saturating_add(patches.made()) > room) {
+                    return f64::INFINITY;
+                }
                 at_most(brep, edge, trim, image.as_ref(), own.as_ref())
             });
             all.push(Offset {
@@ -168,8 +175,8 @@ pub(super) fn offsets_alone(brep: &Brep, trims: &[usize], most_bytes: usize) -> 
 /// What a patch's slot takes, and what patches of one span of u or v are made of.
 const SLOT: usize = 16;
 const SPAN: usize = 1024;
-/// What a piece of a trim takes, and a control point of it.
-const TRIM_PIECE: [usize; 2] = [96, 64];
+/// What a piece of a trim takes, in two lists, and a control point of it.
+const TRIM_PIECE: [usize; 2] = [176, 64];
 /// The same of an edge's curve, which becomes an image, and one that is turned around.
 const EDGE_PIECE: [usize; 2] = [640, 128];
 
