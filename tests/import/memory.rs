@@ -189,6 +189,7 @@ fn of_tiny_step_files() {
         "SPHERICAL_SURFACE('',#25,3.)",
     );
     let plane = "PLANE('',#25)";
+    let cone = "CONICAL_SURFACE('',#25,1.E-12,.5)";
     let near = "1.,0.,0.";
     for (name, counts, face, radius, end) in [
         ("a body 50 times", [50, 1, 1, 0], cylinder, "3.", near),
@@ -203,6 +204,10 @@ fn of_tiny_step_files() {
             "2.",
             "-1.,1.E9,1.E9",
         ),
+        // Each place where a loop jumps was a line of the report, kept twice.
+        ("an edge that jumps", [1, 1, 50, 0], plane, "1.E-300", near),
+        // Beside each use lies a straight one, along a pole.
+        ("an edge at a pole", [1, 1, 50, 0], cone, "1.E-300", near),
         ("blanks", [1, 1, 1, 512], plane, "1.", near),
         ("more blanks", [1, 1, 1, 1000], plane, "1.", near),
     ] {
@@ -424,6 +429,31 @@ fn of_splines() {
             }
         }
     }
+    // On a plane an image is looked at as Bezier pieces: of a high degree they have many points.
+    for n in [25, 50] {
+        let points = "#14,#14,#13,#12,#12,#13,#12,#15,".repeat(n / 2);
+        let edge = format!("#11=QUASI_UNIFORM_CURVE('',8,({points}#12),$,$,$);");
+        let flat = face(&[UP, "#10=PLANE('',#25);", &edge].concat());
+        let flat = flat.replacen("(1.,1.,.1)", "(1.,1.,0.)", 1);
+        most = most.max(taken_by_step(flat.as_bytes()));
+    }
+    // And that of a circle across it is a spline, for each use.
+    let circle = "#11=CIRCLE('',#35,.5);#35=AXIS2_PLACEMENT_3D('',#31,#32,#23);#31=CARTESIAN_POINT('',(1.E9,1.,0.));\
+                  #32=DIRECTION('',(0.,1.,1.E-9));";
+    let across = face(&[UP, "#10=PLANE('',#25);", circle].concat());
+    let across = across.replacen("(0.,0.,1.)", "(0.,1.E-6,3.)", 1);
+    let across = across.replacen("(#6)", &format!("({}#6)", "#6,".repeat(300)), 1);
+    most = most.max(taken_by_step(across.as_bytes()));
+    // An edge that is split at a pole over and over.
+    let split = "#26=QUASI_UNIFORM_CURVE('',3,(#12,#12,#12,#12,#13,#15,#14,#12),$,$,$);\
+                 #10=SURFACE_OF_REVOLUTION('',#26,#24);\
+                 #11=(BOUNDED_CURVE()B_SPLINE_CURVE(3,(#13,#13,#12,#12,#12,#12,#12,#12),.U.,.F.,.F.)B_SPLINE_CURVE_WITH_KNOTS((4,1,2,1,4),(-1.0,999999999.0,1999999999.0,2999999999.0,3999999999.0),.U.)CURVE()GEOMETRIC_REPRESENTATION_ITEM()RATIONAL_B_SPLINE_CURVE((6.28318530718,1.,1.,1.,1.,1.,1.,1.E16))REPRESENTATION_ITEM(''));";
+    let often = face(&[UP, split].concat());
+    let often = often.replacen("(0.,0.,0.)", "(2.,1.E9,1.0000000000000002)", 1);
+    let faces = "#40=ADVANCED_FACE('',(#4),#10,.T.);#41=ADVANCED_FACE('',(#4),#10,.T.);#42=ADVANCED_FACE('',(#4),#10,.T.);";
+    let shell = format!("BREP('',#30);{faces}#30=OPEN_SHELL('',(#40,#41,#42,#3));");
+    let often = often.replacen("BREP('',#3);", &shell, 1);
+    most = most.max(taken_by_step(often.as_bytes()));
     println!("splines: {most:.1} bytes a byte");
 }
 
