@@ -9,7 +9,7 @@ use super::super::{Box3, PreparedBrep, around};
 use super::{Direction, EdgeHealth, FaceHealth, Offset, TINY, Turn};
 use crate::brep::{Brep, Defect, LoopKind};
 use crate::numeric::{Enclosure, Interval};
-use crate::nurbs::Curve3;
+use crate::nurbs::{Curve3, Surface};
 use std::collections::BTreeMap;
 
 /// A bound that is off by a few roundings.
@@ -129,7 +129,11 @@ pub(super) fn offsets_alone(brep: &Brep, trims: &[usize], most_bytes: usize) -> 
         let surface = brep.surface(face);
         let [u, v] = patch_counts(surface);
         // Before any of them is made.
-        let bytes = u.saturating_mul(v).saturating_mul(SLOT) + (u + v) * SPAN;
+        let net = match surface {
+            Surface::Nurbs(s) => size_of_val(s.control_net()),
+            _ => 0,
+        };
+        let bytes = u.saturating_mul(v).saturating_mul(SLOT) + (u + v) * SPAN + net;
         let room = most_bytes.checked_sub(bytes);
         let mut patches = None;
         for trim in trims {
@@ -172,7 +176,7 @@ pub(super) fn offsets_alone(brep: &Brep, trims: &[usize], most_bytes: usize) -> 
     all
 }
 
-/// What a patch's slot takes, and what patches of one span of u or v are made of.
+/// What a patch's slot takes, and what patches of one span of u or v are made of, beside a copy of a spline's net.
 const SLOT: usize = 16;
 const SPAN: usize = 1024;
 /// What a piece of a trim takes, in two lists, and a control point of it.
