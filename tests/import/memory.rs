@@ -6,7 +6,8 @@ mod fixture;
 
 mod random;
 
-use feeler_io::{Document, ReadError, read_3dm, read_brep, read_step};
+use feeler::prepare::trim_offsets;
+use feeler_io::{Document, ObjectKind, ReadError, read_3dm, read_brep, read_step};
 use peak_alloc::PeakAlloc;
 use random::Random;
 use std::path::Path;
@@ -78,6 +79,7 @@ fn memory_stays_within_a_multiple_of_the_file() {
     of_brep();
     of_step();
     of_tiny_step_files();
+    of_proofs();
 }
 
 fn of_3dm() {
@@ -187,6 +189,7 @@ fn of_tiny_step_files() {
         "SPHERICAL_SURFACE('',#25,3.)",
     );
     let plane = "PLANE('',#25)";
+    let cone = "CONICAL_SURFACE('',#25,1.E-12,.5)";
     let near = "1.,0.,0.";
     for (name, counts, face, radius, end) in [
         ("a body 50 times", [50, 1, 1, 0], cylinder, "3.", near),
@@ -201,6 +204,10 @@ fn of_tiny_step_files() {
             "2.",
             "-1.,1.E9,1.E9",
         ),
+        // Each place where a loop jumps was a line of the report, kept twice.
+        ("an edge that jumps", [1, 1, 50, 0], plane, "1.E-300", near),
+        // Beside each use lies a straight one, along a pole.
+        ("an edge at a pole", [1, 1, 50, 0], cone, "1.E-300", near),
         ("blanks", [1, 1, 1, 512], plane, "1.", near),
         ("more blanks", [1, 1, 1, 1000], plane, "1.", near),
     ] {
@@ -213,7 +220,76 @@ fn of_tiny_step_files() {
         );
         taken_by_step(text.as_bytes());
     }
+    let text = tiny_far().replacen("DATA;", &format!("DATA;{UNUSED}"), 1);
+    let text = text.replacen("(0.,2.,1.E-6)", "(-0.,2.,1.E-6)", 1);
+    let factor = taken_by_step(text.as_bytes());
+    println!(
+        "an edge three times, far off, {} bytes: {factor:.1} bytes a byte",
+        text.len()
+    );
 }
+
+/// What a proof may take beside the bytes that it is given: the lists of what is asked for.
+const PROOF_FIXED: usize = 1 << 10;
+
+/// The proof of how far an image is off takes no more memory than it is given, work included: files of any size are read by that.
+fn of_proofs() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../corpora/models/step");
+    let far = tiny_far();
+    for part in PROVEN {
+        let bytes = match part {
+            "" => far.clone().into_bytes(),
+            name => std::fs::read(folder.join(name)).expect("a file of the corpus"),
+        };
+        let document = read_step(&bytes).expect("a document");
+        let mut most = 0;
+        for object in &document.objects {
+            let ObjectKind::Brep(brep) = &object.kind else {
+                continue;
+            };
+            for (trim, t) in brep.parts().trims.iter().enumerate() {
+                if t.edge.is_none() {
+                    continue;
+                }
+                for room in (8..22).map(|e| 1 << e) {
+                    ALLOCATOR.reset_peak_usage();
+                    let before = ALLOCATOR.current_usage();
+                    let found = trim_offsets(brep, &[trim], room);
+                    let used = ALLOCATOR.peak_usage().saturating_sub(before);
+                    most = most.max(used.saturating_sub(room));
+                    assert!(
+                        used <= room + PROOF_FIXED,
+                        "{part}, trim {trim}: {used} bytes of {room}"
+                    );
+                    if found.iter().all(|o| o.at_most.is_finite()) {
+                        break;
+                    }
+                }
+            }
+        }
+        println!("proofs of {part}: {most} bytes more than given at most");
+    }
+}
+
+/// Files whose edges the kernel can be asked about on surfaces of each kind; the last is a [file](tiny_step) of an edge three times, far off.
+const PROVEN: [&str; 6] = [
+    "filleted_bare.step",
+    "bored_nurbs.step",
+    "bored_nurbs_bare.step",
+    "revolution_part_bare.step",
+    "torus_bare.step",
+    "",
+];
+
+/// An edge three times on a sphere, with a point far off.
+fn tiny_far() -> String {
+    let (face, circle) = ("SPHERICAL_SURFACE('',#25,3.)", "CIRCLE('',#25,2.)");
+    tiny_step([1, 1, 3, 0], face, circle, "-1.,1.E9,1.E9")
+}
+
+/// What nothing uses: with more bytes a proof has more room.
+const UNUSED: &str = "#15=CARTESIAN_POINT('',(1.,1.,.1));#22=VECTOR('',#23,1.);#24=AXIS1_PLACEMENT('',#12,#23);\
+                      #21=DIRECTION('',(-1.,1.E9,1.E9));#20=VECTOR('',#21,1.);";
 
 fn of_step() {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../corpora/models/step");
@@ -353,6 +429,31 @@ fn of_splines() {
             }
         }
     }
+    // On a plane an image is looked at as Bezier pieces: of a high degree they have many points.
+    for n in [25, 50] {
+        let points = "#14,#14,#13,#12,#12,#13,#12,#15,".repeat(n / 2);
+        let edge = format!("#11=QUASI_UNIFORM_CURVE('',8,({points}#12),$,$,$);");
+        let flat = face(&[UP, "#10=PLANE('',#25);", &edge].concat());
+        let flat = flat.replacen("(1.,1.,.1)", "(1.,1.,0.)", 1);
+        most = most.max(taken_by_step(flat.as_bytes()));
+    }
+    // And that of a circle across it is a spline, for each use.
+    let circle = "#11=CIRCLE('',#35,.5);#35=AXIS2_PLACEMENT_3D('',#31,#32,#23);#31=CARTESIAN_POINT('',(1.E9,1.,0.));\
+                  #32=DIRECTION('',(0.,1.,1.E-9));";
+    let across = face(&[UP, "#10=PLANE('',#25);", circle].concat());
+    let across = across.replacen("(0.,0.,1.)", "(0.,1.E-6,3.)", 1);
+    let across = across.replacen("(#6)", &format!("({}#6)", "#6,".repeat(300)), 1);
+    most = most.max(taken_by_step(across.as_bytes()));
+    // An edge that is split at a pole over and over.
+    let split = "#26=QUASI_UNIFORM_CURVE('',3,(#12,#12,#12,#12,#13,#15,#14,#12),$,$,$);\
+                 #10=SURFACE_OF_REVOLUTION('',#26,#24);\
+                 #11=(BOUNDED_CURVE()B_SPLINE_CURVE(3,(#13,#13,#12,#12,#12,#12,#12,#12),.U.,.F.,.F.)B_SPLINE_CURVE_WITH_KNOTS((4,1,2,1,4),(-1.0,999999999.0,1999999999.0,2999999999.0,3999999999.0),.U.)CURVE()GEOMETRIC_REPRESENTATION_ITEM()RATIONAL_B_SPLINE_CURVE((6.28318530718,1.,1.,1.,1.,1.,1.,1.E16))REPRESENTATION_ITEM(''));";
+    let often = face(&[UP, split].concat());
+    let often = often.replacen("(0.,0.,0.)", "(2.,1.E9,1.0000000000000002)", 1);
+    let faces = "#40=ADVANCED_FACE('',(#4),#10,.T.);#41=ADVANCED_FACE('',(#4),#10,.T.);#42=ADVANCED_FACE('',(#4),#10,.T.);";
+    let shell = format!("BREP('',#30);{faces}#30=OPEN_SHELL('',(#40,#41,#42,#3));");
+    let often = often.replacen("BREP('',#3);", &shell, 1);
+    most = most.max(taken_by_step(often.as_bytes()));
     println!("splines: {most:.1} bytes a byte");
 }
 

@@ -5,7 +5,7 @@ use super::wires::Use;
 use crate::sheets::{ROUNDING, Reach, reach};
 use feeler::brep::{BrepParts, Face, Iso, LoopKind, TrimCurve, TrimKind, TrimLoop};
 use feeler::numeric::Interval;
-use feeler::nurbs::{Arc, Curve, Curve2, Line, NurbsCurve};
+use feeler::nurbs::{Curve, Curve2, Line, Polyline};
 use nalgebra::{Point2, SVector};
 use std::collections::{BTreeMap, HashMap};
 
@@ -88,15 +88,16 @@ impl Builder {
                 }
                 *self.odd.entry(SHIFTED).or_default() += 1;
                 for u in uses {
-                    let curve = self.parts.curves2.get_mut(u.curve);
-                    let moved = { curve.as_deref() }.and_then(|k| shifted(k, c, turns * period));
-                    let (Some(curve), Some(moved)) = (curve, moved) else {
+                    let Some(curve) = self.parts.curves2.get_mut(u.curve) else {
                         continue;
                     };
                     if self.curves2.is_empty() {
                         // Nothing is shared, and what is left behind would be kept.
-                        *curve = moved;
-                    } else {
+                        shift(curve, c, turns * period);
+                        continue;
+                    }
+                    let mut moved = curve.clone();
+                    if shift(&mut moved, c, turns * period).is_some() {
                         u.curve = self.parts.curves2.len();
                         self.parts.curves2.push(moved);
                     }
@@ -178,9 +179,10 @@ impl Builder {
         });
     }
 
-    /// By the sign of the area of a polygon through points of the loop.
+    /// By the sign of the area of a polygon through points of the loop, of which the first and the last are kept.
     fn loop_kind(&self, uses: &[EdgeUse]) -> LoopKind {
-        let mut points: Vec<Point2<f64>> = Vec::with_capacity(uses.len() * usize::from(SAMPLES));
+        let mut points: Option<[Point2<f64>; 2]> = None;
+        let mut area = 0.0;
         for u in uses {
             let Some(curve) = self.parts.curves2.get(u.curve) else {
                 continue;
@@ -193,17 +195,13 @@ impl Builder {
             };
             for k in 0..count {
                 let s = f64::from(k) / f64::from(steps);
-                points.push(nearly(
-                    curve,
-                    u.span.lerp(if u.reversed { 1.0 - s } else { s }),
-                ));
+                let p = nearly(curve, u.span.lerp(if u.reversed { 1.0 - s } else { s }));
+                let [o, last] = points.unwrap_or([p; 2]);
+                let (a, b) = (last - o, p - o);
+                area += a.x * b.y - a.y * b.x;
+                points = Some([o, p]);
             }
         }
-        let Some(&o) = points.first() else {
-            return LoopKind::Unknown;
-        };
-        let pairs = points.windows(2).map(|w| (w[0] - o, w[1] - o));
-        let area: f64 = pairs.map(|(a, b)| a.x * b.y - a.y * b.x).sum();
         if area > 0.0 {
             LoopKind::Outer
         } else if area < 0.0 {
@@ -227,28 +225,29 @@ fn nearly(curve: &Curve2, t: f64) -> Point2<f64> {
     a.center + (x * cos + nalgebra::Vector2::new(-x.y, x.x) * (y * sin)) * a.radius
 }
 
-/// A curve moved in coordinate `c`. Rounded.
-pub(crate) fn shifted(curve: &Curve2, c: usize, by: f64) -> Option<Curve2> {
+/// Moves a curve in coordinate `c`, in place: it may be long. Rounded. `None`, and as it was: where it would lie is none.
+pub(crate) fn shift(curve: &mut Curve2, c: usize, by: f64) -> Option<()> {
     let mut step = SVector::<f64, 2>::zeros();
     step[c] = by;
-    Some(match curve {
-        Curve::Line(l) => Curve::Line(Line::new(l.from + step, l.to + step, l.domain).ok()?),
-        Curve::Arc(a) => Curve::Arc(Arc {
-            center: a.center + step,
-            ..a.clone()
-        }),
+    match curve {
+        Curve::Line(l) => *l = Line::new(l.from + step, l.to + step, l.domain).ok()?,
+        Curve::Arc(a) => a.center += step,
         Curve::Nurbs(n) => {
-            let points = n.control_points().iter().map(|p| {
+            let moved = |p: &SVector<f64, 3>| {
                 let mut p = *p;
                 p[c] += by * p[2];
                 p
-            });
-            let knots = n.knots().knots().to_vec();
-            Curve::Nurbs(NurbsCurve::new(n.degree(), points.collect(), knots).ok()?)
+            };
+            n.move_points(moved).ok()?;
+        }
+        Curve::Polyline(l) => {
+            let points = l.points().iter().map(|p| p + step).collect();
+            *l = Polyline::new(points, l.params().to_vec()).ok()?;
         }
         // Never made here.
-        Curve::Polyline(_) | Curve::Poly(_) => return None,
-    })
+        Curve::Poly(_) => return None,
+    }
+    Some(())
 }
 
 #[cfg(test)]

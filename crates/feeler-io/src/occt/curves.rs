@@ -52,6 +52,17 @@ pub(crate) enum Form<const D: usize, const H: usize> {
     Offset,
 }
 
+impl<const D: usize, const H: usize> Form<D, H> {
+    /// How many numbers its control points are.
+    pub(super) fn numbers(&self) -> usize {
+        match self {
+            Self::Spline(_, points) => H * points.len(),
+            Self::Trimmed(_, basis) => basis.numbers(),
+            _ => 0,
+        }
+    }
+}
+
 /// Why a form cannot be held.
 pub(crate) type Refusal = TextProblem;
 
@@ -259,13 +270,10 @@ impl<const D: usize, const H: usize> Form<D, H> {
                     });
                 };
                 numbers.take(H * window.points.len())?;
-                let net = window.points.iter().filter_map(|i| points.get(*i).copied());
-                let curve = nurbs(
-                    "a B-spline curve",
-                    knots.degree,
-                    net.collect(),
-                    window.knots,
-                )?;
+                // As many as there are: a list that grows would have room for twice that.
+                let mut net = Vec::with_capacity(window.points.len());
+                net.extend(window.points.iter().filter_map(|i| points.get(*i).copied()));
+                let curve = nurbs("a B-spline curve", knots.degree, net, window.knots)?;
                 span = clamped(span, curve.domain());
                 curve
             }

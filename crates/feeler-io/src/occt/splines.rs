@@ -127,8 +127,11 @@ impl Knots {
     /// All spans, or where the spline is periodic those that hold `range`; `None` if that is too long.
     pub(crate) fn window(&self, range: Option<[f64; 2]>) -> Option<Window> {
         let written = |knots: &[(f64, usize)]| -> Vec<f64> {
-            let copies = knots.iter().map(|(k, m)| std::iter::repeat_n(*k, *m));
-            copies.flatten().collect()
+            let mut all = Vec::with_capacity(knots.iter().map(|(_, m)| m).sum());
+            for (k, m) in knots {
+                all.extend(std::iter::repeat_n(*k, *m));
+            }
+            all
         };
         if !self.periodic {
             return Some(Window {

@@ -236,6 +236,16 @@ impl Form3 {
         motion.surface(&self.over(ranges, &Motion::identity(), numbers)?)
     }
 
+    /// How many numbers its control points are, which each face on it has, too.
+    pub(crate) fn numbers(&self) -> usize {
+        match self {
+            Self::Spline(_, net) => 4 * net.len(),
+            Self::Extrusion(_, profile) | Self::Revolution(_, _, profile) => profile.numbers(),
+            Self::Trimmed(_, basis) => basis.numbers(),
+            _ => 0,
+        }
+    }
+
     /// All of a surface that has an end everywhere.
     pub(crate) fn whole(&self, numbers: &mut Budget) -> Result<Surface, Refusal> {
         self.part([None, None], &Motion::identity(), numbers)

@@ -6,7 +6,7 @@ use super::geometry::{EdgeForm, Geometry};
 use super::hyperbola::{bounded, pieces};
 use super::loops::{Maker, Trouble, Use, closed, lifted};
 use super::part21::Attribute;
-use super::pcurve::{Made, made, pole, taken};
+use super::pcurve::{Made, grow, made, pole, taken};
 use super::smooth::cut_off;
 use crate::error::ReadError;
 use crate::occt::builder::{Builder, EdgeUse};
@@ -44,11 +44,13 @@ const USE: usize = 512;
 const FITTED: usize = 4096;
 /// Numbers that a use holds beside its curves, in lists that double: files have some 80 bytes for one.
 const HELD: usize = 32;
+/// And more in those that it is in once its curve in uv is made, which may take most of what is left.
+const LISTED: usize = 16;
 /// And a face beside its surface, with the seam and the poles that are made for it: a shell may list it again at three bytes.
 const FACE: usize = 160;
 
-/// What the kernel works with for a proof, in bytes, beside what it makes.
-const PROOF_WORK: usize = 22 << 10;
+/// What the kernel takes for proofs, in bytes, beside what it is given: lists of what is asked for.
+const PROOF_WORK: usize = 1 << 10;
 
 /// What a body has become.
 pub(super) struct Made3 {
@@ -364,9 +366,9 @@ impl Body<'_, '_> {
         }
         let mut warnings: Vec<String> = odd.iter().map(|(what, n)| format!("{n} {what}")).collect();
         let mut left = 0;
-        // It is kept: of what other bodies' proofs may take, it is taken, too.
+        // It is kept, beside other bodies' proofs, too.
         let own = numbers(&brep).saturating_mul(size_of::<f64>());
-        geometry.proof_bytes = geometry.proof_bytes.saturating_sub(own);
+        geometry.kept_bytes = geometry.kept_bytes.saturating_add(own);
         if !unbounded.is_empty() {
             // Of an edge all trims or none.
             let mut of_edges: BTreeMap<usize, (usize, Vec<usize>)> = BTreeMap::new();
@@ -388,7 +390,9 @@ impl Body<'_, '_> {
                 proven.extend(trims);
             }
             let held = geometry.left.held.used().saturating_mul(size_of::<f64>());
-            let room = geometry.proof_bytes.saturating_sub(held + PROOF_WORK);
+            // What is held has become the bodies: it is there once.
+            let kept = held.max(geometry.kept_bytes).saturating_add(PROOF_WORK);
+            let room = geometry.proof_bytes.saturating_sub(kept);
             for own in trim_offsets(&brep, &proven, room) {
                 if own.at_most.is_finite() {
                     bound = bound.max(own.at_most);
@@ -491,6 +495,10 @@ impl Body<'_, '_> {
             let Some(own) = Interval::new(from, to) else {
                 continue;
             };
+            if !pieces.is_empty() {
+                let left = &mut self.geometry.left;
+                left.held.take(HELD).map_err(form(id))?;
+            }
             let key = self.b.edges.len();
             self.keys.resize(key + 1, 0);
             if let Some(k) = self.keys.get_mut(key) {
@@ -638,8 +646,8 @@ impl Body<'_, '_> {
         self.work(id, USE)?;
         let surface = self.geometry.surface(id, surface_id, 0)?;
         let surface = bounded(surface_id, surface, self.size, &mut self.geometry.numbers)?;
-        let (samples, numbers) = (self.geometry.left.samples, &mut self.geometry.numbers);
-        let chart = Chart::new(surface_id, &surface, self.size, samples, numbers)?;
+        let (left, numbers) = (&self.geometry.left, &mut self.geometry.numbers);
+        let chart = Chart::new(surface_id, &surface, self.size, left, numbers)?;
         let mut rough: Vec<(Vec<Use>, [i32; 2])> = Vec::new();
         for bound in bounds {
             let known = ["FACE_BOUND", "FACE_OUTER_BOUND"];
@@ -664,7 +672,7 @@ impl Body<'_, '_> {
             if !forward {
                 listed.reverse();
             }
-            let mut uses = Vec::new();
+            let mut uses: Vec<Use> = Vec::new();
             for o in listed {
                 let oriented = entities.expect(loop_id, o, "ORIENTED_EDGE", "an edge of a loop")?;
                 let along = oriented.flag(4)? == forward;
@@ -696,10 +704,17 @@ impl Body<'_, '_> {
                         tolerance: self.tolerance,
                     };
                     let made = on.pcurve(self.geometry, edge_id, &edge, curve, piece.span)?;
+                    let mut more = LISTED;
                     if made.fitted {
                         self.work(edge_id, FITTED)?;
                         self.fitted += 1;
+                    } else {
+                        // An arc's may be an ellipse, as a spline.
+                        more += self::held(&made.curve).saturating_sub(held);
                     }
+                    let left = &mut self.geometry.left;
+                    left.held.take(more).map_err(form(edge_id))?;
+                    grow(&mut uses, 1);
                     uses.push(Use::new(
                         piece.key,
                         !along,
@@ -709,8 +724,15 @@ impl Body<'_, '_> {
                     ));
                 }
             }
+            let listed = uses.len();
             match lifted(&chart, &mut uses) {
-                Ok(turns) => rough.push((uses, turns)),
+                Ok(turns) => {
+                    // Poles may lie between any two.
+                    let more = (HELD + LISTED) * uses.len().saturating_sub(listed);
+                    let left = &mut self.geometry.left;
+                    left.held.take(more).map_err(form(id))?;
+                    rough.push((uses, turns));
+                }
                 Err(trouble) => return Err(said(id, &trouble)),
             }
         }

@@ -4,6 +4,7 @@
 //! two. The searches carry no proof: what is made with them is measured afterwards.
 
 use super::entities::form;
+use super::geometry::Left;
 use super::net;
 use super::smooth::{Disc, largest};
 use crate::error::ReadError;
@@ -22,6 +23,8 @@ const ON_AXIS: f64 = 1.0 / (1 << 30) as f64;
 const SAMPLES: usize = 8;
 /// The most samples of a curve, or of a surface in all.
 const MOST_SAMPLES: usize = 4096;
+/// And the numbers of one.
+const SAMPLE: usize = 5;
 /// So many of the samples are searched from.
 const TRIED: usize = 4;
 /// Steps of a search: Newton's method needs a few; some curves need them to be damped.
@@ -160,14 +163,17 @@ fn least<T: Copy>(all: impl Iterator<Item = (f64, T)>) -> [Option<(f64, T)>; TRI
 }
 
 impl Chart {
-    /// `size`: no point of the body is farther from the origin in any coordinate. `most_samples`: how many samples it may hold, beyond those at each knot.
+    /// `size`: no point of the body is farther from the origin in any coordinate. `left`: what the file may still hold; the chart's part of it is let go with it.
     pub(super) fn new(
         entity: u64,
         surface: &Form3,
         size: f64,
-        most_samples: usize,
+        left: &Left,
         numbers: &mut Budget,
     ) -> Result<Self, ReadError> {
+        // What is made here, and what the face is to have.
+        let mut room = left.held.clone();
+        room.take(2 * surface.numbers()).map_err(form(entity))?;
         let mut samples = Vec::new();
         let mut domain = None;
         let mut periods = surface.periods();
@@ -246,7 +252,7 @@ impl Chart {
                     let us = breaks([u.start, u.end], n.knots_u().knots());
                     let vs = breaks([v.start, v.end], n.knots_v().knots());
                     let cells = (us.len() * vs.len()).max(1);
-                    let most = MOST_SAMPLES.min(most_samples);
+                    let most = MOST_SAMPLES.min(left.samples);
                     let each = ((most as f64 / cells as f64).sqrt() as usize).clamp(1, SAMPLES);
                     // Every knot of a large net is enough.
                     let strides = [us.len(), vs.len()].map(|n| n.div_ceil(64).max(1));
@@ -261,7 +267,9 @@ impl Chart {
                         list
                     };
                     let [us, vs] = [fine(&us, strides[0]), fine(&vs, strides[1])];
-                    samples.reserve_exact(us.len() * vs.len());
+                    let count = us.len() * vs.len();
+                    room.take(count * SAMPLE).map_err(form(entity))?;
+                    samples.reserve_exact(count);
                     for u in us {
                         for &v in &vs {
                             samples.push((Point2::new(u, v), point(u, v)));

@@ -20,7 +20,7 @@ const NUMBERS_PER_BYTE: usize = 8;
 /// How much proof of images there may be: see [`Geometry::proofs`]. Beyond, the model's report says for how many there is none yet.
 const PROOFS: usize = 2048;
 /// See [`Geometry::proof_bytes`]: for each byte of the file, less what its entities and bodies take, so that all takes no more than 64 times its size.
-const PROOF_BYTES_PER_BYTE: usize = 60;
+const PROOF_BYTES_PER_BYTE: usize = 52;
 /// And of the quick proofs: see [`Left::pieces`].
 const PIECES: usize = 1 << 16;
 /// See [`Left::held`]: no file of the corpus or among OCCT's and FreeCAD's samples holds more than 1.3.
@@ -84,6 +84,7 @@ pub fn read_step(bytes: &[u8]) -> Result<Document, ReadError> {
             .len()
             .saturating_mul(PROOF_BYTES_PER_BYTE)
             .saturating_sub(entities.graph().bytes()),
+        kept_bytes: 0,
         left: Left {
             pieces: PIECES,
             held: Budget::new(HELD_PER_BYTE.saturating_mul(bytes.len())),
@@ -162,13 +163,17 @@ pub fn read_step(bytes: &[u8]) -> Result<Document, ReadError> {
         let mut own = Vec::new();
         let is_last = *to_place == 0;
         let kind = match result {
-            Ok(body) => {
+            Ok(mut body) => {
                 // A copy costs what it holds.
                 let map = match (&p.map, &scale) {
                     (Some(a), Some(b)) => Some(b.after(a)),
                     (a, b) => a.clone().or_else(|| b.clone()),
                 };
-                let warnings = body.warnings.clone();
+                let warnings = if is_last {
+                    std::mem::take(&mut body.warnings)
+                } else {
+                    body.warnings.clone()
+                };
                 let copied = geometry.numbers.take(numbers(&body.brep));
                 let (placed, kept) = match (copied.map_err(super::entities::form(p.id)), map) {
                     (Err(reason), _) => (Err(reason), Some(body)),

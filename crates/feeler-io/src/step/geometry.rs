@@ -44,8 +44,10 @@ pub(super) struct Geometry<'e> {
     pub(super) numbers: Budget,
     /// How much proof the kernel may still be asked for, in pieces of cubics on bicubic patches: some 1 ms each.
     pub(super) proofs: usize,
-    /// How much memory the kernel may take for the proof of an image, with what [`Left::held`] counts.
+    /// How much memory the kernel may take for the proof of an image, with what [`Left::held`] counts or the bodies take.
     pub(super) proof_bytes: usize,
+    /// What the bodies take that are made.
+    pub(super) kept_bytes: usize,
     pub(super) left: Left,
 }
 
@@ -297,13 +299,14 @@ impl Geometry<'_> {
         from: u64,
         ids: &[u64],
     ) -> Result<Vec<SVector<f64, H>>, ReadError> {
-        let each = ids.iter().map(|p| {
+        let mut all = Vec::with_capacity(ids.len());
+        for p in ids {
             let p = self.point::<D>(from, *p)?;
-            Ok(SVector::from_fn(|i, _| {
+            all.push(SVector::from_fn(|i, _| {
                 p.coords.get(i).copied().unwrap_or(1.0)
-            }))
-        });
-        each.collect()
+            }));
+        }
+        Ok(all)
     }
 
     /// A B-spline curve: attributes start at `first` in the part that has the degree.
@@ -502,7 +505,11 @@ impl Geometry<'_> {
         use super::part21::Attribute;
         let degrees = [self.degree(e, first)?, self.degree(e, first + 1)?];
         let rows = e.list(first + 2)?;
-        let mut net: Vec<Vector4<f64>> = Vec::new();
+        let of_row = |row: &Attribute| match row {
+            Attribute::List(row) => row.len(),
+            _ => 0,
+        };
+        let mut net: Vec<Vector4<f64>> = Vec::with_capacity(rows.iter().map(of_row).sum());
         let mut counts = [rows.len(), 0];
         let uneven = || shape(id, "a net of control points whose rows differ");
         for row in rows {
@@ -578,6 +585,7 @@ mod tests {
                 angle: 1.0,
                 proofs: 0,
                 proof_bytes: 0,
+                kept_bytes: 0,
                 left: Left {
                     pieces: 0,
                     held: Budget::new(0),

@@ -9,10 +9,10 @@
 //! - **No edges**: a sphere or torus with no loop, or with holes alone, gets the border of its whole domain.
 
 use super::chart::Chart;
-use super::pcurve::Made;
-use crate::occt::builder::shifted;
+use super::pcurve::{Made, grow};
+use crate::occt::builder::shift;
 use feeler::numeric::Interval;
-use feeler::nurbs::{Curve, Curve2, Line};
+use feeler::nurbs::{Curve, Curve2, Line, Polyline};
 use nalgebra::Point2;
 use std::f64::consts::TAU;
 
@@ -23,7 +23,6 @@ const SAME: f64 = 1.0 / (1 << 20) as f64;
 const CLOSING: f64 = 4.0 * f64::EPSILON;
 
 /// An edge as a loop uses it.
-#[derive(Clone)]
 pub(super) struct Use {
     /// The edge's key; `None`: singular.
     pub(super) key: Option<usize>,
@@ -95,11 +94,20 @@ impl Use {
     }
 
     fn shift(&mut self, c: usize, by: f64) {
-        if by != 0.0
-            && let Some(curve) = shifted(&self.curve, c, by)
-        {
-            self.curve = curve;
+        if by != 0.0 {
+            shift(&mut self.curve, c, by);
         }
+    }
+
+    /// What [`join`] asks of it, with three points for its curve: that may be long.
+    fn sketch(&self) -> Option<Self> {
+        let points = [0.0, 0.5, 1.0].map(|s| self.at(s)).to_vec();
+        Some(Self {
+            reversed: false,
+            curve: Curve::Polyline(Polyline::new(points, vec![0.0, 0.5, 1.0]).ok()?),
+            span: Interval::new(0.0, 1.0)?,
+            ..*self
+        })
     }
 }
 
@@ -149,7 +157,9 @@ pub(super) fn lifted(chart: &Chart, uses: &mut Vec<Use>) -> Result<[i32; 2], Tro
     // A curve along the border of a closed surface that has ends may lie at either end: start with another.
     let first = (0..n).find(|i| uses.get(*i).is_some_and(|u| !at_border(chart, u)));
     uses.rotate_left(first.unwrap_or(0));
-    let mut all: Vec<Use> = Vec::with_capacity(n);
+    // A pole lies before each that starts on the axis.
+    let poles = uses.iter().filter(|u| u.on_axis[0]).count();
+    let mut all: Vec<Use> = Vec::with_capacity(n + poles);
     for mut u in std::mem::take(uses) {
         if let Some(last) = all.last() {
             let last = Tip::of(last);
@@ -165,11 +175,13 @@ pub(super) fn lifted(chart: &Chart, uses: &mut Vec<Use>) -> Result<[i32; 2], Tro
                 ));
             }
         }
+        grow(&mut all, 1);
         all.push(u);
     }
     // The last to the first, without moving that.
     let mut turns = [0; 2];
-    if let (Some(last), Some(mut u)) = (all.last().map(Tip::of), all.first().cloned()) {
+    if let (Some(last), Some(mut u)) = (all.last().map(Tip::of), all.first().and_then(Use::sketch))
+    {
         let before = u.start();
         let end = last.end;
         let on_axis = last.on_axis && u.on_axis[0];
@@ -257,6 +269,7 @@ fn join(chart: &Chart, last: &Tip, u: &mut Use, all: &mut Vec<Use>) {
         }
         if by != 0.0 {
             let to = Point2::new(u.start().x, end.y);
+            grow(all, 1);
             all.extend(Use::straight(None, end, to, [last.vertex; 2]));
         }
         return;

@@ -489,7 +489,7 @@ fn fitted(
 }
 
 /// Makes room for `count` more, and for little beyond.
-fn grow<T>(list: &mut Vec<T>, count: usize) {
+pub(super) fn grow<T>(list: &mut Vec<T>, count: usize) {
     if list.capacity() - list.len() < count {
         list.reserve_exact(count.max(list.len() / 8));
     }

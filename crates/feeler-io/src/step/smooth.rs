@@ -476,6 +476,7 @@ impl Discs {
 
 #[cfg(test)]
 mod tests {
+    use super::super::geometry::Left;
     use super::*;
     use crate::occt::curves::Budget;
     use crate::occt::surfaces::{Axes, Form3};
@@ -491,8 +492,17 @@ mod tests {
         }
     }
 
+    fn chart(form: Form3) -> Chart {
+        let left = Left {
+            pieces: 0,
+            held: Budget::new(1000),
+            samples: 100,
+        };
+        Chart::new(1, &form, 10.0, &left, &mut Budget::new(1000)).unwrap()
+    }
+
     fn charts() -> [(&'static str, Chart); 4] {
-        let made = |form: Form3| Chart::new(1, &form, 10.0, 100, &mut Budget::new(1000)).unwrap();
+        let made = chart;
         [
             ("cylinder", made(Form3::Cylinder(axes(), 2.0))),
             ("cone", made(Form3::Cone(axes(), 2.0, 0.4))),
@@ -645,8 +655,7 @@ mod tests {
     fn others_have_no_bound_here() {
         let span = interval(0.0, 1.0);
         let [(_, cylinder), ..] = charts();
-        let plane =
-            Chart::new(1, &Form3::Plane(axes()), 10.0, 100, &mut Budget::new(1000)).unwrap();
+        let plane = chart(Form3::Plane(axes()));
         let knots = vec![0.0, 0.0, 0.0, 1.0, 1.0, 1.0];
         let conic = |w: f64| {
             let uv = [[0.0, 0.0, 1.0], [0.5 * w, 0.0, w], [1.0, 1.0, 1.0]].map(Vector3::from);

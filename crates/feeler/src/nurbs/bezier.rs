@@ -79,16 +79,27 @@ impl<const H: usize> NurbsCurve<H> {
     /// [`eval`](super::eval)); a curve that is a single clamped span keeps its points.
     /// Cost: O(p^3) for each span.
     pub fn bezier_pieces(&self) -> Vec<BezierPiece<H>> {
+        self.each_bezier_piece().collect()
+    }
+
+    /// The [pieces](Self::bezier_pieces) one at a time: all take a multiple of the curve's memory, the degree times or so.
+    pub fn each_bezier_piece(&self) -> impl Iterator<Item = BezierPiece<H>> + '_ {
         let p = self.degree();
-        let polygon = bezier_polygon(self.knots(), self.control_points());
-        self.knots()
-            .spans()
-            .enumerate()
-            .map(|(i, (_, start, end))| BezierPiece {
+        let mut shared = None;
+        self.knots().spans().map(move |(span, start, end)| {
+            // Point j is the blossom at p - j times the start and j times the end. The first of a piece is the last of the one before.
+            let mut control_points = Vec::with_capacity(p + 1);
+            control_points.extend(shared);
+            for j in control_points.len()..=p {
+                let args = (0..p).map(|i| if i < p - j { start } else { end });
+                control_points.push(blossom(self.knots(), span, self.control_points(), args));
+            }
+            shared = control_points.last().copied();
+            BezierPiece {
                 domain: Interval { start, end },
-                control_points: polygon[i * p..=(i + 1) * p].to_vec(),
-            })
-            .collect()
+                control_points,
+            }
+        })
     }
 }
 

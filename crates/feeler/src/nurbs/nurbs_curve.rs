@@ -33,6 +33,21 @@ impl<const H: usize> NurbsCurve<H> {
         })
     }
 
+    /// Moves each homogeneous control point in place, or none.
+    ///
+    /// # Errors
+    /// As [`new`](Self::new): one that moves to where none may be.
+    pub fn move_points(
+        &mut self,
+        to: impl Fn(&SVector<f64, H>) -> SVector<f64, H>,
+    ) -> Result<(), GeometryError> {
+        for p in &self.control_points {
+            check_control_points(&[to(p)])?;
+        }
+        self.control_points.iter_mut().for_each(|p| *p = to(p));
+        Ok(())
+    }
+
     /// The knot vector.
     pub fn knots(&self) -> &KnotVector {
         &self.knots

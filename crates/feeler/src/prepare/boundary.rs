@@ -2,7 +2,7 @@
 //! patches of the surface and lifted onto them.
 
 use super::patch::COMPOSE_HALVINGS;
-use super::spline::curve_pieces;
+use super::spline::{curve_pieces, piece_count};
 use super::{Homogeneous, Net, ParamMap, Patch, Patches, curve_jet};
 use crate::brep::{Brep, TrimCurve};
 use crate::numeric::bernstein::Bidegree;
@@ -88,8 +88,9 @@ pub(crate) struct UvCurve<T> {
 
 /// The trim's Bezier pieces in uv, in the trim's own direction.
 fn trim_pieces<T: Real>(brep: &Brep, t: &TrimCurve) -> Vec<Vec<Homogeneous<T, 3>>> {
-    let mut pieces = Vec::new();
     let curve = &brep.parts().curves2[t.curve];
+    let count = piece_count(curve, t.span.start, t.span.end).pieces;
+    let mut pieces = Vec::with_capacity(count);
     curve_pieces(curve, t.span.start, t.span.end, &mut pieces);
     let mut pieces: Vec<_> = pieces.into_iter().map(|p| p.points).collect();
     if t.reversed {

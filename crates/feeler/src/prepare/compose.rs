@@ -2,7 +2,7 @@
 //! parameter square.
 
 use super::{Homogeneous, Net};
-use crate::numeric::bernstein::binomials;
+use crate::numeric::bernstein::{Bidegree, binomials};
 use crate::numeric::{Ball, Real};
 
 /// The largest degree of a composed curve; beyond it a trim is not composed, and the width of a crack along it is not known. The thread of OCCT's bottle has
@@ -34,6 +34,11 @@ impl<T: Real> Products<T> {
             whole: pascal(p + q),
             columns: q + 1,
         }
+    }
+
+    /// Bytes of what is found once, for factors of so many coefficients.
+    pub(super) fn bytes(x: usize, y: usize) -> usize {
+        (x * y + 3 * (x + y)) * size_of::<Ball<T>>()
     }
 
     /// One of them.
@@ -107,15 +112,33 @@ fn terms<T: Real>(x: &[Ball<T>], y: &[Ball<T>], n: usize) -> Vec<Poly<T>> {
             }
         }
     };
-    let powers = |x: &[Ball<T>]| -> Vec<Poly<T>> {
-        let next = |power: &Poly<T>| Some(times(power, x));
-        std::iter::successors(Some(vec![Ball::ONE]), next)
-            .take(n + 1)
-            .collect()
-    };
-    let (xs, ys) = (powers(x), powers(y));
-    let pairs = xs.iter().zip(ys.iter().rev()).zip(pascal(n));
-    pairs.map(|((x, y), b)| scaled(b, times(x, y))).collect()
+    let mut ys: Vec<Poly<T>> = Vec::with_capacity(n + 1);
+    let next = |power: &Poly<T>| Some(times(power, y));
+    ys.extend(std::iter::successors(Some(vec![Ball::ONE]), next).take(n + 1));
+    // Of x one power at a time, and each of y's goes when it is used: together they take as much as what is made of them.
+    let mut power = vec![Ball::ONE];
+    let mut out = Vec::with_capacity(n + 1);
+    for (i, b) in pascal(n).into_iter().enumerate() {
+        let Some(rest) = ys.pop() else { break };
+        out.push(scaled(b, times(&power, &rest)));
+        if i < n {
+            power = times(&power, x);
+        }
+    }
+    out
+}
+
+/// Bytes that [`compose`] takes at most for a patch of a degree and a curve of degree `k`, with what it gives.
+pub(super) fn compose_bytes<T>(patch: Bidegree, k: usize) -> usize {
+    let [p, q] = [patch.u, patch.v];
+    let degree = k * (p + q);
+    if degree > MAX_COMPOSED_DEGREE {
+        return 0;
+    }
+    // The terms of both, the last powers beside them; what is given, a sum and the binomials, with the row they are made of.
+    let of_terms = |n: usize| (n + 1) * (k * n + 1) + 3 * (k * n + 1);
+    let own = of_terms(p) + of_terms(q) + 8 * (degree + 1) + 4 * (k + 1);
+    own * size_of::<Ball<T>>() + 2 * (p + q + 2) * size_of::<Poly<T>>()
 }
 
 /// The homogeneous Bezier points of `S(c(t))`, where `curve` is homogeneous `(s w, t w, w)` in the patch's
@@ -178,7 +201,7 @@ pub(crate) fn compose<T: Real>(
 mod tests {
     use super::*;
     use crate::numeric::Dd;
-    use crate::numeric::bernstein::{Bidegree, evaluate};
+    use crate::numeric::bernstein::evaluate;
 
     type V = [Ball<Dd>; 4];
 

@@ -84,6 +84,21 @@ impl<T: Real> Image<T> {
         self
     }
 
+    /// Bytes of its lists, as large as they were reserved.
+    pub(super) fn bytes(&self) -> usize {
+        let points = self.stretches.iter().map(|s| s.points.capacity());
+        self.stretches.capacity() * size_of::<Stretch<T>>()
+            + points.sum::<usize>() * size_of::<[T; 4]>()
+    }
+
+    /// How many control points a stretch has at most.
+    pub(super) fn order(&self) -> usize {
+        { self.stretches.iter() }
+            .map(|s| s.points.len())
+            .max()
+            .unwrap_or(0)
+    }
+
     /// A box around all of it.
     pub(crate) fn bounds(&self) -> Box3 {
         let mut out = [[f64::INFINITY, f64::NEG_INFINITY]; 3];
@@ -160,7 +175,7 @@ struct Grid<'a, T> {
 }
 
 impl<'a, T: Real> Grid<'a, T> {
-    /// `most`: how many bytes the patches that are made, and an image, may take; beyond there is none.
+    /// `most`: how many bytes the patches that are made, an image and the work for it may take; beyond there is none.
     fn new(patches: &'a Patches<T>, most: usize) -> Option<Self> {
         let maps = patches.maps();
         maps.iter().all(|m| !m.is_empty()).then_some(Self {
@@ -169,6 +184,17 @@ impl<'a, T: Real> Grid<'a, T> {
             most,
             roundings: ROUNDINGS[0],
         })
+    }
+
+    /// Bytes that are left beside so many and the patches that are made.
+    fn room(&self, beside: usize) -> usize {
+        self.most
+            .saturating_sub(self.patches.made().saturating_add(beside))
+    }
+
+    /// A patch, where there is room to make it.
+    fn made(&self, index: usize, beside: usize) -> Option<&Patch<T>> {
+        (self.patches.bytes_to_make(index) <= self.room(beside)).then(|| &self.patches[index])
     }
 
     /// Curves that stay so near a border are not cut there.
@@ -223,10 +249,10 @@ impl<'a, T: Real> Grid<'a, T> {
         }
     }
 
-    fn met_patches(&self, ranges: [[T; 2]; 2]) -> impl Iterator<Item = &Patch<T>> {
+    fn met_patches(&self, ranges: [[T; 2]; 2]) -> impl Iterator<Item = usize> {
         let [u, v] = [0, 1].map(|k| self.met(k, ranges[k]));
         let count_v = self.maps[1].len();
-        (u[0]..=u[1]).flat_map(move |i| (v[0]..=v[1]).map(move |j| &self.patches[i * count_v + j]))
+        (u[0]..=u[1]).flat_map(move |i| (v[0]..=v[1]).map(move |j| i * count_v + j))
     }
 
     /// A local length on a patch as a native one.
@@ -235,13 +261,11 @@ impl<'a, T: Real> Grid<'a, T> {
         local[axis] * m.length::<f64>().upper() * UP
     }
 
-    /// How far the image may move in space where parameters in these ranges move by so much.
-    fn distance(&self, ranges: [[T; 2]; 2], by: [f64; 2]) -> Option<f64> {
+    /// How far the image may move in space where parameters in these ranges move by so much. `beside`: bytes that are taken.
+    fn distance(&self, ranges: [[T; 2]; 2], by: [f64; 2], beside: usize) -> Option<f64> {
         let mut steepest: [f64; 2] = [0.0; 2];
-        for patch in self.met_patches(ranges) {
-            if self.patches.made() > self.most {
-                return None;
-            }
+        for index in self.met_patches(ranges) {
+            let patch = self.made(index, beside)?;
             let slope = slopes(patch)?;
             for k in 0..2 {
                 let m = &patch.maps[k];
@@ -260,13 +284,13 @@ impl<'a, T: Real> Grid<'a, T> {
         sum.is_finite().then_some(sum * UP)
     }
 
-    fn patch(&self, u: Cell, v: Cell) -> &Patch<T> {
+    fn patch(&self, u: Cell, v: Cell, beside: usize) -> Option<&Patch<T>> {
         let index = |cell: Cell, axis: usize| match cell {
             Cell::Before => 0,
             Cell::In(i) => i,
             Cell::After => self.maps[axis].len() - 1,
         };
-        &self.patches[index(u, 0) * self.maps[1].len() + index(v, 1)]
+        self.made(index(u, 0) * self.maps[1].len() + index(v, 1), beside)
     }
 }
 
@@ -394,11 +418,22 @@ pub(super) fn part<T: Real, const H: usize>(
     d
 }
 
-/// Cuts a curve at the borders of cells; `None` if into too many parts.
-fn cut<T: Real>(grid: &Grid<T>, points: &[Homogeneous<T, 3>]) -> Option<Vec<Part<T>>> {
+impl<T> Part<T> {
+    /// What it takes in a list: one that grows has room for twice as many, and is copied.
+    fn bytes(&self) -> usize {
+        3 * size_of::<Self>() + size_of_val(&self.points[..])
+    }
+}
+
+/// Cuts a curve at the borders of cells; `None` if into too many parts, or more than there is room for beside so many bytes.
+fn cut<T: Real>(
+    grid: &Grid<T>,
+    points: &[Homogeneous<T, 3>],
+    beside: usize,
+) -> Option<Vec<Part<T>>> {
     let mut out: Vec<Part<T>> = Vec::new();
     let mut crossings = 0;
-    let most_parts = MOST_PARTS.min(grid.most / size_of::<Part<T>>());
+    let mut room = grid.room(beside);
     let mut stack = vec![(0.0, 1.0, 0)];
     while let Some((from, to, depth)) = stack.pop() {
         let points = part(points, T::from_f64(from), T::from_f64(to));
@@ -425,16 +460,18 @@ fn cut<T: Real>(grid: &Grid<T>, points: &[Homogeneous<T, 3>]) -> Option<Vec<Part
             }
             _ => {
                 crossings += usize::from(cells.is_none());
-                if out.len() >= most_parts || crossings > MOST_CROSSINGS {
+                if out.len() >= MOST_PARTS || crossings > MOST_CROSSINGS {
                     return None;
                 }
-                out.push(Part {
+                let part = Part {
                     from,
                     to,
                     cells,
                     overhang,
                     points: if cells.is_none() { points } else { Vec::new() },
-                });
+                };
+                room = room.checked_sub(part.bytes())?;
+                out.push(part);
             }
         }
     }
@@ -465,7 +502,7 @@ struct Builder<T> {
     image: Image<T>,
     /// What the parts since the last stretch add.
     pending: f64,
-    /// What it takes, and what it takes to match it with another: a pair for each stretch.
+    /// What it takes, and what it takes to match it with another, a pair for each stretch; with the parts that are gone through.
     bytes: usize,
 }
 
@@ -484,18 +521,22 @@ impl<T: Real> Builder<T> {
         levels: u32,
         parts: u32,
     ) -> Option<()> {
-        for part in cut(grid, points)? {
+        let cut = cut(grid, points, self.bytes)?;
+        // With the points of one, those on the patch, and a half of them.
+        let own = cut.iter().map(Part::bytes).sum::<usize>() + 4 * size_of_val(points);
+        self.bytes += own;
+        for part in cut {
             let Some([u, v]) = part.cells else {
                 if levels > 0 {
                     self.curve(grid, &part.points, levels - 1, parts)?;
                 } else {
                     let ranges = [range(&part.points, 0)?, range(&part.points, 1)?];
                     let widths = ranges.map(|r| (r[1] - r[0]).magnitude());
-                    self.between(grid.distance(ranges, widths)?);
+                    self.between(grid.distance(ranges, widths, self.bytes)?);
                 }
                 continue;
             };
-            let patch = grid.patch(u, v);
+            let patch = grid.patch(u, v, self.bytes)?;
             let points = self::part(points, T::from_f64(part.from), T::from_f64(part.to));
             let local = localized(&points, patch, [u, v]);
             if parts > 0 && patch.wants_parts(&local, T::UNIT) {
@@ -505,6 +546,9 @@ impl<T: Real> Builder<T> {
                 continue;
             }
             let ranges = [range(&points, 0)?, range(&points, 1)?];
+            if patch.work_bytes(local.len()) > grid.room(self.bytes) {
+                return None;
+            }
             let (space, moved, twist) = lifted(patch, &local);
             // Past the border the patch's polynomials go on by the overhang, and so does the image: on the next patch,
             // or along the border, to which it is clamped.
@@ -517,14 +561,14 @@ impl<T: Real> Builder<T> {
                 let widths = std::array::from_fn(|k| {
                     (ranges[k][1] - ranges[k][0]).magnitude() + 2.0 * grid.native(patch, off, k)
                 });
-                self.between(grid.distance(ranges, widths)?);
+                self.between(grid.distance(ranges, widths, self.bytes)?);
                 continue;
             };
             let (points, mut slack) = exact(&space)?;
             slack += twist;
             if off != [0.0; 2] {
                 let moved = [0, 1].map(|k| grid.native(patch, off, k));
-                slack = (slack + grid.distance(ranges, moved)?) * UP;
+                slack = (slack + grid.distance(ranges, moved, self.bytes)?) * UP;
             }
             self.pending = 0.0;
             let mut stretch = Stretch {
@@ -534,8 +578,8 @@ impl<T: Real> Builder<T> {
                 bounds: Box3::default(),
             };
             stretch.bounds = stretch.net().bounding_box()?;
-            // A list that grows has room for twice as many.
-            self.bytes += 2 * size_of::<Stretch<T>>()
+            // A list that grows has room for twice as many, and is copied.
+            self.bytes += 3 * size_of::<Stretch<T>>()
                 + size_of_val(&stretch.points[..])
                 + size_of::<Pair<T>>();
             self.image.stretches.push(stretch);
@@ -543,6 +587,7 @@ impl<T: Real> Builder<T> {
                 return None;
             }
         }
+        self.bytes -= own;
         Some(())
     }
 }
@@ -570,24 +615,22 @@ fn lifted<T: Real>(
             mid: x0.mid,
             rad: 0.0,
         };
+        let points = &patch.net.points;
         let width = patch.net.degree.v + 1;
-        let count = patch.net.degree.u + 1;
-        let lines: Vec<Vec<Homogeneous<T, 4>>> = if c == 0 {
-            let line = |j: usize| {
-                (0..count)
-                    .map(|i| patch.net.points[i * width + j])
-                    .collect()
+        let line: Vec<_> = if c == 0 {
+            // One column at a time: all are as much as the net.
+            let mut column = Vec::with_capacity(patch.net.degree.u + 1);
+            let mut of = |j: usize| {
+                column.clear();
+                column.extend(points.iter().skip(j).step_by(width));
+                curve_jet(&column, at).0
             };
-            (0..width).map(line).collect()
+            (0..width).map(&mut of).collect()
         } else {
-            patch
-                .net
-                .points
-                .chunks_exact(width)
-                .map(<[_]>::to_vec)
+            { points.chunks_exact(width) }
+                .map(|row| curve_jet(row, at).0)
                 .collect()
         };
-        let line: Vec<_> = lines.iter().map(|l| curve_jet(l, at).0).collect();
         let u = line.len() - 1;
         let net = Net::new(Bidegree { u, v: 0 }, line, patch.net.origin);
         let along: Vec<Homogeneous<T, 3>> =
@@ -638,7 +681,7 @@ pub(super) fn image<T: Real>(geometry: &FaceGeometry<T>, trim: usize) -> Option<
     })
 }
 
-/// The image of one trim, where no more than `most` bytes are taken for it and for the patches that are made; else it counts as not known.
+/// The image of one trim, where no more than `most` bytes are taken for it, for the work and for the patches that are made; else it counts as not known.
 pub(super) fn image_alone(
     brep: &Brep,
     patches: &Patches<f64>,
@@ -676,7 +719,7 @@ pub(super) fn point<T: Real>(geometry: &FaceGeometry<T>, at: &Homogeneous<T, 3>)
         grid.roundings = roundings;
         Some([grid.cell(0, ranges[0])?, grid.cell(1, ranges[1])?])
     })?;
-    let patch = grid.patch(cells[0], cells[1]);
+    let patch = grid.patch(cells[0], cells[1], 0)?;
     let local = localized(point, patch, cells)[0];
     let overhang = [0, 1].map(|k| 2.0 * grid.overhang(k, cells[k], ranges[k]) * UP);
     if !overhang.iter().all(|x| *x <= EXTENSION) {
@@ -686,7 +729,7 @@ pub(super) fn point<T: Real>(geometry: &FaceGeometry<T>, at: &Homogeneous<T, 3>)
     let slack = if moved == [0.0; 2] {
         0.0
     } else {
-        grid.distance(ranges, moved)?
+        grid.distance(ranges, moved, 0)?
     };
     let value = patch
         .net

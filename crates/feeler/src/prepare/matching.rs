@@ -247,6 +247,15 @@ fn bound<T: Real>(stretches: [&Stretch<T>; 2], from: [T; 2], to: [T; 2]) -> Opti
     total.is_finite().then_some((total, slack))
 }
 
+/// Bytes that [`frechet`] takes at most for two images with so many control points in a stretch, beside a pair for each stretch.
+pub(super) fn frechet_bytes<T: Real>(a: usize, b: usize) -> usize {
+    let ball = size_of::<Ball<T>>();
+    // Of both parts the points, their coordinates, the products and the differences; of one its net and two parts of it.
+    let pair = Products::<T>::bytes(a, b) + 16 * (a + b) * ball;
+    let part = a.max(b) * (4 * size_of::<[Ball<T>; 4]>());
+    MOST_CUTS * size_of::<Pair<T>>() + pair.max(part)
+}
+
 struct Matching<'a, T> {
     images: [&'a Image<T>; 2],
     pairs: Vec<Pair<T>>,

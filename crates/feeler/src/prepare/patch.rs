@@ -1,8 +1,8 @@
 //! Rational Bezier patches of a face's surface, with bounds.
 
 use super::circle::{Span, normalized, span_count, spans};
-use super::compose::compose;
-use super::spline::{BezierCurve, Blossom, curve_pieces, piece_count};
+use super::compose::{compose, compose_bytes};
+use super::spline::{ArcPiece, BezierCurve, Blossom, curve_pieces, piece_count};
 use super::turned::Turned;
 use super::{Box3, Homogeneous, Net, ParamMap};
 use crate::numeric::bernstein::Bidegree;
@@ -45,6 +45,23 @@ impl<T: Real> Patch<T> {
             size_of::<Turned<T>>() + t.profile.capacity() * size_of::<Homogeneous<T, 4>>() + arc
         });
         size_of::<Self>() + self.net.bytes() + turned
+    }
+
+    /// Bytes that the image of a curve of so many points takes at most while it is made: composed, or one of the patch's own curves.
+    pub(super) fn work_bytes(&self, points: usize) -> usize {
+        let k = points - 1;
+        let degree = self.net.degree;
+        let whole = compose_bytes::<T>(degree, k);
+        let turned = self.turned.as_ref();
+        let turned = turned.map_or(0, |t| t.compose_bytes(k));
+        let line = Bidegree {
+            u: degree.u.max(degree.v),
+            v: 0,
+        };
+        // A row of the net, two copies of it, and the line with its numbers in f64.
+        let own = (line.u + 1) * (4 * size_of::<Homogeneous<T, 4>>() + size_of::<[f64; 4]>());
+        let of_line = own + compose_bytes::<T>(line, k);
+        whole.max(turned).max(of_line) + points * size_of::<Homogeneous<T, 4>>()
     }
 
     fn composed_degree(&self, curve: &[Homogeneous<T, 3>]) -> usize {
@@ -199,6 +216,30 @@ impl<T: Real> Source<T> {
             Self::Revolution(s) => s.patch(i, j),
             Self::Sum { base, pieces } => sum_patch(base, [&pieces[0][i], &pieces[1][j]]),
         }
+    }
+
+    /// Bytes that one of the patches takes at most, while it is made.
+    fn bytes_to_make(&self, [i, j]: [usize; 2]) -> usize {
+        let point = size_of::<Homogeneous<T, 4>>();
+        let net = |points: usize| points * (point + size_of::<[f64; 4]>());
+        let beside = match self {
+            Self::Plane(_) => net(4),
+            Self::Nurbs { surface, .. } => {
+                let [p, q] = [surface.knots_u(), surface.knots_v()].map(KnotVector::degree);
+                // The columns, and the weights and the points of a span along each.
+                let span = |p: usize| 2 * p * (p + 1) * size_of::<Ball<T>>() + 3 * (p + 1) * point;
+                let column = (p + 1) * point + size_of::<Vec<()>>();
+                net((p + 1) * (q + 1)) + (q + 1) * column + span(p) + span(q)
+            }
+            Self::Revolution(s) => {
+                let (turn, piece) = if s.transposed { (j, i) } else { (i, j) };
+                let points = s.profile[piece].points.len();
+                let own = size_of::<Turned<T>>() + size_of::<ArcPiece<T, 4>>() + points * point;
+                net(s.turns[turn].cos.len() * points) + own
+            }
+            Self::Sum { pieces, .. } => net(pieces[0][i].points.len() * pieces[1][j].points.len()),
+        };
+        size_of::<Patch<T>>() + beside
     }
 
     /// Bytes of its lists.
@@ -481,6 +522,21 @@ impl<T: Real> Patches<T> {
                 let own = slots.capacity() * size_of::<OnceLock<Box<Patch<T>>>>();
                 source.bytes() + own + made.load(Ordering::Relaxed)
             }
+        }
+    }
+
+    /// Bytes that it takes to make a patch; none of one that is there.
+    pub(super) fn bytes_to_make(&self, index: usize) -> usize {
+        match self {
+            Self::OnDemand {
+                source,
+                count_v,
+                slots,
+                ..
+            } if slots[index].get().is_none() => {
+                source.bytes_to_make([index / count_v, index % count_v])
+            }
+            _ => 0,
         }
     }
 

@@ -25,7 +25,7 @@
 //! is exact, the angle being constant, leaves nothing out. Sine likewise.
 
 use super::circle::{bernstein, next_row, row};
-use super::compose::{Poly, Products, compose};
+use super::compose::{MAX_COMPOSED_DEGREE, Poly, Products, compose, compose_bytes};
 use super::net::Net;
 use super::spline::{ArcPiece, Homogeneous};
 use crate::numeric::bernstein::Bidegree;
@@ -265,6 +265,31 @@ impl<T: Real> Turned<T> {
         Some(std::array::from_fn(|i| {
             points.iter().map(|p| p[i]).collect()
         }))
+    }
+
+    /// Bytes that [`compose`](Self::compose) takes at most for a curve of degree `k`, with what it gives.
+    pub(super) fn compose_bytes(&self, k: usize) -> usize {
+        let series = MOST_TERMS[usize::from(T::UNIT < f64::UNIT)] as usize + 1;
+        let line = Bidegree {
+            u: self.profile.len() - 1,
+            v: 0,
+        };
+        // Of the profile along the curve: coefficients of a coordinate, and the work for them.
+        let (n, work) = if self.arc.is_some() {
+            (series, 0)
+        } else if k * line.u > MAX_COMPOSED_DEGREE {
+            return 0;
+        } else {
+            let point = size_of::<Homogeneous<T, 4>>() + size_of::<[f64; 4]>();
+            let net = self.profile.len() * point;
+            (k * line.u + 1, net + compose_bytes::<T>(line, k))
+        };
+        let ball = size_of::<Ball<T>>();
+        // Cosine and sine of two angles, about the middle in double-double first.
+        let angles = 8 * series * size_of::<Ball<Dd>>() + 8 * (k + 1) * size_of::<Ball<Dd>>();
+        // The profile's coordinates, relative to the axis, and what a coordinate's products are made of.
+        let own = Products::<T>::bytes(n, series) + (24 * n + 16 * series) * ball;
+        own.max(work + 4 * n * ball).max(angles)
     }
 
     /// The homogeneous Bezier points of a curve's image, relative to `zero`; `curve` is homogeneous `(s w, t w, w)` in the patch's

@@ -2,14 +2,14 @@
 
 use super::super::crack::{apart, end_regions};
 use super::super::image::{self, Image, distance};
-use super::super::matching::frechet;
+use super::super::matching::{Pair, frechet, frechet_bytes};
 use super::super::patch::{Patches, patch_counts};
 use super::super::spline::{PieceCount, piece_count};
 use super::super::{Box3, PreparedBrep, around};
 use super::{Direction, EdgeHealth, FaceHealth, Offset, TINY, Turn};
 use crate::brep::{Brep, Defect, LoopKind};
 use crate::numeric::{Enclosure, Interval};
-use crate::nurbs::Curve3;
+use crate::nurbs::{Curve3, Surface};
 use std::collections::BTreeMap;
 
 /// A bound that is off by a few roundings.
@@ -129,7 +129,11 @@ pub(super) fn offsets_alone(brep: &Brep, trims: &[usize], most_bytes: usize) -> 
         let surface = brep.surface(face);
         let [u, v] = patch_counts(surface);
         // Before any of them is made.
-        let bytes = u.saturating_mul(v).saturating_mul(SLOT) + (u + v) * SPAN;
+        let net = match surface {
+            Surface::Nurbs(s) => size_of_val(s.control_net()),
+            _ => 0,
+        };
+        let bytes = u.saturating_mul(v).saturating_mul(SLOT) + (u + v) * SPAN + net;
         let room = most_bytes.checked_sub(bytes);
         let mut patches = None;
         for trim in trims {
@@ -153,6 +157,13 @@ pub(super) fn offsets_alone(brep: &Brep, trims: &[usize], most_bytes: usize) -> 
                 let patches = patches.get_or_insert_with(|| Patches::on_demand(surface));
                 let image = image::image_alone(brep, patches, trim, room);
                 let own = image.as_ref().and_then(|_| image::of_curve(curve, span));
+                let to_match = image.as_ref().zip(own.as_ref()).map(|(i, own)| {
+                    let pairs = i.stretches.len() * size_of::<Pair<f64>>();
+                    pairs + i.bytes() + frechet_bytes::<f64>(i.order(), own.order())
+                });
+                if to_match.is_some_and(|bytes| bytes.saturating_add(patches.made()) > room) {
+                    return f64::INFINITY;
+                }
                 at_most(brep, edge, trim, image.as_ref(), own.as_ref())
             });
             all.push(Offset {
@@ -165,11 +176,11 @@ pub(super) fn offsets_alone(brep: &Brep, trims: &[usize], most_bytes: usize) -> 
     all
 }
 
-/// What a patch's slot takes, and what patches of one span of u or v are made of.
+/// What a patch's slot takes, and what patches of one span of u or v are made of, beside a copy of a spline's net.
 const SLOT: usize = 16;
 const SPAN: usize = 1024;
-/// What a piece of a trim takes, and a control point of it.
-const TRIM_PIECE: [usize; 2] = [96, 64];
+/// What a piece of a trim takes, in two lists, and a control point of it.
+const TRIM_PIECE: [usize; 2] = [176, 64];
 /// The same of an edge's curve, which becomes an image, and one that is turned around.
 const EDGE_PIECE: [usize; 2] = [640, 128];
 
