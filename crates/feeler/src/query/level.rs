@@ -2,7 +2,7 @@
 
 use super::answer::{Accuracy, Contacts, Options};
 use super::objective::Objective;
-use super::outcome::{Foot, Goal, Locus, Outcome, Source};
+use super::outcome::{Foot, Goal, Locus, Outcome, Source, Width};
 use super::place::{ON_VERTEX, place_of, rough_jet};
 use super::search::minimize;
 use super::task::Memory;
@@ -63,6 +63,7 @@ pub(super) fn continuum(
     let goal = Goal {
         all_below: Some(low.limit),
         extents: Some(found.hi),
+        width: Width::Length(0.5 * slack),
         budget: goal.budget.min(MOST_NODES),
         closed: true,
         hint: None,
