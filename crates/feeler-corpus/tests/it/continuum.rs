@@ -14,7 +14,6 @@ fn told(brep: &PreparedBrep, probe: Probe, expected: bool, what: &str) {
                 contacts,
                 prediction: 16.0,
                 node_budget: 2_000,
-                ..Options::default()
             };
             let answer = contact(brep, &probe, &options, &mut Workspace::default());
             let all = contacts == Contacts::All;
