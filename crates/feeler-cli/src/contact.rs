@@ -182,6 +182,27 @@ impl Args {
     }
 }
 
+/// A line that is no query.
+struct Unread {
+    id: Option<Value>,
+    error: String,
+}
+
+impl Unread {
+    /// One that has no id to be told.
+    fn nameless(error: String) -> Self {
+        Self { id: None, error }
+    }
+}
+
+fn read_query(line: &[u8]) -> Result<QueryLine, Unread> {
+    let text = std::str::from_utf8(line).map_err(|e| Unread::nameless(e.to_string()))?;
+    QueryLine::parse(text).map_err(|e| Unread {
+        id: QueryLine::id_of(text),
+        error: e.to_string(),
+    })
+}
+
 /// Answers queries and remembers how it went.
 struct Answering {
     engine: FeelerEngine,
@@ -191,12 +212,16 @@ struct Answering {
 }
 
 impl Answering {
-    fn answer(&mut self, place: &str, line: Result<QueryLine, String>) -> Answer {
-        let id = line.as_ref().ok().and_then(|l| l.id.clone());
-        let query = line.and_then(|l| l.query().map_err(|e| e.to_string()));
+    fn answer(&mut self, place: &str, line: Result<QueryLine, Unread>) -> Answer {
+        let query = line.and_then(|line| {
+            line.query().map_err(|e| Unread {
+                id: line.id,
+                error: e.to_string(),
+            })
+        });
         let answer = match query {
             Ok(query) => self.engine.answer(&query),
-            Err(error) => Answer {
+            Err(Unread { id, error }) => Answer {
                 id,
                 body: Body::Error { error },
             },
@@ -353,11 +378,11 @@ fn from_input(
         let ended = bytes.last() == Some(&b'\n');
         let line = if !ended && read as u64 == LONGEST_LINE {
             skip_line(&mut input).map_err(read_error)?;
-            Err(format!("longer than {LONGEST_LINE} bytes"))
+            Err(Unread::nameless(format!(
+                "longer than {LONGEST_LINE} bytes; write one object a line"
+            )))
         } else {
-            std::str::from_utf8(&bytes)
-                .map_err(|e| e.to_string())
-                .and_then(|text| QueryLine::parse(text).map_err(|e| e.to_string()))
+            read_query(&bytes)
         };
         let answer = answering.answer(&format!("query line {number}"), line);
         writeln!(out, "{}", answer.to_text()).map_err(write_error)?;

@@ -294,6 +294,20 @@ impl QueryLine {
         Ok(serde_json::from_str(line)?)
     }
 
+    /// The id of a line that is an object, be the rest of it a query or not: who asked without waiting knows by it which line was
+    /// refused. None where the line is no object, or gives none or two.
+    pub fn id_of(line: &str) -> Option<Value> {
+        #[derive(Deserialize)]
+        struct IdAlone {
+            id: Option<Value>,
+        }
+        // serde would take a list for a structure's fields in order.
+        if !line.trim_start().starts_with('{') {
+            return None;
+        }
+        serde_json::from_str::<IdAlone>(line).ok()?.id
+    }
+
     /// The line as text, numbers in shortest round-trip form.
     pub fn to_text(&self) -> String {
         serde_json::to_string(self).unwrap_or_default()
@@ -671,6 +685,28 @@ mod tests {
             let e = error(line);
             assert!(e.contains(part), "{line}: {e}");
             assert!(!e.contains('\n'), "{line}: {e}");
+        }
+    }
+
+    #[test]
+    fn the_id_of_a_refused_line_is_found() {
+        for (line, id) in [
+            (
+                r#"{"inside":{"point":[1,2]},"id":14}"#,
+                Some(Value::from(14)),
+            ),
+            (r#" {"id":"a","ball":{}}"#, Some(Value::from("a"))),
+            (
+                r#"{"id":{"n":1},"inside":{"point":[0,0,1e999]}}"#,
+                Some(serde_json::json!({"n": 1})),
+            ),
+            (r#"{"inside":{"point":[0,0,0]}}"#, None),
+            (r#"{"id":1,"id":2}"#, None),
+            (r#"[14]"#, None),
+            (r#"{"id":14"#, None),
+            ("14", None),
+        ] {
+            assert_eq!(QueryLine::id_of(line), id, "{line}");
         }
     }
 

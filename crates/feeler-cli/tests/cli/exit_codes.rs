@@ -389,3 +389,27 @@ fn wild_input() {
     assert_eq!(run.code, Some(2));
     one_line(&run, &["query line 1", "not valid JSON"]);
 }
+
+/// Whoever asks without waiting tells by the id which line was refused, whatever is wrong with it.
+#[test]
+fn a_refused_line_keeps_its_id() {
+    for (line, what) in [
+        (r#"{"inside":{"point":[1,2]},"id":14}"#, "length 2"),
+        (r#"{"id":14,"ball":1}"#, "unknown field `ball`"),
+        (
+            r#"{"id":14,"inside":{"point":[0,0,1e999]}}"#,
+            "out of range",
+        ),
+        (r#"{"id":14,"inside":{"point":[0,0,1e99]}}"#, "range"),
+    ] {
+        let run = feeler(&["contact", PART], line);
+        assert_eq!(run.code, Some(2), "{line}: {run:?}");
+        let answer = &answers(&run)[0];
+        assert_eq!(answer["id"], 14, "{line}: {run:?}");
+        let error = answer["error"].as_str().unwrap();
+        assert!(error.contains(what), "{line}: {error}");
+    }
+    // What is no object has none.
+    let run = feeler(&["contact", PART], r#"{"id":14,"inside":"#);
+    assert_eq!(answers(&run)[0].get("id"), None, "{run:?}");
+}
