@@ -239,10 +239,14 @@ fn list(counts: &Counts) -> String {
 }
 
 fn as_text(document: &Document, more: More) -> String {
+    // A STEP file of another application protocol than those known, which a warning tells.
+    let version = match document.version {
+        0 => "unknown".to_owned(),
+        n => n.to_string(),
+    };
     let mut lines = vec![format!(
-        "{} version {}, units {}, {} objects",
+        "{} version {version}, units {}, {} objects",
         document.format.name(),
-        document.version,
         document.units,
         document.objects.len()
     )];

@@ -35,7 +35,7 @@ enum Command {
     /// Answers contact queries: one from the command line, or a line of JSON each from standard
     /// input.
     Contact(contact::Args),
-    /// Writes a model as .3dm: BREPs, surfaces and curves in their native form, number by number; in other units if asked.
+    /// Writes a model as .3dm or .brep: BREPs, surfaces and curves in their native form, number by number; in other units if asked.
     Convert(convert::Args),
     /// The kernel as an engine outside: the query protocol on standard input and output.
     Engine,
