@@ -44,7 +44,9 @@ fn breps(path: &Path) -> Vec<Brep> {
         return Vec::new();
     };
     let objects = document.objects.into_iter().filter_map(|o| match o.kind {
-        ObjectKind::Brep(brep) | ObjectKind::Surface(brep) => Some(brep),
+        ObjectKind::Brep(brep) | ObjectKind::Surface(brep) | ObjectKind::Extrusion(brep) => {
+            Some(brep)
+        }
         _ => None,
     });
     objects.collect()
@@ -95,10 +97,19 @@ fn check(name: &str, brep: &Brep, h: &Health) {
             assert!((a - b).norm() <= e.reach + h.rounding, "{name}: {e:?}");
         }
         for o in &e.offsets {
-            let about = o.about.unwrap_or(0.0);
             assert!(
-                about <= o.at_most * (1.0 + 1e-9) + h.rounding,
+                o.about.is_none_or(|about| about <= o.at_most),
                 "{name}: edge {} {o:?}",
+                e.edge
+            );
+            // What samples say by themselves is no larger, but for rounding.
+            let seen = defects.iter().find_map(|d| match d {
+                Defect::EdgeOffSurface { trim, distance, .. } if *trim == o.trim => Some(*distance),
+                _ => None,
+            });
+            assert!(
+                seen.unwrap_or(0.0) <= o.at_most * (1.0 + 1e-9) + h.rounding,
+                "{name}: edge {} {o:?}, {seen:?} by samples",
                 e.edge
             );
         }

@@ -9,6 +9,7 @@ use feeler_corpus::{
 };
 use feeler_gate::{Engine, FeelerEngine};
 use feeler_io::Choice;
+use serde::Deserialize;
 use serde_json::{Value, json};
 use std::io::{BufRead, BufWriter, Write};
 use std::path::{Path, PathBuf};
@@ -16,7 +17,23 @@ use std::path::{Path, PathBuf};
 /// A line of standard input longer than this is refused: 1 MiB, far above any query.
 const LONGEST_LINE: u64 = 1 << 20;
 
+/// What queries are, for those who ask by lines.
+const QUERIES: &str = r#"Queries, one a line:
+  {"sphere": {"center": [x, y, z], "radius": r}}
+  {"half_space": {"normal": [x, y, z], "offset": h}}
+  {"line": {"origin": [x, y, z], "direction": [x, y, z], "kind": "line" | "ray" | "segment"}}
+  {"inside": {"point": [x, y, z]}}
+  {"side": {"face": 3, "uv": [u, v]}}
+  {"evaluate": {"face": 3, "uv": [u, v]}}    u and v outside of the surface's domain are moved to its border first
+  {"split": {"face": 3, "loop": 0, "trim": 1}}
+Beside any: "id" (copied to the answer, also of a line that is refused), "accuracy" (a length or "full").
+Beside sphere and half_space: "prediction", "contacts" ("deepest", "all", "none"), "velocity" with "until", "overlap": true.
+Beside line: "hits" ("all", "first", "any"); t counts in lengths of the direction.
+Beside what is in space: "pose": {"translation": [x, y, z], "rotation": [x, y, z, w]}.
+An option beside a question that it means nothing to is refused."#;
+
 #[derive(Debug, clap::Args)]
+#[command(after_long_help = QUERIES)]
 pub(crate) struct Args {
     /// The .3dm, .brep (OCCT, text) or .step file, or a model file of our own (.json, .json.gz).
     file: PathBuf,
@@ -42,7 +59,7 @@ pub(crate) struct Args {
         allow_hyphen_values = true
     )]
     prediction: f64,
-    /// Which contacts to report.
+    /// Which contacts to report. With none, whether the nearest points are a continuum is not looked at, and the answer does not say.
     #[arg(long, value_enum, default_value_t = Which::Deepest)]
     contacts: Which,
 }
@@ -182,6 +199,27 @@ impl Args {
     }
 }
 
+/// A line that is no query.
+struct Unread {
+    id: Option<Value>,
+    error: String,
+}
+
+impl Unread {
+    /// One that has no id to be told.
+    fn nameless(error: String) -> Self {
+        Self { id: None, error }
+    }
+}
+
+fn read_query(line: &[u8]) -> Result<QueryLine, Unread> {
+    let text = std::str::from_utf8(line).map_err(|e| Unread::nameless(e.to_string()))?;
+    QueryLine::parse(text).map_err(|e| Unread {
+        id: QueryLine::id_of(text),
+        error: e.to_string(),
+    })
+}
+
 /// Answers queries and remembers how it went.
 struct Answering {
     engine: FeelerEngine,
@@ -191,12 +229,16 @@ struct Answering {
 }
 
 impl Answering {
-    fn answer(&mut self, place: &str, line: Result<QueryLine, String>) -> Answer {
-        let id = line.as_ref().ok().and_then(|l| l.id.clone());
-        let query = line.and_then(|l| l.query().map_err(|e| e.to_string()));
+    fn answer(&mut self, place: &str, line: Result<QueryLine, Unread>) -> Answer {
+        let query = line.and_then(|line| {
+            line.query().map_err(|e| Unread {
+                id: line.id,
+                error: e.to_string(),
+            })
+        });
         let answer = match query {
             Ok(query) => self.engine.answer(&query),
-            Err(error) => Answer {
+            Err(Unread { id, error }) => Answer {
                 id,
                 body: Body::Error { error },
             },
@@ -300,27 +342,39 @@ pub(crate) fn serve() -> Result<Outcome, Bad> {
     })
 }
 
+/// The first line of the protocol.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct FirstLine {
+    model: String,
+    object: Option<usize>,
+    accuracy: Option<AccuracyLine>,
+}
+
+/// How it is written.
+const FIRST_LINE: &str = r#"{"model": "PATH", "object": 0, "accuracy": 1e-9 or "full"}"#;
+
 /// What the first line of the protocol names, and how many faces it has.
 fn opened(first: &str) -> Result<(usize, Answering), String> {
-    let first: Value =
-        serde_json::from_str(first).map_err(|e| format!("the first line is not JSON: {e}"))?;
-    let path = first["model"]
-        .as_str()
-        .ok_or("the first line names no model")?;
-    let object = match &first["object"] {
-        Value::Null => None,
-        n => Some(n.as_u64().ok_or("the object is no number")? as usize),
+    // serde would take a list for a structure's fields in order.
+    let read = match first.trim_start().starts_with('[') {
+        true => Err("a list".to_owned()),
+        false => serde_json::from_str::<FirstLine>(first).map_err(|e| match e.is_data() {
+            true => e.to_string(),
+            false => format!("not valid JSON: {e}"),
+        }),
     };
-    let accuracy = match &first["accuracy"] {
-        Value::Null => AccuracyLine::Word(Full::Full),
-        a => serde_json::from_value(a.clone())
-            .map_err(|_| "the accuracy is no length, nor \"full\"")?,
-    };
+    let line = read.map_err(|what| {
+        // serde counts lines, and this is one.
+        let what = what.replace(" at line 1 column ", ", column ");
+        format!("the first line: {what}; write {FIRST_LINE}, of which only the model must be there")
+    })?;
+    let accuracy = line.accuracy.unwrap_or(AccuracyLine::Word(Full::Full));
     let options = Options {
         accuracy: accuracy.accuracy().map_err(|e| e.to_string())?,
         ..Options::default()
     };
-    let model = Model::load(Path::new(path), object).map_err(|e| e.to_string())?;
+    let model = Model::load(Path::new(&line.model), line.object).map_err(|e| e.to_string())?;
     let mut answering = Answering {
         engine: FeelerEngine::new(options),
         refused: None,
@@ -353,11 +407,11 @@ fn from_input(
         let ended = bytes.last() == Some(&b'\n');
         let line = if !ended && read as u64 == LONGEST_LINE {
             skip_line(&mut input).map_err(read_error)?;
-            Err(format!("longer than {LONGEST_LINE} bytes"))
+            Err(Unread::nameless(format!(
+                "longer than {LONGEST_LINE} bytes; write one object a line"
+            )))
         } else {
-            std::str::from_utf8(&bytes)
-                .map_err(|e| e.to_string())
-                .and_then(|text| QueryLine::parse(text).map_err(|e| e.to_string()))
+            read_query(&bytes)
         };
         let answer = answering.answer(&format!("query line {number}"), line);
         writeln!(out, "{}", answer.to_text()).map_err(write_error)?;

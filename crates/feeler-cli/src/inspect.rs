@@ -1,7 +1,7 @@
 //! `feeler inspect`.
 
 use crate::{Bad, Outcome, health, plan, write_error};
-use feeler::brep::Brep;
+use feeler::brep::{Brep, Defect};
 use feeler::nurbs::Curve;
 use feeler_corpus::{MODEL_FILE_VERSION, Model};
 use feeler_io::{Document, Object, ObjectKind};
@@ -206,7 +206,8 @@ fn object_json(object: &Object, more: More) -> Value {
 fn brep_json(brep: &Brep, more: More, o: &mut Map<String, Value>) {
     let p = brep.parts();
     let c = contents(brep);
-    let defects: Vec<String> = brep.defects().iter().map(ToString::to_string).collect();
+    let (allowed, defects) = deviations_and_defects(brep);
+    let said = |all: &[Defect]| all.iter().map(ToString::to_string).collect::<Vec<_>>();
     for (key, value) in [
         ("faces", json!(p.faces.len())),
         ("loops", json!(p.loops.len())),
@@ -217,9 +218,12 @@ fn brep_json(brep: &Brep, more: More, o: &mut Map<String, Value>) {
         ("surfaces", json!(c.surfaces)),
         ("trim_curves", json!(c.trim_curves)),
         ("edge_curves", json!(c.edge_curves)),
-        ("defects", json!(defects)),
+        ("defects", json!(said(&defects))),
     ] {
         o.insert(key.into(), value);
+    }
+    if !allowed.is_empty() {
+        o.insert("within_tolerance".into(), json!(said(&allowed)));
     }
     if more.plan {
         o.insert("plan".into(), plan::json(brep));
@@ -235,10 +239,14 @@ fn list(counts: &Counts) -> String {
 }
 
 fn as_text(document: &Document, more: More) -> String {
+    // A STEP file of another application protocol than those known, which a warning tells.
+    let version = match document.version {
+        0 => "unknown".to_owned(),
+        n => n.to_string(),
+    };
     let mut lines = vec![format!(
-        "{} version {}, units {}, {} objects",
+        "{} version {version}, units {}, {} objects",
         document.format.name(),
-        document.version,
         document.units,
         document.objects.len()
     )];
@@ -334,8 +342,14 @@ fn brep_text(brep: &Brep, more: More, lines: &mut Vec<String>) {
     }
 }
 
+/// What the file's own tolerance covers is no defect.
+fn deviations_and_defects(brep: &Brep) -> (Vec<Defect>, Vec<Defect>) {
+    let all = brep.defects().into_iter();
+    all.partition(Defect::is_within_tolerance)
+}
+
 fn defects_text(brep: &Brep, lines: &mut Vec<String>) {
-    let defects = brep.defects();
+    let (allowed, defects) = deviations_and_defects(brep);
     if defects.is_empty() {
         lines.push("  no defects".into());
     }
@@ -347,5 +361,12 @@ fn defects_text(brep: &Brep, lines: &mut Vec<String>) {
             "  and {} more; --json lists them all",
             defects.len() - SHOWN
         ));
+    }
+    match allowed.len() {
+        0 => {}
+        1 => lines.push("  1 deviation within the file's own tolerance; --json tells it".into()),
+        n => lines.push(format!(
+            "  {n} deviations within the file's own tolerance; --json lists them"
+        )),
     }
 }

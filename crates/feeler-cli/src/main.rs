@@ -35,9 +35,11 @@ enum Command {
     /// Answers contact queries: one from the command line, or a line of JSON each from standard
     /// input.
     Contact(contact::Args),
-    /// Writes a model as .3dm: BREPs, surfaces and curves in their native form, number by number; in other units if asked.
+    /// Writes a model as .3dm or .brep: BREPs, surfaces and curves in their native form, number by number; in other units if asked.
     Convert(convert::Args),
-    /// The kernel as an engine outside: the query protocol on standard input and output.
+    /// The kernel as an engine outside: the query protocol on standard input and output. The first line is
+    /// {"model": "PATH", "object": 0, "accuracy": 1e-9 or "full"}, of which only the model must be there; then queries, as
+    /// `feeler contact --help` lists them.
     Engine,
     /// Holds the kernel's answers against the stored truth of a corpus.
     Gate(gate::Args),

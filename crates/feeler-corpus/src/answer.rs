@@ -5,8 +5,8 @@
 use feeler::numeric::Enclosure;
 use feeler::nurbs::SurfacePoint;
 use feeler::query::{
-    ArrivalAnswer, Contact, ContactAnswer, Feature, Hit, LineAnswer, Separation, SideAnswer,
-    Undecided,
+    ArrivalAnswer, Contact, ContactAnswer, Feature, Hit, LineAnswer, Parameter, Separation,
+    SideAnswer, Undecided, Unsettled,
 };
 use feeler::trim::{AxisSplit, Side, Stationary};
 use serde::{Deserialize, Serialize, Serializer};
@@ -112,8 +112,9 @@ pub enum Body {
     Contact {
         /// From the union of the BREPs.
         separation: Claim,
-        /// Whether the closest points reach beyond one foot box.
-        continuum: bool,
+        /// Whether the closest points reach beyond one foot box; none where that was not looked at, as when no contacts are asked for.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        continuum: Option<bool>,
         /// Deepest first.
         contacts: Vec<ContactLine>,
         /// Why the bound is wider than asked.
@@ -125,8 +126,9 @@ pub enum Body {
         /// When it first comes within the prediction: not before `lo`, and at `value`, unless `hi` is infinite; `null` if proven never, until
         /// the time asked about.
         arrival: Option<Claim>,
-        /// Whether the closest points then reach beyond one foot box.
-        continuum: bool,
+        /// Whether the closest points then reach beyond one foot box; none likewise.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        continuum: Option<bool>,
         /// The contacts at `value`, deepest first.
         contacts: Vec<ContactLine>,
         /// Why the enclosure is wider than asked.
@@ -233,6 +235,14 @@ impl Answer {
 }
 
 impl Body {
+    /// Leaves out what is not looked at where no contacts are asked for.
+    pub fn without_continuum(mut self) -> Self {
+        if let Self::Contact { continuum, .. } | Self::Arrival { continuum, .. } = &mut self {
+            *continuum = None;
+        }
+        self
+    }
+
     /// Why the answer has only a bound, if so.
     pub fn undecided(&self) -> Option<&str> {
         match self {
@@ -272,6 +282,16 @@ impl From<&Contact> for ContactLine {
     }
 }
 
+impl From<Parameter> for Claim {
+    fn from(t: Parameter) -> Self {
+        Self {
+            value: t.value,
+            lo: Some(t.bounds.lo),
+            hi: Some(t.bounds.hi),
+        }
+    }
+}
+
 impl From<&Hit> for HitLine {
     fn from(h: &Hit) -> Self {
         Self {
@@ -290,11 +310,20 @@ fn why(u: Option<Undecided>) -> Option<String> {
     u.map(|u| u.to_string())
 }
 
+/// Why the hits of a line are not settled, and where.
+pub fn why_at(undecided: Option<Undecided>, place: Option<Unsettled>) -> Option<String> {
+    let why = undecided?;
+    Some(match place {
+        Some(place) => format!("{place}: {why}"),
+        None => why.to_string(),
+    })
+}
+
 impl From<&ContactAnswer> for Body {
     fn from(a: &ContactAnswer) -> Self {
         Self::Contact {
             separation: a.separation.into(),
-            continuum: a.continuum,
+            continuum: Some(a.continuum),
             contacts: a.contacts.iter().map(ContactLine::from).collect(),
             undecided: why(a.undecided),
         }
@@ -305,7 +334,7 @@ impl From<&ArrivalAnswer> for Body {
     fn from(a: &ArrivalAnswer) -> Self {
         Self::Arrival {
             arrival: a.time.map(Claim::from),
-            continuum: a.continuum,
+            continuum: Some(a.continuum),
             contacts: a.contacts.iter().map(ContactLine::from).collect(),
             undecided: why(a.undecided),
         }
@@ -318,7 +347,7 @@ impl From<&LineAnswer> for Body {
             hits: a.hits.iter().map(HitLine::from).collect(),
             crossings: a.crossings,
             in_crack: Some(a.in_crack),
-            undecided: why(a.undecided),
+            undecided: why_at(a.undecided, a.unsettled),
         }
     }
 }
@@ -446,7 +475,7 @@ mod tests {
             id: Some(7.into()),
             body: Body::Contact {
                 separation: claim,
-                continuum: false,
+                continuum: Some(false),
                 contacts: vec![ContactLine {
                     on_brep: [0.0; 3],
                     on_probe: [0.0; 3],

@@ -31,7 +31,8 @@ mod truth;
 mod verdict;
 
 pub use answer::{
-    Answer, AnswerError, AxisSplitLine, Body, Claim, ContactLine, HitLine, SplitRootLine, side_word,
+    Answer, AnswerError, AxisSplitLine, Body, Claim, ContactLine, HitLine, SplitRootLine,
+    side_word, why_at,
 };
 pub use files::{MAX_TEXT, read_text, write_text};
 pub use hash::{breps_hash, bytes_hash};

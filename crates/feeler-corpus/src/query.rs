@@ -4,12 +4,15 @@ use feeler::query::{
     Accuracy, Contacts, HalfSpace, LineKind, LineProbe, Motion, Probe, ProbeError, Sphere,
 };
 use nalgebra::{Point2, Point3, Quaternion, Vector3};
-use serde::{Deserialize, Serialize};
+use serde::de::{self, Unexpected, Visitor};
+use serde::{Deserialize, Deserializer, Serialize};
 use serde_json::Value;
+use std::fmt;
 
 /// A line as it is written: one of the seven questions, and options beside it.
 ///
-/// Unknown and doubled fields are refused. [`query`](Self::query) checks the rest.
+/// Unknown and doubled fields are refused, and [`query`](Self::query) refuses an option beside a question that it means nothing to. An
+/// accuracy may stand beside any: what is exact meets it.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct QueryLine {
@@ -34,25 +37,26 @@ pub struct QueryLine {
     /// The side of a point of space.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub inside: Option<SpacePoint>,
-    /// A point of a face's surface and first derivatives there.
+    /// A point of a face's surface and first derivatives there; parameters outside of the surface's domain are moved to its border first.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub evaluate: Option<FacePoint>,
     /// Where the coordinates of a trim curve are stationary.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub split: Option<TrimLine>,
-    /// Report contacts with separation <= this, in model units.
+    /// Report contacts of a sphere or half-space with separation <= this, in model units.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub prediction: Option<f64>,
-    /// Which contacts to report.
+    /// Which contacts of a sphere or half-space to report. With none, whether the nearest points are a continuum is not looked at, and the
+    /// answer does not say.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub contacts: Option<ContactsLine>,
-    /// Which hits to report.
+    /// Which hits of a line to report.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub hits: Option<Hits>,
     /// Width of the separation's enclosure.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub accuracy: Option<AccuracyLine>,
-    /// Where the probe stands.
+    /// Where the probe stands: a sphere, a half-space, a line or a point of space.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub pose: Option<Pose>,
     /// Ask when the ball or half-space that moves so first comes within the prediction; in model units a unit of time, in the model's
@@ -62,7 +66,7 @@ pub struct QueryLine {
     /// Until when it moves; for ever if not given.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub until: Option<f64>,
-    /// Ask only whether probe and BREP overlap.
+    /// Ask only whether a sphere or half-space and the BREP overlap.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub overlap: bool,
 }
@@ -170,7 +174,7 @@ pub enum Hits {
 }
 
 /// A length, or `"full"`.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 #[serde(untagged)]
 pub enum AccuracyLine {
     /// The word.
@@ -179,11 +183,45 @@ pub enum AccuracyLine {
     Length(f64),
 }
 
+// By hand, for what is said of anything else: serde would name the type's variants.
+impl<'de> Deserialize<'de> for AccuracyLine {
+    fn deserialize<D: Deserializer<'de>>(d: D) -> Result<Self, D::Error> {
+        struct Either;
+        impl Visitor<'_> for Either {
+            type Value = AccuracyLine;
+
+            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+                f.write_str("a positive length or \"full\"")
+            }
+
+            fn visit_f64<E: de::Error>(self, x: f64) -> Result<AccuracyLine, E> {
+                Ok(AccuracyLine::Length(x))
+            }
+
+            fn visit_u64<E: de::Error>(self, x: u64) -> Result<AccuracyLine, E> {
+                Ok(AccuracyLine::Length(x as f64))
+            }
+
+            fn visit_i64<E: de::Error>(self, x: i64) -> Result<AccuracyLine, E> {
+                Ok(AccuracyLine::Length(x as f64))
+            }
+
+            fn visit_str<E: de::Error>(self, word: &str) -> Result<AccuracyLine, E> {
+                match word {
+                    "full" => Ok(AccuracyLine::Word(Full::Full)),
+                    _ => Err(E::invalid_value(Unexpected::Str(word), &self)),
+                }
+            }
+        }
+        d.deserialize_any(Either)
+    }
+}
+
 /// The word `"full"`.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Full {
-    /// As narrow as DESIGN allows: see [`Accuracy::Full`].
+    /// As narrow as two units in the last place, down to a floor: see [`Accuracy::Full`].
     Full,
 }
 
@@ -220,12 +258,22 @@ pub enum QueryError {
     NoObject,
     /// Not exactly one question.
     #[error(
-        "a query asks one of sphere, half_space, line, side, inside, evaluate, split; this asks {0} of them"
+        "a query asks one of sphere, half_space, line, side, inside, evaluate, split; this asks {0} of them: write one object for each"
     )]
     Questions(usize),
     /// A probe that the kernel refuses.
     #[error("{0}")]
     Probe(#[from] ProbeError),
+    /// An option beside a question that it means nothing to.
+    #[error("`{option}` means nothing to {asked}, only to {to}: leave it out")]
+    Beside {
+        /// The option's name.
+        option: &'static str,
+        /// What is asked.
+        asked: &'static str,
+        /// What it means something to.
+        to: &'static str,
+    },
     /// A number that has no meaning here.
     #[error("{0}")]
     Number(&'static str),
@@ -294,6 +342,20 @@ impl QueryLine {
         Ok(serde_json::from_str(line)?)
     }
 
+    /// The id of a line that is an object, be the rest of it a query or not: who asked without waiting knows by it which line was
+    /// refused. None where the line is no object, or gives none or two.
+    pub fn id_of(line: &str) -> Option<Value> {
+        #[derive(Deserialize)]
+        struct IdAlone {
+            id: Option<Value>,
+        }
+        // serde would take a list for a structure's fields in order.
+        if !line.trim_start().starts_with('{') {
+            return None;
+        }
+        serde_json::from_str::<IdAlone>(line).ok()?.id
+    }
+
     /// The line as text, numbers in shortest round-trip form.
     pub fn to_text(&self) -> String {
         serde_json::to_string(self).unwrap_or_default()
@@ -317,8 +379,11 @@ impl QueryLine {
             (Some(ask), 1) => self.moving(ask?)?,
             _ => return Err(QueryError::Questions(count)),
         };
+        self.suits(&ask)?;
         if self.prediction.is_some_and(|p| !p.is_finite()) {
-            return Err(QueryError::Number("the prediction is not finite"));
+            return Err(QueryError::Number(
+                "the prediction is not finite: give a length",
+            ));
         }
         let accuracy = self.accuracy.map(AccuracyLine::accuracy).transpose()?;
         Ok(Query {
@@ -334,11 +399,39 @@ impl QueryLine {
 }
 
 impl QueryLine {
+    /// Refuses options that the question takes no notice of: who gives one expects something of it.
+    fn suits(&self, ask: &Ask) -> Result<(), QueryError> {
+        const PROBES: &str = "sphere and half_space";
+        let probe = matches!(ask, Ask::Contact(_) | Ask::Arrival(..));
+        let line = matches!(ask, Ask::Line(_));
+        let in_space = probe || line || matches!(ask, Ask::Inside(_));
+        for (given, suits, option, to) in [
+            (self.prediction.is_some(), probe, "prediction", PROBES),
+            (self.contacts.is_some(), probe, "contacts", PROBES),
+            (self.overlap, probe, "overlap", PROBES),
+            (self.hits.is_some(), line, "hits", "line"),
+            (
+                self.pose.is_some(),
+                in_space,
+                "pose",
+                "sphere, half_space, line and inside",
+            ),
+        ] {
+            if given && !suits {
+                let asked = ask.word();
+                return Err(QueryError::Beside { option, asked, to });
+            }
+        }
+        Ok(())
+    }
+
     /// The same question of a probe that moves, if this one does.
     fn moving(&self, ask: Ask) -> Result<Ask, QueryError> {
         let Some(velocity) = self.velocity else {
             return match self.until {
-                Some(_) => Err(QueryError::Number("until without a velocity")),
+                Some(_) => Err(QueryError::Number(
+                    "until without a velocity: give one, or leave until out",
+                )),
                 None => Ok(ask),
             };
         };
@@ -492,7 +585,7 @@ fn uv(at: [f64; 2]) -> Result<Point2<f64>, QueryError> {
     if at.iter().all(|x| x.is_finite()) {
         Ok(Point2::from(at))
     } else {
-        Err(QueryError::Number("uv is not finite"))
+        Err(QueryError::Number("uv is not finite: give two numbers"))
     }
 }
 
@@ -512,11 +605,13 @@ impl Pose {
         let off = (rotation.norm_squared() - 1.0).abs();
         if off.is_nan() || off > LIMIT {
             return Err(QueryError::Number(
-                "the pose's rotation is not a unit quaternion (|q|^2 must be within 2^-50 of 1)",
+                "the pose's rotation is not a unit quaternion: divide it by its length (|q|^2 must be within 2^-50 of 1)",
             ));
         }
         if self.translation.iter().any(|t| !t.is_finite()) {
-            return Err(QueryError::Number("the pose's translation is not finite"));
+            return Err(QueryError::Number(
+                "the pose's translation is not finite: give three numbers",
+            ));
         }
         Ok(Placement {
             translation: Vector3::from(self.translation),
@@ -661,16 +756,88 @@ mod tests {
             ),
             (
                 r#"{"inside": {"point": [0,0,0]}, "accuracy": "fine"}"#,
-                "variant",
+                r#"not a query: invalid value: string "fine", expected a positive length or "full" (column"#,
+            ),
+            (
+                r#"{"inside": {"point": [0,0,0]}, "accuracy": [1]}"#,
+                r#"expected a positive length or "full""#,
             ),
             (
                 r#"{"inside": {"point": [0,0,0]}, "pose": {"rotation": [0,0,0,2]}}"#,
-                "quaternion",
+                "is not a unit quaternion: divide it by its length",
+            ),
+            (
+                r#"{"line": {"origin": [0,0,0], "direction": [0,0,1]}, "overlap": true}"#,
+                "`overlap` means nothing to line, only to sphere and half_space: leave it out",
+            ),
+            (
+                r#"{"side": {"face": 0, "uv": [0,0]}, "overlap": true}"#,
+                "`overlap` means nothing to side",
+            ),
+            (
+                r#"{"sphere": {"center": [0,0,0], "radius": 1}, "hits": "all"}"#,
+                "`hits` means nothing to sphere, only to line: leave it out",
+            ),
+            (
+                r#"{"side": {"face": 0, "uv": [0,0]}, "pose": {"translation": [0,0,1]}}"#,
+                "`pose` means nothing to side, only to sphere, half_space, line and inside",
+            ),
+            (
+                r#"{"evaluate": {"face": 0, "uv": [0,0]}, "pose": {}}"#,
+                "`pose` means nothing to evaluate",
+            ),
+            (
+                r#"{"inside": {"point": [0,0,0]}, "prediction": 1}"#,
+                "`prediction` means nothing to inside",
+            ),
+            (
+                r#"{"line": {"origin": [0,0,0], "direction": [0,0,1]}, "contacts": "all"}"#,
+                "`contacts` means nothing to line",
             ),
         ] {
             let e = error(line);
             assert!(e.contains(part), "{line}: {e}");
             assert!(!e.contains('\n'), "{line}: {e}");
+        }
+    }
+
+    /// An accuracy is met by what is exact, too.
+    #[test]
+    fn an_accuracy_may_stand_beside_any_question() {
+        for asked in [
+            r#""sphere": {"center": [0,0,0], "radius": 1}"#,
+            r#""line": {"origin": [0,0,0], "direction": [0,0,1]}"#,
+            r#""side": {"face": 0, "uv": [0,0]}"#,
+            r#""evaluate": {"face": 0, "uv": [0,0]}"#,
+        ] {
+            for accuracy in [r#""full""#, "1", "0.5"] {
+                let line = format!(r#"{{{asked}, "accuracy": {accuracy}}}"#);
+                let found = QueryLine::parse(&line).unwrap();
+                assert!(found.query().unwrap().accuracy.is_some(), "{line}");
+                assert_eq!(QueryLine::parse(&found.to_text()).unwrap(), found);
+            }
+        }
+    }
+
+    #[test]
+    fn the_id_of_a_refused_line_is_found() {
+        for (line, id) in [
+            (
+                r#"{"inside":{"point":[1,2]},"id":14}"#,
+                Some(Value::from(14)),
+            ),
+            (r#" {"id":"a","ball":{}}"#, Some(Value::from("a"))),
+            (
+                r#"{"id":{"n":1},"inside":{"point":[0,0,1e999]}}"#,
+                Some(serde_json::json!({"n": 1})),
+            ),
+            (r#"{"inside":{"point":[0,0,0]}}"#, None),
+            (r#"{"id":1,"id":2}"#, None),
+            (r#"[14]"#, None),
+            (r#"{"id":14"#, None),
+            ("14", None),
+        ] {
+            assert_eq!(QueryLine::id_of(line), id, "{line}");
         }
     }
 

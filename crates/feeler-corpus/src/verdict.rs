@@ -196,7 +196,9 @@ pub fn judge(asked: &Asked, answer: &Body, truth: &Truth) -> Judgement {
             },
         ) => {
             let mut judgement = contact_verdict(asked, separation, contacts, truth);
-            if let (Some(deepest), Some(foot), false) = (contacts.first(), foot, *continuum) {
+            if let (Some(deepest), Some(foot), false) =
+                (contacts.first(), foot, *continuum == Some(true))
+            {
                 judgement = judgement
                     .and(foot_verdict(deepest, foot))
                     .and(normal_verdict(asked, deepest, truth, foot));

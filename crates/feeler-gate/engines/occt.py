@@ -256,7 +256,7 @@ class Part:
         free = any(t.get("edge") is None and t["kind"] != "singular" for t in brep["trims"])
         whole = all(f.get("loops") is not None for f in brep["faces"])
         self.classifier = None
-        # As DESIGN has it: a solid is closed when every non-singular edge is used twice.
+        # As the kernel has it: a solid is closed when every non-singular edge is used twice.
         if whole and not free and all(n == 2 for n in uses):
             solid = TopoDS_Solid()
             self.build.MakeSolid(solid)

@@ -176,7 +176,7 @@ fn contact(parts: &[Part], sphere: &Sphere, prediction: f64, contacts: Contacts)
     }
     Body::Contact {
         separation: value(separation),
-        continuum: false,
+        continuum: None,
         contacts: lines,
         undecided: None,
     }

@@ -231,7 +231,11 @@ fn summary(body: &Body) -> String {
                 1 => feature(contacts[0].feature),
                 n => format!("{n} contacts"),
             };
-            let spread = if *continuum { ", continuum" } else { "" };
+            let spread = if *continuum == Some(true) {
+                ", continuum"
+            } else {
+                ""
+            };
             format!("separation {}, {at}{spread}", number(separation))
         }
         Body::Arrival {

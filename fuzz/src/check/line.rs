@@ -2,7 +2,7 @@
 
 use super::{Effort, Found, Subject, options, second_of};
 use feeler::numeric::Dyadic;
-use feeler::query::{self, Hit, LineAnswer, LineKind, LineProbe, Separation};
+use feeler::query::{self, Hit, LineAnswer, LineKind, LineProbe, Parameter};
 use feeler_corpus::Query;
 use feeler_oracle::second::SecondHit;
 use feeler_oracle::second::number::Number;
@@ -58,7 +58,7 @@ pub(super) fn line(
 }
 
 /// The last parameter of a hit, which is another where the line lies in the face.
-fn end(hit: &Hit) -> &Separation {
+fn end(hit: &Hit) -> &Parameter {
     hit.t_end.as_ref().unwrap_or(&hit.t)
 }
 
@@ -89,7 +89,7 @@ fn sound(found: &LineAnswer, probe: &LineProbe) -> Found {
 /// The line run the other way has the same hits.
 fn mirrored(found: &LineAnswer, other: &LineAnswer) -> Found {
     let same =
-        |a: &Separation, b: &Separation| a.bounds.lo <= -b.bounds.lo && -b.bounds.hi <= a.bounds.hi;
+        |a: &Parameter, b: &Parameter| a.bounds.lo <= -b.bounds.lo && -b.bounds.hi <= a.bounds.hi;
     let meets = |a: &Hit, b: &Hit| a.face == b.face && same(&a.t, end(b)) && same(end(a), &b.t);
     for (these, those) in [(&found.hits, &other.hits), (&other.hits, &found.hits)] {
         for a in these {

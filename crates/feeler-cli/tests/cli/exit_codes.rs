@@ -389,3 +389,100 @@ fn wild_input() {
     assert_eq!(run.code, Some(2));
     one_line(&run, &["query line 1", "not valid JSON"]);
 }
+
+/// Whoever asks without waiting tells by the id which line was refused, whatever is wrong with it.
+#[test]
+fn a_refused_line_keeps_its_id() {
+    for (line, what) in [
+        (r#"{"inside":{"point":[1,2]},"id":14}"#, "length 2"),
+        (r#"{"id":14,"ball":1}"#, "unknown field `ball`"),
+        (
+            r#"{"id":14,"inside":{"point":[0,0,1e999]}}"#,
+            "out of range",
+        ),
+        (r#"{"id":14,"inside":{"point":[0,0,1e99]}}"#, "range"),
+        (
+            r#"{"id":14,"side":{"face":99,"uv":[0,0]}}"#,
+            "there are 7, ask about 0 to 6",
+        ),
+    ] {
+        let run = feeler(&["contact", PART], line);
+        assert_eq!(run.code, Some(2), "{line}: {run:?}");
+        let answer = &answers(&run)[0];
+        assert_eq!(answer["id"], 14, "{line}: {run:?}");
+        let error = answer["error"].as_str().unwrap();
+        assert!(error.contains(what), "{line}: {error}");
+    }
+    // What is no object has none.
+    let run = feeler(&["contact", PART], r#"{"id":14,"inside":"#);
+    assert_eq!(answers(&run)[0].get("id"), None, "{run:?}");
+}
+
+/// Nothing in the first line of the protocol is passed over.
+#[test]
+fn the_first_line_of_an_engine() {
+    let good = r#"{"inside":{"point":[0,0,0]}}"#;
+    for (first, words) in [
+        (
+            format!(r#"{{"model":"{PART}","foo":1}}"#),
+            &[
+                "unknown field `foo`",
+                "`model`, `object`, `accuracy`",
+                "write {",
+            ][..],
+        ),
+        (
+            format!(r#"{{"model":"{PART}","accuracy":"Full"}}"#),
+            &["\"Full\", expected a positive length or \"full\""],
+        ),
+        (
+            format!(r#"{{"model":"{PART}","accuracy":0}}"#),
+            &["positive length"],
+        ),
+        (
+            format!(r#"{{"model":"{PART}","object":-1}}"#),
+            &["-1", "write {"],
+        ),
+        (
+            r#"{"object":0}"#.to_owned(),
+            &["missing field `model`", "write {"],
+        ),
+        (r#"["part.3dm"]"#.to_owned(), &["a list", "write {"]),
+        ("hello".to_owned(), &["not valid JSON", "write {"]),
+    ] {
+        let run = feeler(&["engine"], &format!("{first}\n{good}\n"));
+        assert_eq!(run.code, Some(2), "{first}: {run:?}");
+        let all = answers(&run);
+        let error = all[0]["error"].as_str().unwrap();
+        assert_eq!(all.len(), 1, "{run:?}");
+        for word in words {
+            assert!(error.contains(word), "{first}: no `{word}` in {error}");
+        }
+    }
+    let first = format!(r#"{{"model":"{PART}","object":0,"accuracy":"full"}}"#);
+    let run = feeler(&["engine"], &format!("{first}\n{good}\n"));
+    assert_eq!(run.code, Some(0), "{run:?}");
+    assert_eq!(answers(&run)[0]["faces"], 7, "{run:?}");
+}
+
+/// What is not looked at is not told, and what is assumed stands in the help.
+#[test]
+fn what_is_not_looked_at_is_left_out() {
+    let ask = ["contact", PART, "--sphere", "-1,-2,-3,0.5"];
+    let run = feeler(&[&ask[..], &["--contacts", "none"]].concat(), "");
+    assert_eq!(answers(&run)[0].get("continuum"), None, "{run:?}");
+    let moving = ["--velocity", "1,1,1", "--contacts", "none"];
+    let run = feeler(&[&ask[..], &moving].concat(), "");
+    assert!(answers(&run)[0].get("arrival").is_some(), "{run:?}");
+    assert_eq!(answers(&run)[0].get("continuum"), None, "{run:?}");
+    let run = feeler(&ask, "");
+    assert_eq!(answers(&run)[0]["continuum"], false, "{run:?}");
+    let run = feeler(&["contact", "--help"], "");
+    for word in [
+        "moved to its border",
+        "is not looked at",
+        "also of a line that is refused",
+    ] {
+        assert!(run.out.contains(word), "no `{word}` in {}", run.out);
+    }
+}

@@ -1,6 +1,6 @@
 //! How `feeler inspect` looks. The counts are facts of the model.
 
-use crate::program::feeler;
+use crate::program::{feeler, root};
 
 const PART: &str = "corpora/models/thesis/cube_corner_sphere_cut_nurbs.3dm";
 
@@ -75,4 +75,44 @@ fn plan_as_json() {
         }
     }
     insta::assert_snapshot!(format!("{plan:#}"));
+}
+
+/// Of a STEP file by another application protocol no version is known.
+#[test]
+fn an_unknown_version_is_said_to_be_unknown() {
+    let text = std::fs::read_to_string(root().join("corpora/models/step/sphere.step")).unwrap();
+    let text = text.replace("AUTOMOTIVE_DESIGN", "SOME_OTHER_DESIGN");
+    let path = std::path::PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join("other.step");
+    std::fs::write(&path, text).unwrap();
+    let run = feeler(&["inspect", path.to_str().unwrap()], "");
+    assert_eq!(run.code, Some(0), "{run:?}");
+    let head = "step version unknown, units mm";
+    assert!(run.out.starts_with(head), "{run:?}");
+}
+
+/// Both formats that are written are named where the command is.
+#[test]
+fn the_help_names_what_is_written() {
+    let run = feeler(&["help"], "");
+    assert!(run.out.contains(".3dm or .brep"), "{run:?}");
+}
+
+/// What the file's own tolerance covers is no defect, and is counted.
+#[test]
+fn deviations_within_tolerance_are_no_defects() {
+    let part = "corpora/models/thesis/shift_gate_straight.3dm";
+    let run = feeler(&["inspect", part], "");
+    assert_eq!(run.code, Some(0), "{run:?}");
+    assert!(
+        run.out.contains("within the file's own tolerance"),
+        "{run:?}"
+    );
+    assert!(!run.out.contains("(the file allows"), "{run:?}");
+    let run = feeler(&["inspect", part, "--json"], "");
+    let said: serde_json::Value = serde_json::from_str(&run.out).unwrap();
+    let object = &said["objects"][0];
+    assert_eq!(object["defects"], serde_json::json!([]), "{run:?}");
+    let allowed = object["within_tolerance"].as_array().unwrap();
+    let first = allowed[0].as_str().unwrap();
+    assert!(first.contains("(the file allows"), "{first}");
 }

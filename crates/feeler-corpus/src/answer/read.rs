@@ -36,8 +36,7 @@ struct ErrorText {
 #[serde(deny_unknown_fields)]
 struct ContactText {
     separation: Claim,
-    #[serde(default)]
-    continuum: bool,
+    continuum: Option<bool>,
     contacts: Vec<ContactLine>,
     undecided: Option<String>,
 }
@@ -48,8 +47,7 @@ struct ArrivalText {
     // Present, be it `null`: never is an answer, and must be said.
     #[serde(deserialize_with = "Option::deserialize")]
     arrival: Option<Claim>,
-    #[serde(default)]
-    continuum: bool,
+    continuum: Option<bool>,
     contacts: Vec<ContactLine>,
     undecided: Option<String>,
 }
@@ -120,8 +118,7 @@ pub(super) fn upper<'de, D: Deserializer<'de>>(d: D) -> Result<Option<f64>, D::E
 impl Answer {
     /// Reads the answer to a query.
     ///
-    /// Bounds, `in_gap`, `crossings`, `in_crack`, `tangential`, `feature` and `uv` may be left out, and
-    /// `continuum` where it is false. What was asked must be there, or `undecided` in its place. A field that the
+    /// Bounds, `in_gap`, `crossings`, `in_crack`, `tangential`, `feature`, `uv` and `continuum` may be left out. What was asked must be there, or `undecided` in its place. A field that the
     /// protocol does not know is refused: misspelt, it would go unjudged.
     ///
     /// # Errors
@@ -253,6 +250,7 @@ mod tests {
                 &[
                     r#"{"id":7,"separation":{"value":-0.1,"lo":null,"hi":0.5},"continuum":true,"contacts":[{"on_brep":[0.0,0.0,0.0],"on_probe":[0.0,0.0,0.0],"normal":[0.0,0.0,1.0],"separation":{"value":1.0},"feature":{"edge":3},"uv":[0.1,0.2],"position_bound":null,"normal_bound":1e-9}],"undecided":"node budget spent"}"#,
                     r#"{"separation":{"value":0.1},"continuum":false,"contacts":[]}"#,
+                    r#"{"separation":{"value":0.1},"contacts":[]}"#,
                     r#"{"error":"not today"}"#,
                 ][..],
             ),
@@ -371,11 +369,11 @@ mod tests {
         }
         // The probe stands where its pose put it.
         let posed = query(
-            r#"{"inside":{"point":[1.0,0.0,0.0]},"pose":{"translation":[0.0,0.0,2.0]},"hits":"first"}"#,
+            r#"{"line":{"origin":[1.0,0.0,0.0],"direction":[0.0,0.0,1.0],"kind":"ray"},"pose":{"translation":[0.0,0.0,2.0]},"hits":"first"}"#,
         );
         assert_eq!(
             QueryLine::from(&posed).to_text(),
-            r#"{"inside":{"point":[1.0,0.0,2.0]},"hits":"first"}"#
+            r#"{"line":{"origin":[1.0,0.0,2.0],"direction":[0.0,0.0,1.0],"kind":"ray"},"hits":"first"}"#
         );
         assert_eq!(QueryLine::from(&posed).query().unwrap(), posed);
     }

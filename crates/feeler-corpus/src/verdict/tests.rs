@@ -27,7 +27,7 @@ fn separation(value: f64, lo: f64, hi: f64) -> Body {
             lo: Some(lo),
             hi: Some(hi),
         },
-        continuum: false,
+        continuum: None,
         contacts: vec![],
         undecided: None,
     }
@@ -287,7 +287,7 @@ fn with_contacts(contacts: Vec<ContactLine>, undecided: Option<&str>) -> Body {
     let separation = contacts[0].separation;
     Body::Contact {
         separation,
-        continuum: false,
+        continuum: Some(false),
         contacts,
         undecided: undecided.map(str::to_owned),
     }

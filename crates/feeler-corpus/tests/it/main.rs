@@ -2,6 +2,7 @@
 
 mod brep_occt;
 mod brep_truth;
+mod case_paths;
 mod closed_forms;
 mod conics;
 mod contact_lists;

@@ -6,10 +6,10 @@ use feeler::numeric::Enclosure;
 use feeler::prepare::PreparedBrep;
 use feeler::query::{
     self, Accuracy, ArrivalAnswer, ContactAnswer, Contacts, Feature, Hit, LineAnswer, LineProbe,
-    Motion, Options, OverlapAnswer, Probe, Separation, SideAnswer, Undecided, Workspace,
+    Motion, Options, OverlapAnswer, Probe, Separation, SideAnswer, Undecided, Unsettled, Workspace,
 };
 use feeler::trim::Side;
-use feeler_corpus::{Answer, Ask, Body, Claim, HitLine, Hits, Model, Query};
+use feeler_corpus::{Answer, Ask, Body, Claim, HitLine, Hits, Model, Query, TrimLine, why_at};
 use nalgebra::{Point2, Point3};
 
 /// One BREP, and where the numbers of its features start.
@@ -72,11 +72,36 @@ impl FeelerEngine {
 
     fn no_face(&self, face: usize) -> Body {
         Body::Error {
-            error: format!(
-                "there is no face {face}: the model has {}, counted from 0",
-                self.faces()
-            ),
+            error: format!("there is no face {face}: {}", choice(self.faces())),
         }
+    }
+
+    fn no_trim(&self, at: TrimLine) -> Body {
+        let found = self.part_of(at.face);
+        let loops = found.and_then(|(part, local)| {
+            let parts = part.brep.brep().parts();
+            let loops = parts.faces.get(local)?.loops.as_ref()?;
+            Some((parts, loops))
+        });
+        let error = match loops {
+            None => format!("face {} has no loops, and so no trims", at.face),
+            Some((parts, loops)) => match loops.get(at.trim_loop) {
+                None => format!(
+                    "face {} has no loop {}: {}",
+                    at.face,
+                    at.trim_loop,
+                    choice(loops.len())
+                ),
+                Some(l) => format!(
+                    "loop {} of face {} has no trim {}: {}",
+                    at.trim_loop,
+                    at.face,
+                    at.trim,
+                    choice(parts.loops[*l].trims.len())
+                ),
+            },
+        };
+        Body::Error { error }
     }
 
     fn contact(&mut self, probe: &Probe, options: &Options) -> ContactAnswer {
@@ -119,6 +144,7 @@ impl FeelerEngine {
             crossings: Some(0),
             in_crack: false,
             undecided: None,
+            unsettled: None,
         };
         for part in &self.parts {
             let answer = query::line(&part.brep, line, options, &mut self.workspace);
@@ -129,7 +155,10 @@ impl FeelerEngine {
             }));
             all.crossings = all.crossings.zip(answer.crossings).map(|(a, b)| a + b);
             all.in_crack |= answer.in_crack;
-            all.undecided = all.undecided.or(answer.undecided);
+            if all.undecided.is_none() {
+                all.undecided = answer.undecided;
+                all.unsettled = answer.unsettled.map(|u| part.place(u));
+            }
         }
         all.hits.sort_by(|a, b| a.t.value.total_cmp(&b.t.value));
         all
@@ -186,7 +215,7 @@ impl FeelerEngine {
 
     /// A certain hit with any BREP; of the answer to a line, only that.
     fn any_hit(&mut self, line: &LineProbe, options: &Options) -> Body {
-        let mut undecided = None;
+        let (mut undecided, mut unsettled) = (None, None);
         let mut hits = Vec::new();
         for part in &self.parts {
             let one = query::any_hit(&part.brep, line, options, &mut self.workspace);
@@ -199,13 +228,16 @@ impl FeelerEngine {
                 undecided = None;
                 break;
             }
-            undecided = undecided.or(one.undecided);
+            if undecided.is_none() {
+                undecided = one.undecided;
+                unsettled = one.unsettled.map(|u| part.place(u));
+            }
         }
         Body::Line {
             hits,
             crossings: None,
             in_crack: None,
-            undecided: undecided.map(|u| u.to_string()),
+            undecided: why_at(undecided, unsettled),
         }
     }
 
@@ -234,12 +266,28 @@ impl FeelerEngine {
     }
 }
 
+/// What there is to ask about instead.
+fn choice(count: usize) -> String {
+    match count {
+        0 => "there are none".to_owned(),
+        1 => "there is one, ask about 0".to_owned(),
+        n => format!("there are {n}, ask about 0 to {}", n - 1),
+    }
+}
+
 impl Part {
     /// Counts the faces and features of contacts through the whole model.
     fn name_in_model(&self, answer: &mut ContactAnswer) {
         for c in &mut answer.contacts {
             c.feature = self.feature(c.feature);
             c.face += self.faces;
+        }
+    }
+
+    fn place(&self, at: Unsettled) -> Unsettled {
+        Unsettled {
+            face: at.face + self.faces,
+            ..at
         }
     }
 
@@ -362,7 +410,13 @@ impl Engine for FeelerEngine {
             Ask::Line(line) if query.hits != Hits::All => self.any_hit(&line, &options),
             Ask::Line(line) => Body::from(&self.line(&line, &options)),
             Ask::Side(face, uv) => match self.side(face, uv) {
-                Some(side) => side.into(),
+                Some(side) => Body::Side {
+                    side: side.side,
+                    in_gap: Some(side.in_gap),
+                    undecided: side
+                        .undecided
+                        .map(|why| format!("face {face}, uv ({:?}, {:?}): {why}", uv.x, uv.y)),
+                },
                 None => self.no_face(face),
             },
             Ask::Inside(point) => self.inside(point).into(),
@@ -372,12 +426,7 @@ impl Engine for FeelerEngine {
                     .map(|(part, local)| query::split(&part.brep, local, at.trim_loop, at.trim));
                 match found {
                     Some(Some(split)) => split.into(),
-                    Some(None) => Body::Error {
-                        error: format!(
-                            "face {} has no trim {} in a loop {}; all are counted from 0",
-                            at.face, at.trim, at.trim_loop
-                        ),
-                    },
+                    Some(None) => self.no_trim(at),
                     None => self.no_face(at.face),
                 }
             }
@@ -391,7 +440,10 @@ impl Engine for FeelerEngine {
         };
         Answer {
             id: query.id.clone(),
-            body,
+            body: match options.contacts {
+                Contacts::None => body.without_continuum(),
+                _ => body,
+            },
         }
     }
 }

@@ -174,7 +174,7 @@ impl MeshEngine {
         }
         Some(Body::Contact {
             separation,
-            continuum: false,
+            continuum: None,
             contacts,
             undecided: None,
         })

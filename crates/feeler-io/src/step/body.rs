@@ -66,12 +66,12 @@ pub(super) struct Made3 {
 pub(super) struct Images {
     /// Of those that are proven, in the body's units.
     bound: f64,
+    /// How many these are.
+    proven: usize,
     /// How many are not proven.
     left: usize,
     /// How many curves in uv are fitted.
     fitted: usize,
-    /// Whether there is any.
-    any: bool,
 }
 
 impl Images {
@@ -79,16 +79,23 @@ impl Images {
     /// most: those of both, the image and the edge.
     pub(super) fn said(&self, stretch: f64, off: f64) -> Vec<String> {
         let mut said = Vec::new();
-        if self.any {
+        if self.proven > 0 || self.left > 0 {
+            let made = "curves in uv are made here where the file's are not used";
             let fit = match self.fitted {
                 0 => String::new(),
                 n => format!("; {n} of them are fitted"),
             };
-            let all = if self.left > 0 { "other" } else { "all" };
+            let which = match self.left {
+                0 => "all".to_owned(),
+                _ => self.proven.to_string(),
+            };
             let bound = rounded_up(self.bound * stretch + 2.0 * off);
-            said.push(format!(
-                "curves in uv are made here where the file's are not used: {all} images are within {bound} of the edges' curves (proven){fit}"
-            ));
+            said.push(match self.proven {
+                0 => format!("{made}{fit}"),
+                _ => format!(
+                    "{made}: {which} images are within {bound} of the edges' curves (proven){fit}"
+                ),
+            });
         }
         if self.left > 0 {
             said.push(format!(
@@ -102,6 +109,9 @@ impl Images {
 
 /// Three digits of a bound, no less than it is: the nearest three are off by half of the last, a two-hundredth part at most.
 pub(super) fn rounded_up(bound: f64) -> String {
+    if bound == 0.0 {
+        return "0".to_owned();
+    }
     format!("{:.2e}", bound * (1.0 + 0.005 + 1e-6))
 }
 
@@ -401,11 +411,13 @@ impl Body<'_, '_> {
                 }
             }
         }
+        let edged = brep.parts().trims.iter().filter(|t| t.edge.is_some());
+        let edged = edged.count();
         let images = Images {
             bound,
+            proven: edged.saturating_sub(left),
             left,
             fitted,
-            any: !brep.parts().trims.is_empty(),
         };
         if !left_out.is_empty() {
             warnings.push(format!(

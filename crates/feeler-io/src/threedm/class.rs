@@ -158,6 +158,46 @@ const IDS: &[([u8; 16], Class)] = &[
     ),
 ];
 
+/// Classes that are read no further, by OpenNURBS's own names of them.
+const NAMED: &[([u8; 16], &str)] = &[
+    (
+        id(
+            0xC8C6_6EFA,
+            0xB3CB,
+            0x4E00,
+            [0x94, 0x40, 0x2A, 0xD6, 0x62, 0x03, 0x37, 0x9E],
+        ),
+        "detail view",
+    ),
+    (
+        id(
+            0xDBC5_A584,
+            0xCE3F,
+            0x4170,
+            [0x98, 0xA8, 0x49, 0x70, 0x69, 0xCA, 0x5C, 0x36],
+        ),
+        "clipping plane",
+    ),
+    (
+        id(
+            0x0693_6AFB,
+            0x3D3C,
+            0x41AC,
+            [0xBF, 0x70, 0xC9, 0x31, 0x9F, 0xA4, 0x80, 0xA1],
+        ),
+        "cage",
+    ),
+    (
+        id(
+            0xD379_E6D8,
+            0x7C31,
+            0x4407,
+            [0xA9, 0x13, 0xE3, 0xB7, 0x04, 0x0D, 0x03, 0x4A],
+        ),
+        "morph control",
+    ),
+];
+
 impl Class {
     fn of(id: [u8; 16]) -> Self {
         let known = IDS.iter().find(|(known, _)| *known == id);
@@ -182,6 +222,9 @@ impl Class {
             Self::Mesh => "Mesh",
             Self::InstanceRef => "InstanceRef",
             Self::Other(id) => {
+                if let Some((_, name)) = NAMED.iter().find(|(known, _)| known == id) {
+                    return (*name).into();
+                }
                 // The first three fields are stored little-endian.
                 const PRINTED: [usize; 16] = [3, 2, 1, 0, 5, 4, 7, 6, 8, 9, 10, 11, 12, 13, 14, 15];
                 let mut text = String::from("class ");
@@ -234,4 +277,27 @@ pub(super) fn layout(
             remedy,
         },
     ))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn classes_are_named() {
+        let detail = id(
+            0xC8C6_6EFA,
+            0xB3CB,
+            0x4E00,
+            [0x94, 0x40, 0x2A, 0xD6, 0x62, 0x03, 0x37, 0x9E],
+        );
+        assert_eq!(Class::of(detail).name(), "detail view");
+        let unknown = id(1, 2, 3, [4; 8]);
+        let text = "class 00000001-0002-0003-0404-040404040404";
+        assert_eq!(Class::of(unknown).name(), text);
+        for (i, (id, name)) in NAMED.iter().enumerate() {
+            assert!(IDS.iter().all(|(known, _)| known != id), "{name}");
+            assert!(NAMED[..i].iter().all(|(known, _)| known != id), "{name}");
+        }
+    }
 }

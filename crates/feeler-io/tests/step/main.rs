@@ -996,6 +996,15 @@ fn proofs_are_counted_by_the_trims_that_need_one() {
     }
 }
 
+/// What is exact is no length with an exponent.
+#[test]
+fn exact_images_are_said_to_be_exact() {
+    let document = read_file(&models().join("step/sphere.step")).unwrap();
+    let said = document.objects[0].warnings.join("; ");
+    let exact = "all images are within 0 of the edges";
+    assert!(said.contains(exact), "{said}");
+}
+
 /// Two meridians that leave a pole almost in one direction are taken to do so in one: the second is moved, and the bound on how far images are from
 /// their edges says so.
 #[test]
@@ -1025,6 +1034,8 @@ fn what_is_moved_at_a_pole_counts_in_the_bound() {
     // There is no room for its proof beside so small a file, which is said; beside a larger one there is.
     let said = document.objects[0].warnings.join("; ");
     assert!(said.contains("1 more are too many to be proven"), "{said}");
+    // Of the others it says how many they are.
+    assert!(said.contains(": 2 images are within "), "{said}");
     for k in 0..64 {
         w.point([0., 0., f64::from(k)]);
     }

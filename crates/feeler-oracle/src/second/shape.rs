@@ -9,8 +9,8 @@
 //! **Quotients.** With the constant s about S(m) and Y = X - s W: W (S - s) = Y, W S_u = Y_u - (S - s) W_u, and so on, in
 //! intervals. Y and S - s are of the order of h, so that a weight that varies costs h^2 only.
 //!
-//! **Native forms.** Rotation about an axis with sine and cosine enclosed; frames exactly normalised, as DESIGN.md
-//! defines them.
+//! **Native forms.** Rotation about an axis with sine and cosine enclosed; frames exactly normalised, X made
+//! orthogonal to the axis exactly, as the crate `feeler` defines them.
 //!
 //! A surface's cells are its pairs of smooth pieces. Each is a closed box of parameters, and all of them cover
 //! the domain.

@@ -17,10 +17,11 @@ const SAMPLES_A_PIECE: usize = 8;
 const MAX_SAMPLES: usize = 256;
 /// Pieces of a trim over which its area is integrated: of more than these, some are taken together.
 const MAX_PIECES: usize = 512;
-/// From how many samples it is tried.
-const STARTS: usize = 3;
-/// Steps of Newton's method towards the nearest point of an edge's curve.
-const NEWTON_STEPS: usize = 8;
+/// From how many parts of an edge's curve it is tried: those whose chords are nearest. Two may share the end that is nearest, and other
+/// runs of the curve may lie between.
+const STARTS: usize = 6;
+/// Steps of Newton's method, or halvings where it leads astray, towards the nearest point of an edge's curve.
+const NEWTON_STEPS: usize = 24;
 /// A step that is no longer than this part of the larger end of the parameter's range is one rounding.
 const STILL: f64 = f64::EPSILON;
 /// Positive abscissae and weights of Gauss-Legendre quadrature with 8 points on [-1, 1]: exact for
@@ -84,54 +85,79 @@ fn image(surface: &Surface, uv: Point2<f64>) -> Point3<f64> {
 }
 
 /// The distance of a point from the part of a curve given by `params` (in order) and the `points`
-/// there: the nearest of them, improved by Newton's method. An estimate from above.
+/// there: from the chords that are nearest on, by Newton's method, whatever the speeds at which curves run. An estimate from above; one
+/// that is no more than `enough` is as good as any.
 fn distance_to_curve(
     p: Point3<f64>,
     curve: &Curve3,
     params: &[f64],
     points: &[Point3<f64>],
+    enough: f64,
 ) -> f64 {
     if let (Curve::Line(_), [a, .., b]) = (curve, points) {
-        let along = b - a;
-        let square = along.norm_squared();
-        let s = if square > 0.0 {
-            ((p - a).dot(&along) / square).clamp(0.0, 1.0)
-        } else {
-            0.0
-        };
-        return (p - a - along * s).norm();
+        return distance_to_chord(p, a, b);
     }
-    let squares: Vec<f64> = points.iter().map(|x| (x - p).norm_squared()).collect();
-    // Local minima among the samples, nearest first: a closed curve has one at either end.
-    let mut starts: Vec<usize> = (0..squares.len())
-        .filter(|&i| {
-            let above = |j: Option<&f64>| j.is_none_or(|s| squares[i] <= *s);
-            above(squares.get(i + 1)) && (i == 0 || above(squares.get(i - 1)))
-        })
-        .collect();
-    starts.sort_by(|a, b| squares[*a].total_cmp(&squares[*b]));
-    // The curve may have a kink at a sample: each side is looked at for itself.
-    let sides = |i: usize| [i.checked_sub(1).map(|j| [j, i]), Some([i, i + 1])];
-    starts
-        .into_iter()
-        .take(STARTS)
-        .flat_map(|i| sides(i).into_iter().flatten())
-        .filter(|[_, b]| *b < params.len())
-        .map(|[a, b]| descend(p, curve, params[a], params[b]))
-        .chain(squares.iter().copied())
-        .fold(f64::INFINITY, f64::min)
-        .sqrt()
+    let at_samples = points.iter().map(|x| (x - p).norm());
+    let mut best = at_samples.fold(f64::INFINITY, f64::min);
+    // By chords, not by samples: between two of these the curve may be nearer than where it comes by elsewhere.
+    let mut nearest = [(f64::INFINITY, 0); STARTS];
+    for (i, ends) in points.windows(2).enumerate() {
+        let off = distance_to_chord(p, &ends[0], &ends[1]);
+        let place = nearest.partition_point(|(x, _)| *x <= off);
+        if place < STARTS {
+            nearest[place..].rotate_right(1);
+            nearest[place] = (off, i);
+        }
+    }
+    for (off, i) in nearest {
+        if best <= enough || off == f64::INFINITY {
+            break;
+        }
+        // The curve bulges by less than half its chord.
+        let bulge = 0.5 * (points[i + 1] - points[i]).norm();
+        if let Some(&[low, high]) = params.get(i..i + 2)
+            && off - bulge < best
+        {
+            best = best.min(descend(p, curve, low, high));
+        }
+    }
+    best
 }
 
-/// Newton's method from the middle of a part of a curve without kinks within; the least squared distance it meets.
-fn descend(p: Point3<f64>, curve: &Curve3, low: f64, high: f64) -> f64 {
+fn distance_to_chord(p: Point3<f64>, a: &Point3<f64>, b: &Point3<f64>) -> f64 {
+    let along = b - a;
+    let square = along.norm_squared();
+    let s = if square > 0.0 {
+        ((p - a).dot(&along) / square).clamp(0.0, 1.0)
+    } else {
+        0.0
+    };
+    (p - a - along * s).norm()
+}
+
+/// Newton's method from the middle of a part of a curve without kinks within; the least distance it meets. It stays where the slopes
+/// met so far have a minimum between them.
+fn descend(p: Point3<f64>, curve: &Curve3, start: f64, end: f64) -> f64 {
     let mut best = f64::INFINITY;
+    let still = STILL * start.abs().max(end.abs());
+    let (mut low, mut high) = (start, end);
+    let mut ends_seen = [false; 2];
     let mut t = low + 0.5 * (high - low);
     for _ in 0..NEWTON_STEPS {
         let d = curve.derivatives(t, 2);
         let off = d[0] - p.coords;
-        best = best.min(off.norm_squared());
+        best = best.min(off.norm());
         let slope = off.dot(&d[1]);
+        let outward = if slope > 0.0 {
+            high = t;
+            t == start
+        } else {
+            low = t;
+            t == end
+        };
+        if outward {
+            break;
+        }
         // Where the second derivative does not help, that of Gauss and Newton.
         let curvature = d[1].norm_squared() + off.dot(&d[2]);
         let curvature = if curvature > 0.0 {
@@ -139,10 +165,21 @@ fn descend(p: Point3<f64>, curve: &Curve3, low: f64, high: f64) -> f64 {
         } else {
             d[1].norm_squared()
         };
-        let next = (t - slope / curvature).clamp(low, high);
-        // A rounding's step is nothing; NaN (a stationary point of the curve) ends it too.
-        let moved = (next - t).abs() > STILL * low.abs().max(high.abs());
-        if !moved {
+        let newton = t - slope / curvature;
+        let next = if newton < low && low == start && !ends_seen[0] {
+            ends_seen[0] = true;
+            start
+        } else if newton > high && high == end && !ends_seen[1] {
+            ends_seen[1] = true;
+            end
+        } else if (low..=high).contains(&newton) {
+            newton
+        } else {
+            // Astray; so is NaN, at a stationary point of the curve.
+            low + 0.5 * (high - low)
+        };
+        // A rounding's step is nothing.
+        if (next - t).abs() <= still {
             break;
         }
         t = next;
@@ -205,7 +242,7 @@ impl Brep {
     /// tolerance where there is one. Deviations along curves are sampled (up to about 256 places
     /// a curve, each followed by Newton's method), so that they are estimates.
     ///
-    /// Cost: some hundred evaluations a trim.
+    /// Cost: some hundred evaluations a trim that is on its edge, up to some ten thousand one that is off it.
     pub fn defects(&self) -> Vec<Defect> {
         let mut found = Vec::new();
         let checks = Checks::new(self);
@@ -494,13 +531,13 @@ impl<'a> Checks<'a> {
                     largest(
                         [first, last]
                             .iter()
-                            .map(|x| distance_to_curve(*x, on, params, points)),
+                            .map(|x| distance_to_curve(*x, on, params, points, self.rounding)),
                     )
                 } else {
                     largest(
                         space
                             .iter()
-                            .map(|x| distance_to_curve(*x, on, params, points)),
+                            .map(|x| distance_to_curve(*x, on, params, points, self.rounding)),
                     )
                 };
                 if distance > self.rounding {

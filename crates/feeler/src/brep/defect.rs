@@ -205,6 +205,17 @@ fn by_tolerance(size: f64, tolerance: Option<f64>) -> Severity {
 }
 
 impl Defect {
+    /// Whether it is a deviation that the file's own tolerance covers.
+    pub fn is_within_tolerance(&self) -> bool {
+        matches!(
+            self,
+            Self::Gap { .. }
+                | Self::EdgeOffSurface { .. }
+                | Self::VertexOffEdge { .. }
+                | Self::VertexOffFace { .. }
+        ) && self.severity() == Severity::Note
+    }
+
     /// How much it matters.
     pub fn severity(&self) -> Severity {
         match self {

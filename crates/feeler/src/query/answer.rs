@@ -4,6 +4,7 @@ use crate::brep::LARGEST_COORDINATE;
 use crate::numeric::Enclosure;
 use crate::trim::Side;
 use nalgebra::{Point2, Point3, Vector3};
+use std::fmt;
 
 /// Why a probe is refused.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
@@ -137,7 +138,7 @@ pub enum Undecided {
     #[error("within a crack between faces")]
     Crack,
     /// Too close to call: the number of hits or the side could not be settled.
-    #[error("could not be settled at this precision")]
+    #[error("could not be settled at this precision; ask a little beside it")]
     Degenerate,
 }
 
@@ -208,6 +209,26 @@ pub struct OverlapAnswer {
     pub undecided: Option<Undecided>,
 }
 
+/// A place that a line's answer leaves open: the first that was met.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Unsettled {
+    /// The face.
+    pub face: usize,
+    /// About where on the line, in lengths of its direction; an estimate. `None` where that is not known.
+    pub t: Option<f64>,
+}
+
+/// `face 3, t about 0.5`.
+impl fmt::Display for Unsettled {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "face {}", self.face)?;
+        match self.t {
+            Some(t) => write!(f, ", t about {t:?}"),
+            None => Ok(()),
+        }
+    }
+}
+
 /// Whether a line meets a BREP.
 #[derive(Clone, Debug, PartialEq)]
 pub struct AnyHit {
@@ -215,15 +236,26 @@ pub struct AnyHit {
     pub hit: Option<Hit>,
     /// Set when there may be a hit but none is certain. Neither: proven to meet no face.
     pub undecided: Option<Undecided>,
+    /// Where, if it is undecided.
+    pub unsettled: Option<Unsettled>,
+}
+
+/// A parameter of a line with its proof. It counts in lengths of the line's direction, so that the point is `origin + t direction`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Parameter {
+    /// The value to use; within `bounds`.
+    pub value: f64,
+    /// Proven to hold the true parameter.
+    pub bounds: Enclosure,
 }
 
 /// Where a line meets a face.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Hit {
-    /// The parameter.
-    pub t: Separation,
+    /// Where on the line.
+    pub t: Parameter,
     /// The other end of the interval, where the line lies in the face.
-    pub t_end: Option<Separation>,
+    pub t_end: Option<Parameter>,
     /// The point, in the model's frame.
     pub point: Point3<f64>,
     /// Unit normal of the face.
@@ -249,6 +281,8 @@ pub struct LineAnswer {
     pub in_crack: bool,
     /// Set when the hits could not all be settled.
     pub undecided: Option<Undecided>,
+    /// Where, if it is undecided and one face is to blame: of a crack it is not told.
+    pub unsettled: Option<Unsettled>,
 }
 
 /// The answer of a side query in uv.

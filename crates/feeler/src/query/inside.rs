@@ -29,8 +29,9 @@ pub(super) const PARITY_BUDGET: usize = 20_000;
 
 /// The side of a point in space: whether it is in the solid's material.
 ///
-/// By the parity of certified hits along a ray that keeps clear of every crack and of the regions around vertices
-/// (DESIGN, and the proof there: parity then does not depend on the ray); several directions are tried. Open BREPs have no
+/// By the parity of certified hits along a ray that keeps clear of every crack and of the regions around vertices; several directions are
+/// tried. (Moved across an edge, which bounds two faces, a ray leaves one as it meets the other; elsewhere hits come and go in pairs.
+/// So parity does not depend on the ray, if it is clear of the cracks, where faces do not meet.) Open BREPs have no
 /// material: `Outside`. A point so near the surface that the hit's enclosure holds it is undecided, but for one that is
 /// exactly on a face whose points have one coordinate in common: `Boundary`.
 pub fn inside(

@@ -1,7 +1,7 @@
 //! All hits of a line with a BREP; how they are found and proven is in the module `zeros`.
 
 use super::answer::{
-    Accuracy, AnyHit, Feature, Hit, LineAnswer, LineProbe, Options, Separation, Undecided,
+    Accuracy, AnyHit, Feature, Hit, LineAnswer, LineProbe, Options, Parameter, Undecided, Unsettled,
 };
 use super::forms::Stabber;
 use super::inside::{PARITY_BUDGET, near_edges};
@@ -22,6 +22,31 @@ pub(crate) struct LineMemory {
     face: FaceHits,
     /// The hits of the last line, in order.
     pub(super) hits: Vec<RawHit>,
+    /// The first place that it left open.
+    unsettled: Option<Unsettled>,
+}
+
+/// A hit that is not settled.
+fn place_of(h: &RawHit) -> Unsettled {
+    Unsettled {
+        face: h.face,
+        t: Some(h.t.mid.hi),
+    }
+}
+
+/// The first box of a face that may hold hits: where the line comes nearest to the middle of it.
+fn place_of_open(brep: &PreparedBrep, stab: &Stabber, face: usize, found: &FaceHits) -> Unsettled {
+    let near = found.open.first().map(|(patch, u, v)| {
+        let maps = &brep.double(face).patches[*patch].maps;
+        let [u, v] = [(0, u), (1, v)].map(|(k, r)| maps[k].to_native(0.5 * r[0] + 0.5 * r[1]));
+        let point = brep.brep().surface(face).point(u, v);
+        let d = stab.direction;
+        (point - stab.origin).dot(&d) / d.norm_squared()
+    });
+    Unsettled {
+        face,
+        t: near.filter(|t| t.is_finite()),
+    }
 }
 
 /// All hits of a line with the trimmed faces.
@@ -55,8 +80,10 @@ pub fn line(
     let raw = &lines.hits;
     // A closed range of t: a hit whose enclosure holds an end of it is not settled.
     let at_end = |h: &RawHit| h.exact.is_none() && stab.is_at_end(&h.t);
-    if raw.iter().any(at_end) {
+    let mut unsettled = lines.unsettled;
+    if let Some(h) = raw.iter().find(|h| at_end(h)) {
         undecided = Some(Undecided::Degenerate);
+        unsettled = Some(place_of(h));
     }
     let runs = |h: &RawHit| h.is_row() || h.exact.as_ref().is_some_and(|m| m.end.is_some());
     let lies_in = raw.iter().any(runs);
@@ -66,6 +93,7 @@ pub fn line(
         let found = crossings(brep, &stab, raw, &mut near);
         if (found.count.is_none() && !lies_in) || found.in_crack.is_none() {
             undecided = Some(Undecided::Crack);
+            unsettled = None;
         }
         count = found.count;
         in_crack = found.in_crack.unwrap_or(false);
@@ -87,6 +115,7 @@ pub fn line(
         crossings: count,
         in_crack,
         undecided,
+        unsettled,
     }
 }
 
@@ -132,6 +161,7 @@ pub fn any_hit(
     let nodes = options.node_budget / NODE_COST;
     let mut budget = nodes;
     let mut undecided = None;
+    let mut unsettled: Option<Unsettled> = None;
     let mut hit = None;
     let LineMemory {
         faces, face: found, ..
@@ -142,13 +172,19 @@ pub fn any_hit(
         let told = face_hits(brep, &stab, face, Digits::All, &mut budget, found);
         if told.is_none() {
             undecided = Some(Undecided::Degenerate);
+            unsettled.get_or_insert(Unsettled { face, t: None });
             continue;
         }
         let certain = found.hits.iter().find(|h| h.is_certain(&stab));
         hit = certain.and_then(|h| dress(brep, &stab, h));
         if hit.is_some() {
-            undecided = None;
+            (undecided, unsettled) = (None, None);
             break;
+        }
+        if let Some(h) = found.hits.first() {
+            unsettled.get_or_insert_with(|| place_of(h));
+        } else if !found.open.is_empty() {
+            unsettled.get_or_insert_with(|| place_of_open(brep, &stab, face, found));
         }
         if !found.open.is_empty() && budget == 0 {
             undecided = Some(Undecided::Budget);
@@ -161,7 +197,11 @@ pub fn any_hit(
         contacts: usize::from(hit.is_some()),
         rays: 0,
     };
-    AnyHit { hit, undecided }
+    AnyHit {
+        hit,
+        undecided,
+        unsettled,
+    }
 }
 
 /// The hits with all faces in order of t, as the memory's own.
@@ -176,24 +216,29 @@ pub(super) fn all_hits(
         faces,
         face: found,
         hits: raw,
+        unsettled,
     } = lines;
     raw.clear();
+    *unsettled = None;
     found.one = false;
     let mut undecided = None;
     brep.faces_by_line(&stab.skewer(), |b| !stab.meets(b), faces);
     for face in faces.iter().copied() {
         if face_hits(brep, stab, face, digits, budget, found).is_none() {
             undecided = Some(Undecided::Degenerate);
+            unsettled.get_or_insert(Unsettled { face, t: None });
             continue;
         }
         if !found.open.is_empty() {
+            unsettled.get_or_insert_with(|| place_of_open(brep, stab, face, found));
             undecided = Some(if *budget == 0 {
                 Undecided::Budget
             } else {
                 Undecided::Degenerate
             });
         }
-        if found.hits.iter().any(|h| !h.inside) {
+        if let Some(h) = found.hits.iter().find(|h| !h.inside) {
+            unsettled.get_or_insert_with(|| place_of(h));
             undecided = Some(Undecided::Degenerate);
         }
         raw.append(&mut found.hits);
@@ -240,22 +285,22 @@ fn dress(brep: &PreparedBrep, stab: &Stabber, h: &RawHit) -> Option<Hit> {
         normal = -normal;
     }
     let norm = normal.norm();
-    let separation = |t: &Ball<Dd>| {
+    let parameter = |t: &Ball<Dd>| {
         let bounds = Enclosure {
             lo: t.lower().max(stab.range[0]),
             hi: t.upper().min(stab.range[1]),
         };
-        Separation {
+        Parameter {
             value: t.mid.hi.clamp(bounds.lo.min(bounds.hi), bounds.hi),
             bounds,
         }
     };
     Some(Hit {
-        t: separation(&h.t),
+        t: parameter(&h.t),
         t_end: h
             .exact
             .as_ref()
-            .and_then(|m| Some(separation(&m.end.as_ref()?.enclosed()))),
+            .and_then(|m| Some(parameter(&m.end.as_ref()?.enclosed()))),
         point: point.into(),
         normal: if norm > 0.0 { normal / norm } else { normal },
         feature: Feature::Face(h.face),

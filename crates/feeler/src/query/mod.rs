@@ -44,8 +44,8 @@ mod zeros;
 
 pub use answer::{
     Accuracy, AnyHit, Contact, ContactAnswer, Contacts, Feature, HalfSpace, Hit, LineAnswer,
-    LineKind, LineProbe, Options, OverlapAnswer, Probe, ProbeError, Separation, SideAnswer, Sphere,
-    Undecided,
+    LineKind, LineProbe, Options, OverlapAnswer, Parameter, Probe, ProbeError, Separation,
+    SideAnswer, Sphere, Undecided, Unsettled,
 };
 
 pub use advance::{StraightWay, Way, arrival_along};
@@ -116,7 +116,7 @@ pub fn split(
     Some(trim_split(trim, &parts.curves2[trim.curve]))
 }
 
-/// The point of a face at `uv` (clamped to the surface's domain) and its first derivatives, with
+/// The point of a face at `uv`, each moved to the nearer end of the surface's domain first if it is outside, and its first derivatives, with
 /// bounds; `None` if there is no such face.
 pub fn evaluate(brep: &PreparedBrep, face: usize, uv: Point2<f64>) -> Option<SurfacePoint> {
     if face >= brep.brep().faces().len() {

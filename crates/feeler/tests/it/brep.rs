@@ -8,6 +8,7 @@ use feeler::numeric::Interval;
 use feeler::nurbs::{
     Arc, Curve, Curve2, Curve3, Line, NurbsCurve, Plane, Polyline, Revolution, Surface,
 };
+use feeler::prepare::PreparedBrep;
 use nalgebra::{Point2, Point3, Vector3, Vector4};
 use std::f64::consts::{PI, TAU};
 
@@ -394,6 +395,85 @@ fn edges_with_kinks_are_followed_on_both_sides() {
     let found = b.build().unwrap().defects();
     let off = |d: &Defect| matches!(d, Defect::EdgeOffSurface { .. });
     assert!(!found.iter().any(off), "{found:?}");
+}
+
+/// A serpentine whose trim runs at another speed than its edge: samples of the other runs are nearer than those of the own one.
+#[test]
+fn edges_are_followed_whatever_the_speed_of_their_trims() {
+    let mut b = BrepBuilder::new();
+    // Runs along x at four heights; the edge has many breaks on all but the second.
+    let turns = [
+        [0.0, 0.0],
+        [8.0, 0.0],
+        [8.0, 0.2],
+        [0.0, 0.2],
+        [0.0, 0.4],
+        [8.0, 0.4],
+        [8.0, 0.6],
+        [0.0, 0.6],
+    ];
+    let mut edge_points = Vec::new();
+    for w in turns.windows(2) {
+        let long = w[0][1] == w[1][1] && w[0][1] != 0.2;
+        let parts = if long { 16 } else { 1 };
+        for k in 0..parts {
+            let s = f64::from(k) / f64::from(parts);
+            let at = |c: usize| w[0][c] + s * (w[1][c] - w[0][c]);
+            edge_points.push(Vector4::new(at(0), at(1), 0., 1.));
+        }
+    }
+    edge_points.push(Vector4::new(0., 0.6, 0., 1.));
+    let count = edge_points.len();
+    let mut knots: Vec<f64> = (0..count).map(|k| k as f64).collect();
+    knots.insert(0, 0.0);
+    knots.push((count - 1) as f64);
+    let v = [[0., 0., 0.], [0., 0.6, 0.], [-1., 0.3, 0.]].map(|p| b.vertex(p));
+    let bent = NurbsCurve::new(1, edge_points, knots).unwrap();
+    let edge = b.edge([v[0], v[1]], Curve::Nurbs(bent)).unwrap();
+    let wide = interval(-16., 16.);
+    let plane = Plane::new(Plane {
+        origin: Point3::origin(),
+        x: Vector3::x(),
+        y: Vector3::y(),
+        domain: [wide; 2],
+        extents: [wide; 2],
+    });
+    // A third of the way along each run it changes its speed.
+    let mut path = vec![Point2::from(turns[0])];
+    let mut at = vec![0.0];
+    for w in turns.windows(2) {
+        let third = |c: usize| w[0][c] + (w[1][c] - w[0][c]) / 3.0;
+        path.push(Point2::new(third(0), third(1)));
+        path.push(Point2::from(w[1]));
+        let t = at.len() as f64;
+        at.extend([t, t + 1.0]);
+    }
+    let bent = Polyline::new(path, at).unwrap();
+    let straight = |from: usize, to: usize, a, b| TrimSpec {
+        vertices: [v[from], v[to]],
+        curve: line2(a, b),
+        edge: None,
+    };
+    let trims = vec![
+        TrimSpec {
+            vertices: [v[0], v[1]],
+            curve: Curve::Polyline(bent),
+            edge: Some(edge),
+        },
+        straight(1, 2, [0., 0.6], [-1., 0.3]),
+        straight(2, 0, [-1., 0.3], [0., 0.]),
+    ];
+    b.face_with_trims(Surface::Plane(plane.unwrap()), vec![trims])
+        .unwrap();
+    let brep = b.build().unwrap();
+    let found = brep.defects();
+    let off = |d: &Defect| matches!(d, Defect::EdgeOffSurface { .. });
+    assert!(!found.iter().any(off), "{found:?}");
+    for e in PreparedBrep::new(brep).health().edges {
+        for o in e.offsets {
+            assert!(o.about.is_none_or(|about| about <= o.at_most), "{o:?}");
+        }
+    }
 }
 
 /// Near where a closed edge closes, the nearest sample may be at its other end.

@@ -70,7 +70,14 @@ fn a_line_that_touches_a_ridge_does_not_cross_it() {
     for d in [[1.0, 0.0, 0.0], [1.0, 0.5, 0.25], [-1.0, 2.0, 0.75]] {
         let answer = ask(&brep, [0.0, 0.25, 0.0], d);
         assert!(answer.undecided.is_some(), "{answer:?}");
+        // It says where: at the start, on one of the faces.
+        let place = answer.unsettled.expect("a place");
+        let t = place.t.expect("where on the line");
+        assert!(place.face < 2 && t.abs() < 1e-3, "{place:?}");
+        assert!(place.to_string().starts_with("face "), "{place}");
     }
+    let past = ask(&brep, [0.0, 0.25, 0.25], [1.0, 0.0, 0.0]);
+    assert_eq!((past.undecided, past.unsettled), (None, None));
 }
 
 /// One that passes through it at the top crosses it once.

@@ -71,7 +71,7 @@ fn ask(brep: &PreparedBrep, origin: [f64; 3], direction: [f64; 3], kind: LineKin
 fn hits(answer: &LineAnswer) -> Vec<(f64, Option<f64>, bool)> {
     assert_eq!(answer.undecided, None);
     let hit = |h: &feeler::query::Hit| {
-        let exact = |s: &feeler::query::Separation| {
+        let exact = |s: &feeler::query::Parameter| {
             assert!(s.bounds.lo <= s.value && s.value <= s.bounds.hi, "{h:?}");
             assert!(
                 s.bounds.hi - s.bounds.lo <= 4.0 * f64::EPSILON * (1.0 + s.value),

@@ -235,7 +235,7 @@ impl ThesisEngine {
         }
         Some(Body::Contact {
             separation: value_alone(value),
-            continuum: false,
+            continuum: None,
             contacts,
             undecided: None,
         })
@@ -281,7 +281,7 @@ impl ThesisEngine {
         let Some(face) = self.faces.get(face) else {
             return Body::Error {
                 error: format!(
-                    "there is no face {face}: the model has {}",
+                    "there is no face {face}: there are {}, counted from 0",
                     self.faces.len()
                 ),
             };

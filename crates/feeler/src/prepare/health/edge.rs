@@ -108,10 +108,14 @@ pub(super) fn offsets(
             _ => None,
         })
     };
-    let offset = |&trim: &usize| Offset {
-        trim,
-        at_most: at_most(brep.brep(), edge, trim, brep.trim_image(trim), own.as_ref()),
-        about: seen(trim),
+    let offset = |&trim: &usize| {
+        let at_most = at_most(brep.brep(), edge, trim, brep.trim_image(trim), own.as_ref());
+        Offset {
+            trim,
+            at_most,
+            // By samples it is an estimate from above.
+            about: seen(trim).map(|about| about.min(at_most)),
+        }
     };
     trims.iter().map(offset).collect()
 }
