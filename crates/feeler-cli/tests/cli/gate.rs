@@ -106,8 +106,8 @@ fn the_kernel_as_an_engine_outside() {
 #[test]
 fn an_engine_that_gets_no_model() {
     for (first, what) in [
-        ("", "not JSON"),
-        ("{}", "names no model"),
+        ("", "not valid JSON"),
+        ("{}", "missing field `model`"),
         (r#"{"model":"no/such.3dm"}"#, "no/such.3dm"),
         (
             r#"{"model":"corpora/models/thesis/ball.3dm","object":9}"#,
