@@ -275,7 +275,8 @@ pub struct Hit {
 pub struct LineAnswer {
     /// The hits, in the order of t.
     pub hits: Vec<Hit>,
-    /// How often the line passes through the faces; `None` where it lies in one, and where it is not known.
+    /// How often the line passes through the faces; `None` where it lies in one, and where it is not known: that of an
+    /// undecided answer is right where it is given.
     pub crossings: Option<usize>,
     /// Whether the line passes an edge within its crack's width without a hit.
     pub in_crack: bool,

@@ -87,9 +87,11 @@ pub fn line(
     }
     let runs = |h: &RawHit| h.is_row() || h.exact.as_ref().is_some_and(|m| m.end.is_some());
     let lies_in = raw.iter().any(runs);
-    let mut count = Some(raw.iter().filter(|h| h.crosses()).count());
+    // Hits that are open may be none, or cross.
+    let settled = undecided.is_none();
+    let mut count = settled.then(|| raw.iter().filter(|h| h.crosses()).count());
     let mut in_crack = false;
-    if near_edge && undecided.is_none() {
+    if near_edge && settled {
         let found = crossings(brep, &stab, raw, &mut near);
         if (found.count.is_none() && !lies_in) || found.in_crack.is_none() {
             undecided = Some(Undecided::Crack);

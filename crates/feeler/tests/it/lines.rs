@@ -80,6 +80,28 @@ fn a_line_that_touches_a_ridge_does_not_cross_it() {
     assert_eq!((past.undecided, past.unsettled), (None, None));
 }
 
+/// Where it is not known which hits there are, neither is how often the line crosses.
+#[test]
+fn an_undecided_line_counts_no_crossings() {
+    // Across the ridge's top; across the bottom of a trough, `z = x^2`.
+    let trough = [(-1.0, 1.0), (0.0, -1.0), (1.0, 1.0)];
+    let net = trough
+        .iter()
+        .flat_map(|(x, z)| [-1.0, 1.0].map(|y| Vector4::new(*x, y, *z, 1.0)));
+    let knots = [vec![0.0, 0.0, 0.0, 1.0, 1.0, 1.0], vec![0.0, 0.0, 1.0, 1.0]];
+    let trough = sheet(NurbsSurface::new([2, 1], [3, 2], net.collect(), knots).unwrap());
+    for (brep, d) in [
+        (ridge(1.0), [1.0, 0.0, 0.0]),
+        (ridge(1.0), [1.0, 0.5, 0.25]),
+        (trough, [1.0, 0.5, 0.0]),
+    ] {
+        let answer = ask(&brep, [0.0, 0.25, 0.0], d);
+        // Once it is settled, nothing is crossed.
+        let known = answer.undecided.is_none().then_some(0);
+        assert_eq!(answer.crossings, known, "{answer:?}");
+    }
+}
+
 /// One that passes through it at the top crosses it once.
 #[test]
 fn a_line_through_a_ridge_crosses_it_once() {
