@@ -999,7 +999,7 @@ fn proofs_are_counted_by_the_trims_that_need_one() {
 /// What is exact is no length with an exponent.
 #[test]
 fn exact_images_are_said_to_be_exact() {
-    let document = read_file(&models().join("step/sphere.step")).unwrap();
+    let document = read_file(models().join("step/sphere.step")).unwrap();
     let said = document.objects[0].warnings.join("; ");
     let exact = "all images are within 0 of the edges";
     assert!(said.contains(exact), "{said}");
