@@ -7,10 +7,9 @@ use super::place::{ON_VERTEX, place_of, rough_jet};
 use super::search::minimize;
 use super::task::Memory;
 use super::upper::patch_at;
-use crate::prepare::closed::ClosedSurface;
 use crate::prepare::{Net, Patch, PreparedBrep};
 use crate::trim::Side;
-use nalgebra::{Point2, Vector3};
+use nalgebra::{Point2, Point3, Vector3};
 
 /// The minimum is a continuum when points within max(accuracy, this times the size) of it...
 const CONTINUUM_SLACK: f64 = 1.0 / (1u64 << 44) as f64;
@@ -145,42 +144,56 @@ impl Low<'_> {
         })
     }
 
-    /// Whether a foot is a vertex where planes alone meet, along segments that all rise from it: then so do the planes between them.
+    /// Whether a foot is a vertex from which all edges rise, and on no face of which the plane lies: what is as low is not connected with it then.
     fn rises_from_corner(&self, found: &Outcome, normal: &Vector3<f64>) -> bool {
-        let parts = self.brep.brep().parts();
-        let Some(foot) = found.foot.as_ref() else {
+        let brep = self.brep.brep();
+        let parts = brep.parts();
+        let Some(foot) = &found.foot else {
             return false;
         };
         let Some(trim) = foot.trim.map(|t| &parts.trims[t]) else {
             return false;
         };
-        let point = self
-            .brep
-            .brep()
-            .surface(foot.face)
-            .point(foot.uv.x, foot.uv.y);
-        let away = |v: usize| (parts.vertices[v].point - point).norm();
-        let [a, b] = trim.vertices;
-        let vertex = if away(a) <= away(b) { a } else { b };
+        let point = brep.surface(foot.face).point(foot.uv.x, foot.uv.y);
+        let off = |x: Point3<f64>| (x - point).norm();
+        let [a, b] = trim.vertices.map(|v| off(parts.vertices[v].point));
+        let vertex = trim.vertices[usize::from(b < a)];
         // Negated in effect: what is no number is no vertex.
-        let near = away(vertex) <= ON_VERTEX * self.brep.size();
-        near && parts.vertices[vertex].edges.iter().all(|e| {
-            let edge = &parts.edges[*e];
-            let flat = |t: &usize| {
-                let face = parts.loops[parts.trims[*t].trim_loop].face;
-                let closed = self.brep.closed(face);
-                closed.is_some_and(|c| matches!(c.surface, ClosedSurface::Plane(_)))
-            };
-            let along = edge.trims.first().and_then(|t| {
-                let (curve, _) = self.brep.closed_image(*t)?;
-                curve.shape.direction().map(Vector3::from)
-            });
-            let rises = |d: Vector3<f64>| {
-                let rise = normal.dot(&d).abs() / d.norm() * FAR * self.reach;
-                rise > SURELY * self.slack
-            };
-            !edge.trims.is_empty() && edge.trims.iter().all(flat) && along.is_some_and(rises)
-        })
+        let is_vertex = a.min(b) <= ON_VERTEX * self.brep.size();
+        let edges = &parts.vertices[vertex].edges;
+        let trims = edges.iter().flat_map(|e| &parts.edges[*e].trims);
+        is_vertex && !edges.is_empty() && { trims }.all(|t| self.rises_along(*t, &off, normal))
+    }
+
+    /// The same of a trim that ends there, and of its face.
+    fn rises_along(
+        &self,
+        trim: usize,
+        off: &impl Fn(Point3<f64>) -> f64,
+        normal: &Vector3<f64>,
+    ) -> bool {
+        let brep = self.brep.brep();
+        let parts = brep.parts();
+        let trim = &parts.trims[trim];
+        let surface = brep.surface(parts.loops[trim.trim_loop].face);
+        let curve = &parts.curves2[trim.curve];
+        let steep = |sine: f64| sine * self.reach > SURELY * self.slack;
+        let mut ends = 0;
+        for t in [trim.span.start, trim.span.end] {
+            let c = curve.derivatives(t, 1);
+            let jet = surface.derivatives(c[0].x, c[0].y, 1);
+            if !(off(jet.get(0, 0).into()) <= NEAR_CORNER * self.brep.size()) {
+                continue;
+            }
+            let (du, dv): (Vector3<f64>, Vector3<f64>) = (jet.get(1, 0), jet.get(0, 1));
+            let (along, across) = (du * c[1].x + dv * c[1].y, du.cross(&dv));
+            let rises = steep(normal.dot(&along).abs() / along.norm());
+            if !(rises && steep(normal.cross(&across).norm() / across.norm())) {
+                return false;
+            }
+            ends += 1;
+        }
+        ends > 0
     }
 
     /// Whether some are seen from a foot: where a search stopped at an enclosure that is narrow enough, it did not look for them.
@@ -242,6 +255,8 @@ impl Low<'_> {
 
 /// Of what is settled, so much is looked at.
 const MOST_LOOKS: usize = 64;
+/// An end of a trim that is no farther from a vertex than this part of the size is there.
+const NEAR_CORNER: f64 = 1.0 / (1u64 << 20) as f64;
 /// What rises by so many times the slack is not level, whatever is rounded.
 const SURELY: f64 = 16.0;
 /// Directions in which to look.

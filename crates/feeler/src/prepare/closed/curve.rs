@@ -166,14 +166,6 @@ impl CurveShape {
 }
 
 impl CurveShape {
-    /// The direction of a segment in f64, not normalised.
-    pub(crate) fn direction(&self) -> Option<[f64; 3]> {
-        match self {
-            Self::Segment(s) => Some(s.rough[1].map(|x| x.mid)),
-            Self::Arc(_) => None,
-        }
-    }
-
     /// A box around it; around the whole circle of an arc (whose axes are of length one, up to rounding).
     pub(crate) fn bounds(&self) -> [[f64; 2]; 3] {
         match self {
