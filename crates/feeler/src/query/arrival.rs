@@ -123,6 +123,8 @@ impl ArrivalAnswer {
 ///
 /// The accuracy is that of the way: the enclosure of the time is no wider than this length over the speed; `full` stands for 2^-40 of the
 /// model's size. For a half-space it is that of the separation at the start.
+///
+/// What it allocates: see [`Workspace`].
 pub fn arrival(
     brep: &PreparedBrep,
     probe: &Probe,

@@ -30,6 +30,8 @@ const SAME_CONTACT: f64 = 1.0 / (1u64 << 24) as f64;
 /// the least `n.x - h` over the faces. The enclosure is proven (see the module `search`). The depth
 /// `-separation` is the depth at the nearest boundary; on a part that is not convex it is not the shortest
 /// translation that frees the ball.
+///
+/// What it allocates: see [`Workspace`].
 pub fn contact(
     brep: &PreparedBrep,
     probe: &Probe,
@@ -69,6 +71,8 @@ impl Witness {
 /// so the bounds hold as those of [`contact`] do and are as narrow; but where in them the value lies may differ in the last digits, as
 /// may the foot within its bound. On closed forms there is nothing to look for, and the answer is the same. A witness that
 /// is no use, be it of another BREP, costs a descent at most. An answer hangs on the witness as well as on the query.
+///
+/// What it allocates: see [`Workspace`].
 pub fn contact_from(
     brep: &PreparedBrep,
     probe: &Probe,

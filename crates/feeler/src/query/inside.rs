@@ -34,6 +34,8 @@ pub(super) const PARITY_BUDGET: usize = 20_000;
 /// So parity does not depend on the ray, if it is clear of the cracks, where faces do not meet.) Open BREPs have no
 /// material: `Outside`. A point so near the surface that the hit's enclosure holds it is undecided, but for one that is
 /// exactly on a face whose points have one coordinate in common: `Boundary`.
+///
+/// What it allocates: see [`Workspace`].
 pub fn inside(
     brep: &PreparedBrep,
     point: Point3<f64>,

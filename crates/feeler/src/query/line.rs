@@ -57,6 +57,8 @@ fn place_of_open(brep: &PreparedBrep, stab: &Stabber, face: usize, found: &FaceH
 /// polygons in planes all is exact, and so is how often the line meets a native sphere, cylinder or cone; and an interval in which it lies in a ruling of a
 /// NURBS face that is trimmed nowhere along it (where it ends is exact, `crossings` is not known). Else a line that touches a face or runs in it, meets it
 /// within rounding of its border, or passes an edge so near to the width of its crack that bounds of this do not tell, is `Undecided`, with what was found.
+///
+/// What it allocates: see [`Workspace`].
 pub fn line(
     brep: &PreparedBrep,
     probe: &LineProbe,
@@ -153,6 +155,8 @@ const ROUNDED: f64 = 1.0 - 1.0 / (1u64 << 20) as f64;
 ///
 /// Stops at the first hit that is certain; without one, either no face is met (proven), or it is `Undecided`. It counts no
 /// crossings, so it does not look at edges. Of the options only the node budget counts.
+///
+/// What it allocates: see [`Workspace`].
 pub fn any_hit(
     brep: &PreparedBrep,
     probe: &LineProbe,

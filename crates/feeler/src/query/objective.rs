@@ -72,35 +72,37 @@ impl Objective {
         match self {
             Self::SquaredDistance(q) => spare.made_squared_distance(q, net, products()),
             Self::Height(n, h) => {
-                let x: [_; 3] = std::array::from_fn(|c| net.coordinate(c));
-                let w = net.coordinate(3);
                 let h = local_offset::<T>(n, *h, &net.origin);
                 let normal: [T; 3] = std::array::from_fn(|c| T::from_f64(n[c]));
-                let mut values = spare.n;
+                let Quotient {
+                    n: mut values,
+                    mut c,
+                    ..
+                } = spare;
                 values.clear();
-                values.extend((0..net.degree.count()).map(|i| {
-                    normal[0] * x[0].values[i]
-                        + normal[1] * x[1].values[i]
-                        + normal[2] * x[2].values[i]
-                        - h.mid * w.values[i]
+                values.extend(net.points.iter().map(|p| {
+                    normal[0] * p[0].mid + normal[1] * p[1].mid + normal[2] * p[2].mid
+                        - h.mid * p[3].mid
                 }));
-                let mut size = h.magnitude() * w.largest;
-                let mut error = h.magnitude() * w.error + h.rad * w.largest;
+                c.clear();
+                if !net.unit_weights {
+                    c.extend(net.points.iter().map(|p| p[3].mid));
+                }
+                // As of the coefficients of each coordinate.
+                let (largest, off) = (net.reach, net.blur);
+                let mut size = h.magnitude() * largest[3];
+                let mut error = h.magnitude() * off[3] + h.rad * largest[3];
                 for c in 0..3 {
-                    size += n[c].abs() * x[c].largest;
-                    error += n[c].abs() * x[c].error;
+                    size += n[c].abs() * largest[c];
+                    error += n[c].abs() * off[c];
                 }
                 Quotient {
                     degree: net.degree,
                     n: values,
-                    n_error: (error + 8.0 * (T::UNIT * size + w.tiny)) * BOUND_UP,
-                    c_error: if net.unit_weights { 0.0 } else { w.error },
-                    tiny: w.tiny,
-                    c: if net.unit_weights {
-                        Vec::new()
-                    } else {
-                        w.values
-                    },
+                    n_error: (error + 8.0 * (T::UNIT * size + net.tiny)) * BOUND_UP,
+                    c_error: if net.unit_weights { 0.0 } else { off[3] },
+                    tiny: net.tiny,
+                    c,
                 }
             }
         }

@@ -18,6 +18,8 @@ const LEAST_SQUARED: f64 = 1e-140;
 /// It is the same sign that `contact` proves at full accuracy, found with less: the search stops at the first point that
 /// is proven to be nearer than the radius (or below the plane), and else puts aside whatever is proven not to be. The side
 /// of a sphere's centre is asked only where no face comes that near. Of the options only the node budget counts.
+///
+/// What it allocates: see [`Workspace`].
 pub fn overlap(
     brep: &PreparedBrep,
     probe: &Probe,
