@@ -179,14 +179,15 @@ impl Low<'_> {
         let curve = &parts.curves2[trim.curve];
         let steep = |sine: f64| sine * self.reach > SURELY * self.slack;
         let mut ends = 0;
-        for t in [trim.span.start, trim.span.end] {
-            let c = curve.derivatives(t, 1);
-            let jet = surface.derivatives(c[0].x, c[0].y, 1);
-            if !(off(jet.get(0, 0).into()) <= NEAR_CORNER * self.brep.size()) {
+        for s in [0.0, 1.0] {
+            let at = curve.point(trim.span.lerp(s));
+            let jet = surface.first_derivatives_with_bound(at.x, at.y);
+            if !(off(jet.point) <= NEAR_CORNER * self.brep.size()) {
                 continue;
             }
-            let (du, dv): (Vector3<f64>, Vector3<f64>) = (jet.get(1, 0), jet.get(0, 1));
-            let (along, across) = (du * c[1].x + dv * c[1].y, du.cross(&dv));
+            // A little way along, by uv.
+            let way = curve.point(trim.span.lerp((s - ALONG).abs())) - at;
+            let (along, across) = (jet.du * way.x + jet.dv * way.y, jet.du.cross(&jet.dv));
             let rises = steep(normal.dot(&along).abs() / along.norm());
             if !(rises && steep(normal.cross(&across).norm() / across.norm())) {
                 return false;
@@ -257,6 +258,8 @@ impl Low<'_> {
 const MOST_LOOKS: usize = 64;
 /// An end of a trim that is no farther from a vertex than this part of the size is there.
 const NEAR_CORNER: f64 = 1.0 / (1u64 << 20) as f64;
+/// The part of a trim over which its direction at an end is taken.
+const ALONG: f64 = 1.0 / (1u64 << 12) as f64;
 /// What rises by so many times the slack is not level, whatever is rounded.
 const SURELY: f64 = 16.0;
 /// Directions in which to look.
