@@ -55,7 +55,7 @@ impl At<'_> {
         black_box(contact(self.brep, probe, &options, self.workspace));
     }
 
-    fn from_last(&mut self, probe: &Probe) {
+    fn go_on(&mut self, probe: &Probe) {
         let options = options(Contacts::Deepest, Accuracy::Full);
         let found = contact_from(self.brep, probe, self.witness, &options, self.workspace);
         black_box(found);
@@ -124,7 +124,7 @@ const QUESTIONS: [(&str, fn(&mut At)); 17] = [
     ("ball, all contacts", |at| {
         at.contact(&at.ball(), options(Contacts::All, COARSE))
     }),
-    ("ball, from the last", |at| at.from_last(&at.ball())),
+    ("ball, from the last", |at| at.go_on(&at.ball())),
     ("ball, overlap", |at| at.overlap(&at.ball())),
     ("half-space", |at| {
         at.contact(&at.half_space(), options(Contacts::Deepest, FULL))
@@ -135,9 +135,7 @@ const QUESTIONS: [(&str, fn(&mut At)); 17] = [
     ("half-space, all contacts", |at| {
         at.contact(&at.half_space(), options(Contacts::All, COARSE))
     }),
-    ("half-space, from the last", |at| {
-        at.from_last(&at.half_space())
-    }),
+    ("half-space, from the last", |at| at.go_on(&at.half_space())),
     ("half-space, overlap", |at| at.overlap(&at.half_space())),
     ("line", |at| {
         black_box(line(at.brep, &at.line(), &Options::default(), at.workspace));
