@@ -111,7 +111,10 @@ const FULL: Accuracy = Accuracy::Full;
 const COARSE: Accuracy = Accuracy::Length(1e-12);
 
 /// What is asked.
-const QUESTIONS: [(&str, fn(&mut At)); 17] = [
+/// Its name, and how it is asked.
+type Question = (&'static str, fn(&mut At));
+
+const QUESTIONS: [Question; 17] = [
     ("ball", |at| {
         at.contact(&at.ball(), options(Contacts::Deepest, FULL))
     }),
