@@ -110,10 +110,10 @@ fn later_round(brep: &PreparedBrep, radius: f64, ask: fn(&mut At), places: usize
 const FULL: Accuracy = Accuracy::Full;
 const COARSE: Accuracy = Accuracy::Length(1e-12);
 
-/// What is asked.
 /// Its name, and how it is asked.
 type Question = (&'static str, fn(&mut At));
 
+/// What is asked.
 const QUESTIONS: [Question; 17] = [
     ("ball", |at| {
         at.contact(&at.ball(), options(Contacts::Deepest, FULL))
