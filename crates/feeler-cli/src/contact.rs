@@ -359,10 +359,12 @@ fn opened(first: &str) -> Result<(usize, Answering), String> {
     // serde would take a list for a structure's fields in order.
     let read = match first.trim_start().starts_with('[') {
         true => Err("a list".to_owned()),
-        false => serde_json::from_str::<FirstLine>(first).map_err(|e| match e.is_data() {
-            true => e.to_string(),
-            false => format!("not valid JSON: {e}"),
-        }),
+        false => {
+            serde_json::from_str::<FirstLine>(first.trim_end()).map_err(|e| match e.is_data() {
+                true => e.to_string(),
+                false => format!("not valid JSON: {e}"),
+            })
+        }
     };
     let line = read.map_err(|what| {
         // serde counts lines, and this is one.

@@ -35,7 +35,7 @@ pub(super) const PARITY_BUDGET: usize = 20_000;
 /// material: `Outside`. A point so near the surface that the hit's enclosure holds it is undecided, but for one that is
 /// exactly on a face whose points have one coordinate in common: `Boundary`.
 ///
-/// What it allocates: see [`Workspace`].
+/// What it allocates: see [`Workspace`](super::Workspace).
 pub fn inside(
     brep: &PreparedBrep,
     point: Point3<f64>,
