@@ -310,6 +310,16 @@ pub(super) fn in_range(what: &'static str, values: &[f64]) -> Result<(), ProbeEr
     Ok(())
 }
 
+impl Probe {
+    /// What is taken from a distance to be the separation.
+    pub(super) fn radius(&self) -> f64 {
+        match self {
+            Self::Sphere(s) => s.radius,
+            Self::HalfSpace(_) => 0.0,
+        }
+    }
+}
+
 impl Sphere {
     /// A ball; refuses what is not finite, too large, or of negative radius.
     pub fn new(center: Point3<f64>, radius: f64) -> Result<Self, ProbeError> {

@@ -3,8 +3,8 @@
 use super::answer::{
     Accuracy, Contact, ContactAnswer, Contacts, Options, Probe, Separation, Undecided,
 };
+use super::continuum::is_continuum;
 use super::front::Front;
-use super::level::continuum;
 use super::local::{Spot, Surroundings};
 use super::objective::Objective;
 use super::outcome::{Goal, Locus, Outcome, Settled, Source, Width};
@@ -107,10 +107,7 @@ fn answer(
         true => &within_none,
         false => options,
     };
-    let radius = match probe {
-        Probe::Sphere(s) => s.radius,
-        Probe::HalfSpace(_) => 0.0,
-    };
+    let radius = probe.radius();
     let floor = FULL_FLOOR * brep.size();
     let width = match options.accuracy {
         Accuracy::Full => Width::Full { floor, radius },
@@ -134,9 +131,10 @@ fn searched(
     (options, width): (&Options, Width),
     workspace: &mut Workspace,
 ) -> ContactAnswer {
-    let (objective, radius) = match probe {
-        Probe::Sphere(s) => (Objective::SquaredDistance(s.center), s.radius),
-        Probe::HalfSpace(h) => (Objective::Height(h.normal, h.offset), 0.0),
+    let radius = probe.radius();
+    let objective = match probe {
+        Probe::Sphere(s) => Objective::SquaredDistance(s.center),
+        Probe::HalfSpace(h) => Objective::Height(h.normal, h.offset),
     };
     workspace.work = Work::default();
     let all_below = match (options.contacts, probe) {
@@ -209,13 +207,14 @@ fn searched(
             undecided,
         };
     }
-    let continuum = continuum(
+    let (continuum, nodes) = is_continuum(
         brep,
         &objective,
         &found,
         (&goal, options),
         &mut workspace.memory,
     );
+    workspace.work.nodes += nodes;
     let mut contacts = contacts(
         brep, probe, options, &found, &objective, separation, continuum, material,
     );
@@ -460,10 +459,7 @@ fn other_contact(
     // Below: the bound of the node. Above: f at the point itself.
     let f = objective.value(&patch.net, local);
     let hi = f.mid + Dd::from(f.rad * (1.0 + 16.0 * f64::EPSILON));
-    let radius = match probe {
-        Probe::Sphere(p) => p.radius,
-        Probe::HalfSpace(_) => 0.0,
-    };
+    let radius = probe.radius();
     // In material, too, it is the distance that counts.
     let reach = Dd::from(radius) + Dd::from(options.prediction);
     let most = if !objective.is_squared() {

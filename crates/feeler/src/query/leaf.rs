@@ -2,7 +2,7 @@
 
 use super::node::Node;
 use super::objective::Sample;
-use super::outcome::{Rough, Settled, Source, Spread};
+use super::outcome::{Settled, Source, Spread};
 use super::search::{QUARTER, Search};
 use super::shape::Shape;
 use super::task::{Arithmetic, Task};
@@ -269,16 +269,14 @@ impl Search<'_> {
         let ranges = [cell.u, cell.v];
         let mut start = self.start(source, ranges);
         // Where a warm start has come down there is no way left.
-        let known = |r: &&Rough| r.is_at(source, start);
-        let warm = self.out.rough.as_deref().filter(known);
-        if warm.is_none() || cell.node.is_some() {
+        if self.out.rough_at(source, start).is_none() || cell.node.is_some() {
             start = self.descend(source, start, ranges);
         }
         let mut p = start.map(Dd::from);
         if T::UNIT >= f64::UNIT && jet::fits(coarse.degree) {
             // At the best point so far, f64 is not worth trying for the last digits.
             if !(self.goal.width.is_full() && self.is_best(source, start)) {
-                let leaf = match self.out.rough.as_deref().filter(|r| r.is_at(source, start)) {
+                let leaf = match self.out.rough_at(source, start) {
                     Some(rough) => self.prove(cell, shape, p, &rough.sample)?,
                     None => {
                         let sample = self.objective.rough_sample(coarse, start);

@@ -7,7 +7,7 @@
 use super::Workspace;
 use super::answer::{Contact, ContactAnswer, Contacts, Feature, Options, Separation, Sphere};
 use super::contact::{in_material, target_width};
-use super::level::{CONTINUUM_REACH, continuum_slack};
+use super::continuum::{CONTINUUM_REACH, continuum_slack};
 use super::outcome::Width;
 use crate::numeric::{Ball, Dd, Enclosure, Real};
 use crate::prepare::PreparedBrep;

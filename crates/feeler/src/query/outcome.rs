@@ -162,6 +162,13 @@ pub(crate) struct Outcome {
     pub(crate) used_closed: bool,
 }
 
+impl Outcome {
+    /// What is known of a place, if it is the one that the search started from.
+    pub(crate) fn rough_at(&self, source: Source, at: [f64; 2]) -> Option<&Rough> {
+        self.rough.as_deref().filter(|r| r.is_at(source, at))
+    }
+}
+
 /// How narrow the enclosure of the separation must be.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Width {

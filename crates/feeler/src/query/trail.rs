@@ -165,3 +165,62 @@ impl Course {
         Some(place.map(|x| x.clamp(0.0, 1.0)))
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    fn at(way: f64) -> Point3<f64> {
+        Point3::new(1.0, 2.0, 3.0) + Vector3::new(2.0, -1.0, 0.5) * way
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig { cases: 256, failure_persistence: None, ..ProptestConfig::default() })]
+
+        /// Feet that are polynomials of degree `FEET - 1` over the way are followed, whatever the steps, and however many went before.
+        #[test]
+        fn polynomials_are_followed(
+            steps in prop::collection::vec(0.5..2.0f64, FEET..12),
+            coefficients in prop::array::uniform5([-0.1..0.1f64, -0.1..0.1f64]),
+        ) {
+            let total: f64 = steps.iter().sum();
+            let foot = |way: f64| {
+                let x = way / total;
+                [0, 1].map(|c| 0.5 + coefficients.iter().rev().fold(0.0, |sum, p| sum * x + 0.5 * p[c]))
+            };
+            let mut way = 0.0;
+            let mut course = Course::from((0, 0), at(way), foot(way));
+            for (k, step) in steps.iter().enumerate() {
+                way += step;
+                let told = course.at(at(way));
+                if k < FEET {
+                    prop_assert_eq!(told.is_some(), k > 0);
+                } else if let Some(told) = told {
+                    // Differences of some roundings of 1 over steps of 1/24 of the way at least, four times: 2^-52 24^4 is 2^-33.
+                    let off = [0, 1].map(|c| (told[c] - foot(way)[c]).abs());
+                    prop_assert!(off[0].max(off[1]) < 1.0 / (1u64 << 33) as f64, "{:?}", off);
+                }
+                course.add(at(way), foot(way));
+            }
+        }
+    }
+
+    /// After a turn the feet before it tell nothing; nor is a ball followed that stays, or goes much farther than it did.
+    #[test]
+    fn what_is_not_followed() {
+        // All numbers here are exact.
+        let at = |way: f64| Point3::new(2.0 * way, 0.0, 0.0);
+        let mut course = Course::from((0, 0), at(0.0), [0.5, 0.5]);
+        assert_eq!(course.at(at(1.0)), None);
+        course.add(at(0.0), [0.25, 0.5]);
+        assert_eq!(course.at(at(1.0)), None, "it stayed");
+        course.add(at(1.0), [0.5, 0.5]);
+        assert_eq!(course.at(at(1.5)), Some([0.625, 0.5]));
+        assert_eq!(course.at(at(6.0)), None, "too far");
+        // Back again: from the last foot on.
+        course.add(at(0.5), [0.25, 0.75]);
+        assert_eq!(course.count, 2);
+        assert_eq!(course.at(at(0.25)), Some([0.125, 0.875]));
+    }
+}

@@ -195,8 +195,7 @@ impl Search<'_> {
             && jet::fits(net.degree)
             && self.classify(face, index, [p[0]; 2], [p[1]; 2]) == BoxSide::Inside
         {
-            let known = self.out.rough.as_deref().filter(|r| r.is_at(source, p));
-            let value = match known {
+            let value = match self.out.rough_at(source, p) {
                 Some(rough) => rough.sample.value(),
                 None => self.objective.rough_value(net, p),
             };

@@ -116,7 +116,8 @@ impl<T: Real> Circle<T> {
 }
 
 const WHOLE: f64 = std::f64::consts::TAU;
-/// A direction whose length is off by no more than this part is one.
+/// A direction is one whose length is off by no more than this part. (What the point that it leads to is off is counted all the same; where the square of the
+/// length has underflowed it is no place worth telling.)
 const SHARP: f64 = 1.0 / (1u64 << 40) as f64;
 const HALF: f64 = std::f64::consts::PI;
 
@@ -262,7 +263,7 @@ impl ArcShape {
             Target::Height(..) => 0.5,
         };
         let extent = Extent::Root((self.radius.mid.hi / (grow * length.mid.hi)).sqrt());
-        // Next to the axis the direction has no digits, or its square has underflowed.
+        // Next to the axis it leads nowhere.
         let held = if length.rad <= SHARP * length.mid.hi {
             self.holds(p[0], p[1])
         } else {

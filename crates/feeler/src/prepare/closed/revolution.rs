@@ -258,6 +258,9 @@ const POLE_TWIST: f64 = 1.0 / (1u64 << 60) as f64;
 /// Points near a pole are within this part of the size of it: 1e-42 over the least slope of the profile there, 2^-20.
 const POLE: f64 = 1e-35;
 const LEAST_SLOPE: f64 = 1.0 / (1u64 << 20) as f64;
+/// Whole turns, as f64; in truth 2 pi is larger by 2.45e-16.
+const TURN: f64 = std::f64::consts::TAU;
+
 /// From one angle to another; exactly where both are f64: a whole turn must not look as if it were more.
 fn way(from: Ball<Dd>, to: Ball<Dd>) -> Ball<Dd> {
     let is_plain = |x: Ball<Dd>| x.rad == 0.0 && x.mid.lo == 0.0;
@@ -267,9 +270,6 @@ fn way(from: Ball<Dd>, to: Ball<Dd>) -> Ball<Dd> {
         to - from
     }
 }
-
-/// Whole turns, as f64; in truth 2 pi is larger by 2.45e-16.
-const TURN: f64 = std::f64::consts::TAU;
 
 impl RevolutionForm {
     pub(super) fn new(s: &Revolution, size: f64) -> Option<Self> {

@@ -74,7 +74,8 @@ proptest! {
         let (hi, mut near) = (reach * reach, Vec::new());
         front.near(&q, reach, hi, &mut near);
         for (k, (own, clear)) in known.iter().zip(clear).enumerate() {
-            let by_way = clear - travel > reach + 1e-12;
+            let exact = |x: f64| Dyadic::from_f64(x);
+            let by_way = exact(clear).zip(exact(travel)).zip(exact(reach)).is_some_and(|((c, t), r)| &c - &t > r);
             let least = own.least(&q);
             let told = near.iter().find(|n| n.0 == k);
             prop_assert!(told.is_some() || by_way || least > hi);

@@ -26,18 +26,18 @@ pub(super) fn continuum_slack(brep: &PreparedBrep, options: &Options) -> f64 {
     }
 }
 
-/// Whether the minimum that a search found is a continuum.
+/// Whether the minimum that a search found is a continuum, and how many nodes it took to tell.
 ///
 /// The extents of what it settled say so, or points as low that are seen where it left something open. A search for the deepest contact passes over what is as
-/// low as its foot. Of a distance, that is as low along an edge as it says; but a plane rests on edges, generators and faces as soon as on one of their ends, so
+/// low as its foot. Of a distance, that is as low along an edge as it says; but a half-space rests on edges, generators and faces as soon as on one of their ends, so
 /// that next to a foot that nothing proves to stand alone (on the border of a face, above all) it is looked for again, by a search for all that is so low.
-pub(super) fn continuum(
+pub(super) fn is_continuum(
     brep: &PreparedBrep,
     objective: &Objective,
     found: &Outcome,
     (goal, options): (&Goal, &Options),
     memory: &mut Memory,
-) -> bool {
+) -> (bool, usize) {
     let slack = continuum_slack(brep, options);
     let low = Low {
         brep,
@@ -48,7 +48,7 @@ pub(super) fn continuum(
     };
     let seen_from_foot = || found.foot.as_ref().is_some_and(|f| low.is_seen_from(f));
     if low.is_told(found, false) || (found.left_open && seen_from_foot()) {
-        return true;
+        return (true, 0);
     }
     let may_lie_along = match *objective {
         Objective::SquaredDistance(_) => false,
@@ -56,20 +56,21 @@ pub(super) fn continuum(
             !low.stands_alone(found) && !low.rises_from_corner(found, &normal)
         }
     };
-    if options.contacts == Contacts::All || !may_lie_along {
-        return false;
+    let left = goal.budget.saturating_sub(found.nodes);
+    if options.contacts == Contacts::All || !may_lie_along || left == 0 {
+        return (false, 0);
     }
     let goal = Goal {
         all_below: Some(low.limit),
         extents: Some(found.hi),
         width: Width::Length(0.5 * slack),
-        budget: goal.budget.min(MOST_NODES),
+        budget: left.min(MOST_NODES),
         closed: true,
         hint: None,
         ..*goal
     };
     let again = minimize(brep, objective, goal, memory, None);
-    let told = low.is_told(&again, true);
+    let told = (low.is_told(&again, true), again.nodes);
     memory.keep(again);
     told
 }
@@ -103,9 +104,9 @@ impl Low<'_> {
     /// Whether what a search settled extends so far: by a formula, or as is seen from where it is least. (What is known of a box may be no more than its size, and
     /// of a curve no more than how far `f` is as low along it: beside all of these is looked, too, if that is wanted.)
     fn is_told(&self, found: &Outcome, beside: bool) -> bool {
-        let low = found.settled.iter().filter(|s| s.lo.hi <= self.limit);
+        let mut low = found.settled.iter().filter(|s| s.lo.hi <= self.limit);
         let mut looks = 0..MOST_LOOKS;
-        low.into_iter().any(|s| {
+        low.any(|s| {
             let extends = s.extent.length(self.limit - s.lo.hi) > self.reach;
             if s.source.is_none() && extends {
                 return true;
@@ -144,7 +145,7 @@ impl Low<'_> {
         })
     }
 
-    /// Whether a foot is a vertex from which all edges rise, and on no face of which the plane lies: what is as low is not connected with it then.
+    /// Whether a foot is a vertex from which all edges rise, and on no face of which the half-space lies: what is as low is not connected with it then.
     fn rises_from_corner(&self, found: &Outcome, normal: &Vector3<f64>) -> bool {
         let brep = self.brep.brep();
         let parts = brep.parts();
@@ -161,8 +162,8 @@ impl Low<'_> {
         // Negated in effect: what is no number is no vertex.
         let is_vertex = a.min(b) <= ON_VERTEX * self.brep.size();
         let edges = &parts.vertices[vertex].edges;
-        let trims = edges.iter().flat_map(|e| &parts.edges[*e].trims);
-        is_vertex && !edges.is_empty() && { trims }.all(|t| self.rises_along(*t, &off, normal))
+        let mut trims = edges.iter().flat_map(|e| &parts.edges[*e].trims);
+        is_vertex && !edges.is_empty() && trims.all(|t| self.rises_along(*t, &off, normal))
     }
 
     /// The same of a trim that ends there, and of its face.
