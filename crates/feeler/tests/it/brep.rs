@@ -16,6 +16,18 @@ fn interval(start: f64, end: f64) -> Interval {
     Interval::new(start, end).unwrap()
 }
 
+/// The plane z = 0 over a square.
+fn square(side: Interval) -> Surface {
+    let plane = Plane::new(Plane {
+        origin: Point3::origin(),
+        x: Vector3::x(),
+        y: Vector3::y(),
+        domain: [side; 2],
+        extents: [side; 2],
+    });
+    Surface::Plane(plane.unwrap())
+}
+
 /// The cube's defects after a change.
 fn after(change: impl FnOnce(&mut BrepParts)) -> Vec<Defect> {
     let mut parts = cube().parts().clone();
@@ -365,14 +377,7 @@ fn edges_with_kinks_are_followed_on_both_sides() {
     let points = vec![at(4., 0.), at(2., 3.), at(0., 0.)];
     let bent = NurbsCurve::new(1, points, vec![0., 0., 1., 2., 2.]).unwrap();
     let edge = b.edge([v[2], v[0]], Curve::Nurbs(bent)).unwrap();
-    let wide = interval(-8., 8.);
-    let plane = Plane::new(Plane {
-        origin: Point3::origin(),
-        x: Vector3::x(),
-        y: Vector3::y(),
-        domain: [wide; 2],
-        extents: [wide; 2],
-    });
+    let plane = square(interval(-8., 8.));
     let path = [[4., 0.], [2.25, 2.625], [2., 3.], [1.875, 2.8125], [0., 0.]];
     let path = path.map(Point2::from).to_vec();
     let bent = Polyline::new(path, vec![0., 1., 2., 3., 4.]).unwrap();
@@ -390,8 +395,7 @@ fn edges_with_kinks_are_followed_on_both_sides() {
             edge: Some(edge),
         },
     ];
-    b.face_with_trims(Surface::Plane(plane.unwrap()), vec![trims])
-        .unwrap();
+    b.face_with_trims(plane, vec![trims]).unwrap();
     let found = b.build().unwrap().defects();
     let off = |d: &Defect| matches!(d, Defect::EdgeOffSurface { .. });
     assert!(!found.iter().any(off), "{found:?}");
@@ -430,14 +434,7 @@ fn edges_are_followed_whatever_the_speed_of_their_trims() {
     let v = [[0., 0., 0.], [0., 0.6, 0.], [-1., 0.3, 0.]].map(|p| b.vertex(p));
     let bent = NurbsCurve::new(1, edge_points, knots).unwrap();
     let edge = b.edge([v[0], v[1]], Curve::Nurbs(bent)).unwrap();
-    let wide = interval(-16., 16.);
-    let plane = Plane::new(Plane {
-        origin: Point3::origin(),
-        x: Vector3::x(),
-        y: Vector3::y(),
-        domain: [wide; 2],
-        extents: [wide; 2],
-    });
+    let plane = square(interval(-16., 16.));
     // A third of the way along each run it changes its speed.
     let mut path = vec![Point2::from(turns[0])];
     let mut at = vec![0.0];
@@ -463,8 +460,7 @@ fn edges_are_followed_whatever_the_speed_of_their_trims() {
         straight(1, 2, [0., 0.6], [-1., 0.3]),
         straight(2, 0, [-1., 0.3], [0., 0.]),
     ];
-    b.face_with_trims(Surface::Plane(plane.unwrap()), vec![trims])
-        .unwrap();
+    b.face_with_trims(plane, vec![trims]).unwrap();
     let brep = b.build().unwrap();
     let found = brep.defects();
     let off = |d: &Defect| matches!(d, Defect::EdgeOffSurface { .. });
