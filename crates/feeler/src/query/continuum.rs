@@ -3,11 +3,12 @@
 use super::answer::{Accuracy, Contacts, Options};
 use super::objective::Objective;
 use super::outcome::{Foot, Goal, Locus, Outcome, Source, Width};
-use super::place::{ON_VERTEX, place_of, rough_jet};
+use super::place::{ON_VERTEX, rough_jet};
 use super::search::minimize;
 use super::task::Memory;
 use super::upper::patch_at;
-use crate::prepare::{Net, Patch, PreparedBrep};
+use crate::numeric::Ball;
+use crate::prepare::{Net, Patch, PreparedBrep, curve_jet};
 use crate::trim::Side;
 use nalgebra::{Point2, Point3, Vector3};
 
@@ -114,18 +115,23 @@ impl Low<'_> {
             if !(extends || beside) || looks.next().is_none() {
                 return false;
             }
-            let patches = &self.brep.double(s.face).patches;
-            let on = |uv: Point2<f64>| {
-                patch_at(patches, uv).is_some_and(|(patch, at)| self.is_seen_on(s.face, patch, at))
-            };
+            let geometry = self.brep.double(s.face);
             match s.source {
-                None => on(s.at.into()),
+                None => {
+                    let found = patch_at(&geometry.patches, s.at.into());
+                    found.is_some_and(|(patch, at)| self.is_seen_on(s.face, patch, at))
+                }
                 Some(Source::Patch { face, index }) => {
                     extends && self.is_seen_on(face, index, s.at)
                 }
                 Some(Source::Piece { face, index }) => {
-                    extends && self.is_seen_along(face, index, s.at[0])
-                        || beside && place_of(self.brep, s).is_some_and(|(place, ..)| on(place.uv))
+                    let piece = geometry.piece(index);
+                    let on_patch = || {
+                        let (p, _) = curve_jet(&piece.local, Ball::exact(s.at[0]));
+                        let at = [0, 1].map(|k| (p[k].mid / p[2].mid).clamp(0.0, 1.0));
+                        self.is_seen_on(face, piece.patch, at)
+                    };
+                    extends && self.is_seen_along(face, index, s.at[0]) || beside && on_patch()
                 }
             }
         })
