@@ -75,15 +75,38 @@ fn scale<T: Real>(c: &[T], degree: Bidegree) -> Vec<T> {
 fn multiply_scaled<T: Real>(x: &[T], a: Bidegree, y: &[T], b: Bidegree, sum: &mut [T]) {
     let width = a.v + b.v + 1;
     for i in 0..=a.u {
+        let xs = &x[i * (a.v + 1)..(i + 1) * (a.v + 1)];
         for k in 0..=b.u {
             let row = &mut sum[(i + k) * width..(i + k + 1) * width];
-            for (j, xi) in x[i * (a.v + 1)..(i + 1) * (a.v + 1)].iter().enumerate() {
-                let ys = &y[k * (b.v + 1)..(k + 1) * (b.v + 1)];
-                for (r, yl) in row[j..].iter_mut().zip(ys) {
-                    *r = *r + *xi * *yl;
+            let ys = &y[k * (b.v + 1)..(k + 1) * (b.v + 1)];
+            // Of quadratics and cubics with a length that the compiler knows.
+            if let Ok(ys) = ys.try_into() {
+                multiply_row::<T, 3>(xs, ys, row);
+            } else if let Ok(ys) = ys.try_into() {
+                multiply_row::<T, 4>(xs, ys, row);
+            } else {
+                for (j, xi) in xs.iter().enumerate() {
+                    add_multiple(*xi, ys, &mut row[j..]);
                 }
             }
         }
+    }
+}
+
+/// Adds the product of two rows to `sum`.
+#[inline(always)]
+fn multiply_row<T: Real, const N: usize>(x: &[T], y: &[T; N], sum: &mut [T]) {
+    for (j, xi) in x.iter().enumerate() {
+        if let Some(part) = sum[j..].first_chunk_mut::<N>() {
+            add_multiple(*xi, y, part);
+        }
+    }
+}
+
+#[inline(always)]
+fn add_multiple<T: Real>(x: T, y: &[T], sum: &mut [T]) {
+    for (r, yl) in sum.iter_mut().zip(y) {
+        *r = *r + x * *yl;
     }
 }
 

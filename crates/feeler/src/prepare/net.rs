@@ -440,13 +440,26 @@ pub(crate) struct Jet<T> {
     pub(crate) t: Homogeneous<T, 4>,
 }
 
+/// So many points need no list.
+const MOST_SHORT: usize = 8;
+
 /// Point and derivative of a homogeneous Bezier curve at `t`.
 pub(crate) fn curve_jet<T: Real, const H: usize>(
     points: &[Homogeneous<T, H>],
     t: Ball<T>,
 ) -> (Homogeneous<T, H>, Homogeneous<T, H>) {
-    let mut d = points.to_vec();
-    let n = d.len();
+    let n = points.len();
+    let (mut short, mut long) = ([[Ball::ZERO; H]; MOST_SHORT], Vec::new());
+    let d = match short.get_mut(..n) {
+        Some(d) => {
+            d.copy_from_slice(points);
+            d
+        }
+        None => {
+            long.extend_from_slice(points);
+            long.as_mut_slice()
+        }
+    };
     let s = Ball::ONE - t;
     for k in (2..n).rev() {
         for i in 0..k {

@@ -1,15 +1,18 @@
 //! Faces in closed form within the search.
 
-use super::outcome::{Foot, Locus, Settled};
+use super::outcome::{Foot, Locus, Settled, Spread};
 use super::search::{QUARTER, Search};
 use super::task::{Arithmetic, Task};
 use super::upper::{NEIGHBOURS, step_ulp};
 use crate::numeric::{Dd, Real};
 use crate::prepare::PreparedBrep;
-use crate::prepare::closed::{Boxes, ClosedFace, Minimum, widened};
+use crate::prepare::closed::{Boxes, ClosedFace, Minimum, lead, widened};
 use crate::trim::{BoxSide, Side};
 use nalgebra::Point2;
 use std::collections::BinaryHeap;
+
+/// A bound that is off by a few roundings.
+const UP: f64 = 1.0 + 16.0 * f64::EPSILON;
 
 impl Search<'_> {
     /// The closed form of a face, where it serves: all minima of a face are not asked for.
@@ -40,7 +43,7 @@ impl Search<'_> {
                 } else {
                     minimum.range[0]
                 };
-                self.settle_closed(face, least, &minimum);
+                self.settle_closed(face, least, &minimum, 0.0);
             }
             match side {
                 BoxSide::Inside => return self.keep_closed(face, None, &minimum),
@@ -64,7 +67,12 @@ impl Search<'_> {
             } else {
                 self.try_closed_point(face, form, &minimum);
             }
-            self.settle_closed(face, minimum.range[0], &minimum);
+            let least = if lo > minimum.range[0] {
+                lo
+            } else {
+                minimum.range[0]
+            };
+            self.settle_closed(face, least, &minimum, slack);
         }
         if !form.others.is_empty() {
             self.push_pieces::<T>(heap, face, lo, true, |c| form.others.contains(&c));
@@ -115,17 +123,26 @@ impl Search<'_> {
         region.classify_box(b[0], b[1]) == BoxSide::Inside
     }
 
-    fn settle_closed(&mut self, face: usize, lo: Dd, minimum: &Minimum) {
+    /// Keeps the minimum of a face's interior or of a curve, which is within `slack` of its place if that is the only one.
+    fn settle_closed(&mut self, face: usize, lo: Dd, minimum: &Minimum, slack: f64) {
         if self.hopeless(lo) {
             return;
         }
         self.lower(lo);
+        let spread = minimum.unique.then(|| {
+            let point = minimum.point.map(lead);
+            let off = slack + point.iter().map(|x| x.rad).sum::<f64>();
+            Spread::At {
+                point: point.map(|x| x.mid),
+                off: off * UP,
+            }
+        });
         self.out.settled.push(Settled {
             face,
             source: None,
             lo,
             at: minimum.uv,
-            spread: None,
+            spread,
             extent: minimum.extent,
             local_minimum: true,
             flat: false,
@@ -141,7 +158,6 @@ impl Search<'_> {
                 uv: Point2::new(minimum.uv[0], minimum.uv[1]),
                 spot: Locus::Closed {
                     point: minimum.point,
-                    unique: minimum.unique,
                 },
                 found: None,
             });

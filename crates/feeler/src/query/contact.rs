@@ -158,6 +158,7 @@ fn searched(
         threshold: None,
         budget: options.node_budget,
         closed: true,
+        foot: options.contacts != Contacts::None,
         hint,
     };
     let front = witness.as_deref_mut().map(|w| &mut w.front);
@@ -377,7 +378,7 @@ fn contacts(
             options.accuracy,
             found.rough.as_deref(),
         );
-        bound_contact(&mut c, found, foot, brep, continuum);
+        bound_contact(&mut c, probe, found, brep, continuum);
         out.push(c);
     }
     if options.contacts == Contacts::All {

@@ -67,6 +67,7 @@ pub(super) fn is_continuum(
         width: Width::Length(0.5 * slack),
         budget: left.min(MOST_NODES),
         closed: true,
+        foot: false,
         hint: None,
         ..*goal
     };

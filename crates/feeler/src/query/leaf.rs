@@ -2,7 +2,7 @@
 
 use super::node::Node;
 use super::objective::Sample;
-use super::outcome::{Settled, Source, Spread};
+use super::outcome::{Growth, Settled, Source, Spread};
 use super::search::{QUARTER, Search};
 use super::shape::Shape;
 use super::task::{Arithmetic, Task};
@@ -42,7 +42,7 @@ pub(crate) struct Leaf {
     /// The homogeneous point at `p`, where it was found in double-double.
     pub(crate) point: Option<Homogeneous<Dd, 4>>,
     /// Where `f` can be low; without the speed.
-    pub(crate) spread: Spread,
+    pub(crate) growth: Growth,
     /// `sqrt(2 C / lambda)`: how far `f` may be followed before it grows by one, in node coordinates.
     pub(crate) reach: f64,
 }
@@ -173,10 +173,10 @@ impl Search<'_> {
             source: Some(source),
             lo: leaf.lo,
             at: [leaf.p[0].hi, leaf.p[1].hi],
-            spread: Some(Spread {
+            spread: Some(Spread::Around(Growth {
                 speed: size,
-                ..leaf.spread
-            }),
+                ..leaf.growth
+            })),
             extent: Extent::Root(leaf.reach * size),
             local_minimum: !leaf.empty,
             flat: false,
@@ -451,7 +451,7 @@ impl Search<'_> {
             empty,
             value,
             point: s.point,
-            spread: Spread {
+            growth: Growth {
                 slope: free,
                 value: off,
                 lambda,

@@ -48,9 +48,8 @@ pub(crate) enum Locus {
         /// The homogeneous point there, where the search found it in double-double.
         point: Option<Homogeneous<Dd, 4>>,
     },
-    /// A point of a face in closed form; `unique` says that it is proven to be the only one with the least value on its
-    /// face or curve.
-    Closed { point: V3, unique: bool },
+    /// A point of a face in closed form.
+    Closed { point: V3 },
 }
 
 /// A node that convexity settled, kept for contacts and for the extent of the minimum.
@@ -62,7 +61,7 @@ pub(crate) struct Settled {
     pub(crate) lo: Dd,
     /// The minimum on the node, rounded; of closed forms in native parameters.
     pub(crate) at: [f64; 2],
-    /// What is proven about how far from it the closest point can be; `None` where nothing is.
+    /// What is proven about where on it the closest point can be; `None` where nothing is.
     pub(crate) spread: Option<Spread>,
     /// How far (in units of length, an estimate) one can go from it before `f` grows; infinite where not
     /// convex.
@@ -74,12 +73,23 @@ pub(crate) struct Settled {
 }
 
 /// Where on a settled node `f` can be as low as a given value.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Spread {
+    /// As near to the node's own point as `f` grows.
+    Around(Growth),
+    /// On all of a box of its parameters.
+    Within([[f64; 2]; 2]),
+    /// No farther than `off` from a point: where the formula of a closed form says.
+    At { point: [f64; 3], off: f64 },
+}
+
+/// How fast `f` grows on a node away from its own point.
 ///
 /// With the terms of [`Leaf`](super::leaf::Leaf): where `f(y) <= hi`, `G(y) = C (f(y) - tau) <= C (hi - tau)`, and
 /// `G(y) >= -|G(p)| - |g'| r + lambda/2 r^2` at distance `r`. So
 /// `r <= (|g'| + sqrt(|g'|^2 + 2 lambda (|G(p)| + max C max(hi - tau, 0)))) / lambda`.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Spread {
+pub(crate) struct Growth {
     /// `|g'|`.
     pub(crate) slope: f64,
     /// `|G(p)|`.
@@ -91,17 +101,7 @@ pub(crate) struct Spread {
     pub(crate) speed: f64,
 }
 
-impl Spread {
-    /// A single point.
-    pub(super) const POINT: Self = Self {
-        slope: 0.0,
-        value: 0.0,
-        lambda: 1.0,
-        c_max: 0.0,
-        tau: Dd::ZERO,
-        speed: 0.0,
-    };
-
+impl Growth {
     /// The radius, in units of length, of the ball that holds all points with `f <= hi`.
     pub(crate) fn radius(&self, hi: Dd) -> f64 {
         let above = (hi - self.tau).approximate().max(0.0) * UP;
@@ -212,6 +212,8 @@ pub(crate) struct Goal {
     pub(crate) budget: usize,
     /// Whether closed forms may be used.
     pub(crate) closed: bool,
+    /// Whether the foot is asked for, with what bounds its place.
+    pub(crate) foot: bool,
     /// Where the minimum may be near.
     pub(crate) hint: Option<Hint>,
 }

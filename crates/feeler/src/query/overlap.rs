@@ -54,6 +54,7 @@ pub fn overlap(
                 threshold: Some(least),
                 budget: options.node_budget,
                 closed,
+                foot: false,
                 hint: None,
             },
             &mut workspace.memory,

@@ -1,8 +1,9 @@
 //! What is told about the place of a contact: its point, its normal, the feature of the BREP it is on, and how well these are known.
 
 use super::answer::{Accuracy, Contact, Feature, Probe, Separation};
+use super::continuum::CONTINUUM_REACH;
 use super::local::nearest;
-use super::outcome::{Foot, Locus, Outcome, Rough, Settled, Source};
+use super::outcome::{Locus, Outcome, Rough, Settled, Source, Spread};
 use super::search::QUARTER;
 use crate::numeric::{Ball, Dd};
 use crate::prepare::closed::V3;
@@ -153,7 +154,7 @@ fn point_of(brep: &PreparedBrep, place: &Place) -> V3 {
             let value = value.unwrap_or_else(|| net.jet(local[0], local[1]).value);
             std::array::from_fn(|c| value[c] / value[3] + Ball::exact(net.origin[c]))
         }
-        Locus::Closed { point, .. } => point,
+        Locus::Closed { point } => point,
     }
 }
 
@@ -357,72 +358,94 @@ pub(super) fn trims_near(brep: &PreparedBrep, face: usize, uv: &Point2<f64>) -> 
 /// A foot nearer to a trim's box than this part of the domain may be on the trim.
 const NEAR_TRIM: f64 = 1.0 / (1u64 << 24) as f64;
 
-/// Bounds on foot and normal, where exactly one settled node can hold the minimum.
+/// Bounds on foot and normal, where all that may hold the minimum is near the foot.
+///
+/// What the search left is settled nodes, and none that it dropped has a value below `hi`: so every point where `f` is least is on a node with
+/// `lo <= hi`, in the ball that [`ball_of`] tells. On an edge, at a vertex or on a seam there are several; the foot is no farther from any such
+/// point than from the farthest of these balls. (Two places that are equally low, as far as is known, leave no foot to be bounded.)
 pub(super) fn bound_contact(
     c: &mut Contact,
+    probe: &Probe,
     found: &Outcome,
-    foot: &Foot,
     brep: &PreparedBrep,
     continuum: bool,
 ) {
+    if let Probe::HalfSpace(_) = probe {
+        // It is the half-space's own, wherever the contact is.
+        c.normal_bound = Some(0.0);
+    }
     if continuum || found.left_open || found.budget_spent {
         return;
     }
-    let mut candidates = found.settled.iter().filter(|s| !(s.lo > found.hi));
-    let (Some(only), None) = (candidates.next(), candidates.next()) else {
-        return;
-    };
-    // What is left is the foot's own face or curve: it is where its formula says.
-    if let (None, Locus::Closed { point, unique }) = (only.source, foot.spot) {
-        let apart = (0..3).map(|k| (point[k] - Ball::exact(c.on_brep[k])).magnitude().powi(2));
-        if unique {
-            set_bound(c, apart.sum::<f64>().sqrt() * BOUND_UP, found);
+    let mut bound = 0.0f64;
+    for s in found.settled.iter().filter(|s| !(s.lo > found.hi)) {
+        let Some((center, radius)) = ball_of(brep, s, found) else {
+            return;
+        };
+        let mut apart = 0.0;
+        for (x, on_brep) in center.iter().zip(c.on_brep.iter()) {
+            let off = (*x - Ball::exact(*on_brep)).magnitude();
+            apart += off * off;
         }
-        return;
+        let own = (radius + apart.sqrt()) * BOUND_UP;
+        // Negated: what is no number bounds nothing.
+        if !(own <= CONTINUUM_REACH * brep.size()) {
+            return;
+        }
+        bound = bound.max(own);
     }
-    let (Some(spread), Some(source)) = (only.spread, only.source) else {
-        return;
-    };
-    let (face, patch, at) = match source {
-        Source::Patch { face, index } => (face, index, only.at),
-        // (Its local parameters are rounded.)
-        Source::Piece { .. } => match place_of(brep, only) {
-            Some((place, patch, local)) => (place.face, patch, local.map(|x| x.mid.hi)),
-            None => return,
-        },
-    };
-    if face != foot.face {
-        return;
+    c.position_bound = Some(bound);
+    if let Probe::Sphere(_) = probe {
+        let distance = found.lo.hi.max(0.0).sqrt();
+        // The angle at the centre: sin(angle) <= bound / distance, and asin x <= 1.6 x.
+        if distance > bound {
+            c.normal_bound = Some(1.6 * bound / distance + 4.0 * f64::EPSILON);
+        }
     }
-    let radius = spread.radius(found.hi);
-    let geometry = brep.double(face);
-    let net = &geometry.patches[patch].net;
-    // The place is rounded, twice at most, and so moved by this much.
-    let at = at.map(|x| x.clamp(0.0, 1.0));
-    let [along_u, along_v] = geometry.patch_speeds(patch);
-    let rounded = 2.0 * f64::EPSILON * (along_u + along_v);
+}
+
+/// The centre and the radius of a ball that holds all points of a settled node where `f` may be least; `None` where nothing is known of them.
+fn ball_of(brep: &PreparedBrep, s: &Settled, found: &Outcome) -> Option<([Ball<f64>; 3], f64)> {
+    let spread = s.spread?;
+    if let Spread::At { point, off } = spread {
+        return Some((point.map(Ball::exact), off));
+    }
+    let source = s.source?;
+    let geometry = brep.double(source.face());
+    let way = |speeds: [f64; 2], off: [f64; 2]| speeds[0] * off[0] + speeds[1] * off[1];
+    let radius = match spread {
+        Spread::At { .. } => return None,
+        Spread::Around(growth) => growth.radius(found.hi),
+        Spread::Within(range) => {
+            let speeds = match source {
+                Source::Patch { index, .. } => geometry.patch_speeds(index),
+                Source::Piece { index, .. } => geometry.piece_speeds(index),
+            };
+            let far = |k: usize| {
+                let [low, high] = range[k].map(|end| (s.at[k] - end).abs());
+                low.max(high)
+            };
+            way(speeds, [far(0), far(1)])
+        }
+    };
+    let (index, local) = match source {
+        Source::Patch { index, .. } => (index, s.at.map(Ball::exact)),
+        Source::Piece { index, .. } => {
+            let piece = geometry.piece(index);
+            let (p, _) = curve_jet(&piece.local, Ball::exact(s.at[0]));
+            (piece.patch, [p[0] / p[2], p[1] / p[2]])
+        }
+    };
+    let net = &geometry.patches[index].net;
+    let at = local.map(|x| x.mid.clamp(0.0, 1.0));
+    // The place is as near as its parameters are, which are rounded, twice at most.
+    let off = [0, 1].map(|k| local[k].rad + (local[k].mid - at[k]).abs() + 2.0 * f64::EPSILON);
+    let moved = way(geometry.patch_speeds(index), off);
     let value = if jet::fits(net.degree) {
-        point_at(net, (face, patch), at, found.rough.as_deref())
+        point_at(net, (source.face(), index), at, found.rough.as_deref())
     } else {
         let at = at.map(Ball::<f64>::exact);
         net.jet(at[0], at[1]).value
     };
-    let mut apart = 0.0;
-    for (x, on_brep) in cartesian(net, &value).into_iter().zip(c.on_brep.iter()) {
-        let off = (x - Ball::exact(*on_brep)).magnitude();
-        apart += off * off;
-    }
-    set_bound(c, (radius + rounded + apart.sqrt()) * BOUND_UP, found);
-}
-
-fn set_bound(c: &mut Contact, bound: f64, found: &Outcome) {
-    if !bound.is_finite() {
-        return;
-    }
-    c.position_bound = Some(bound);
-    let distance = found.lo.hi.max(0.0).sqrt();
-    // The angle at the centre: sin(angle) <= bound / distance, and asin x <= 1.6 x.
-    if distance > bound {
-        c.normal_bound = Some(1.6 * bound / distance + 4.0 * f64::EPSILON);
-    }
+    Some((cartesian(net, &value), radius + moved))
 }

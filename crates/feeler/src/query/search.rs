@@ -334,12 +334,7 @@ impl<'a> Search<'a> {
         while let Some(task) = heap.pop() {
             if task.lo >= self.enough() {
                 self.lower(task.lo);
-                self.out.left_open |= task.lo < self.out.hi;
-                if self.recording {
-                    // It is written down with all that is left.
-                    heap.push(task);
-                }
-                return;
+                return self.leave_rest(heap, task);
             }
             if self.out.nodes >= self.goal.budget {
                 self.out.budget_spent = true;
@@ -373,6 +368,32 @@ impl<'a> Search<'a> {
                     node,
                 } => self.visit(heap, source, inside, node, covered),
             }
+        }
+    }
+
+    /// The value needs no more, and what is left begins with `task`. Where a foot is asked for, faces in closed form that may hold the minimum, too, are asked where:
+    /// they take little, and an edge is on two of them.
+    fn leave_rest<T: Real + Arithmetic>(&mut self, heap: &mut BinaryHeap<Task<T>>, task: Task<T>) {
+        let mut next = Some(task);
+        while let Some(task) = next {
+            let face = match task.kind {
+                Kind::Face(face) | Kind::Closed(face) => self.closed(face).map(|_| face),
+                Kind::Root(_) | Kind::Node { .. } => None,
+            };
+            let Some(face) = face.filter(|_| {
+                self.goal.foot && task.lo < self.out.hi && self.out.nodes < self.goal.budget
+            }) else {
+                self.out.left_open |= task.lo < self.out.hi;
+                if self.recording {
+                    // It is written down with all that is left.
+                    heap.push(task);
+                }
+                return;
+            };
+            self.out.nodes += 1;
+            self.leave(task.lo, task.covered, Part::Face(face));
+            self.open_closed(heap, face, task.lo);
+            next = heap.pop();
         }
     }
 

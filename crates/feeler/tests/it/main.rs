@@ -13,6 +13,7 @@ mod corners;
 mod edges;
 mod evaluation;
 mod feet;
+mod feet_bounds;
 mod health;
 mod invariance;
 mod lines;

@@ -306,12 +306,14 @@ impl ArcShape {
             _ => first[0],
         };
         let unsure = held == Known::Unsure;
+        // Both ends may be equally low.
+        let apart = first[1] < last[0] || last[1] < first[0];
         let found = Minimum {
             range: [low, end[1]],
             point: self.ends[k],
             uv: [0.0; 2],
             uv_off: [0.0; 2],
-            unique: !unsure,
+            unique: apart && !unsure,
             extent: if unsure { extent } else { Extent::Root(0.0) },
         };
         (found, if k == 0 { 0.0 } else { self.turn.mid.hi }, 0.0)
@@ -469,6 +471,9 @@ fn segment_minimum(target: &Target, segment: &SegmentShape) -> (Minimum, f64, f6
             if !(length.lower() > 0.0) {
                 // A point, or as good as one: no farther from its ends than its length.
                 let (mut found, s, _) = at_end(true, Extent::Root(0.0), None);
+                for x in &mut found.point {
+                    x.rad += length.magnitude();
+                }
                 let low = found.range[0].sqrt() - Dd::from(2.0 * length.magnitude());
                 found.range[0] = if low > Dd::ZERO { low * low } else { Dd::ZERO };
                 found.range[0] =

@@ -51,7 +51,7 @@ pub(super) fn rounded(v: &V3) -> Vector<f64> {
     v.map(lead)
 }
 
-pub(super) fn lead(x: Ball<Dd>) -> Ball<f64> {
+pub(crate) fn lead(x: Ball<Dd>) -> Ball<f64> {
     Ball::from_dd(x.mid, x.rad)
 }
 

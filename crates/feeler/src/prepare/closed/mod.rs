@@ -16,7 +16,7 @@ mod sphere;
 
 pub(crate) use curve::{ClosedCurve, CurveShape};
 use form::Critical;
-pub(crate) use form::{Boxes, Extent, Minimum, Target, V3, distance_range, exact, widened};
+pub(crate) use form::{Boxes, Extent, Minimum, Target, V3, distance_range, exact, lead, widened};
 pub(crate) use gap::frechet;
 pub(crate) use line::{ClosedHit, ClosedLine};
 pub(crate) use sphere::{SphereFoot, SphereForm};

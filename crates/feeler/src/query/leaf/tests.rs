@@ -28,6 +28,7 @@ fn the_bound_of_a_quadratic_is_its_least_value() {
         threshold: None,
         budget: 1000,
         closed: false,
+        foot: false,
         hint: None,
     };
     for [a, b] in [[0.5, 0.5], [0.25, 0.75], [0.375, 0.5]] {
