@@ -379,7 +379,7 @@ pub(super) fn bound_contact(
     }
     let mut bound = 0.0f64;
     for s in found.settled.iter().filter(|s| !(s.lo > found.hi)) {
-        let Some((center, radius)) = ball_of(brep, s, found) else {
+        let Some((center, radius)) = ball_of(brep, s, found.hi, found.rough.as_deref()) else {
             return;
         };
         let mut apart = 0.0;
@@ -405,7 +405,12 @@ pub(super) fn bound_contact(
 }
 
 /// The centre and the radius of a ball that holds all points of a settled node where `f` may be least; `None` where nothing is known of them.
-fn ball_of(brep: &PreparedBrep, s: &Settled, found: &Outcome) -> Option<([Ball<f64>; 3], f64)> {
+pub(super) fn ball_of(
+    brep: &PreparedBrep,
+    s: &Settled,
+    hi: Dd,
+    rough: Option<&Rough>,
+) -> Option<([Ball<f64>; 3], f64)> {
     let spread = s.spread?;
     if let Spread::At { point, off } = spread {
         return Some((point.map(Ball::exact), off));
@@ -415,7 +420,7 @@ fn ball_of(brep: &PreparedBrep, s: &Settled, found: &Outcome) -> Option<([Ball<f
     let way = |speeds: [f64; 2], off: [f64; 2]| speeds[0] * off[0] + speeds[1] * off[1];
     let radius = match spread {
         Spread::At { .. } => return None,
-        Spread::Around(growth) => growth.radius(found.hi),
+        Spread::Around(growth) => growth.radius(hi),
         Spread::Within(range) => {
             let speeds = match source {
                 Source::Patch { index, .. } => geometry.patch_speeds(index),
@@ -442,7 +447,7 @@ fn ball_of(brep: &PreparedBrep, s: &Settled, found: &Outcome) -> Option<([Ball<f
     let off = [0, 1].map(|k| local[k].rad + (local[k].mid - at[k]).abs() + 2.0 * f64::EPSILON);
     let moved = way(geometry.patch_speeds(index), off);
     let value = if jet::fits(net.degree) {
-        point_at(net, (source.face(), index), at, found.rough.as_deref())
+        point_at(net, (source.face(), index), at, rough)
     } else {
         let at = at.map(Ball::<f64>::exact);
         net.jet(at[0], at[1]).value

@@ -5,12 +5,15 @@ use super::answer::{HalfSpace, Options, Probe};
 use super::arrival::{Motion, arrival};
 use super::contact::separation;
 use super::objective::Objective;
+use super::outcome::{Settled, Source, Spread};
 use super::past::arrival_past;
+use super::place::ball_of;
 use super::{Accuracy, Workspace};
 use crate::brep::{BrepBuilder, TrimSpec};
 use crate::numeric::bernstein::Bidegree;
 use crate::numeric::{Ball, Dd, Interval, Real};
 use crate::nurbs::{Curve, Line, NurbsSurface, Surface};
+use crate::prepare::closed::Extent;
 use crate::prepare::{Net, PreparedBrep};
 use nalgebra::{Point3, Vector3, Vector4};
 
@@ -48,6 +51,36 @@ fn wall() -> PreparedBrep {
     let corners = corners.map(|[y, z]| b.vertex([4.0, y, z]));
     b.planar_face(&corners).unwrap();
     PreparedBrep::new(b.build().unwrap())
+}
+
+/// Of a box of the bowl's one patch, whose parameters are x and y moved to [0, 1].
+#[test]
+fn what_is_known_of_a_box_only_is_anywhere_on_it() {
+    let brep = bowl(0.25);
+    let source = Source::Patch { face: 0, index: 0 };
+    let on_bowl = |s: f64| {
+        let x = 2.0 * s - 1.0;
+        Point3::new(x, 0.0, x * x)
+    };
+    for (at, range) in [(0.5, [0.5, 1.0]), (0.5, [0.0, 0.5]), (0.25, [0.25, 0.75])] {
+        let all_of_it = Settled {
+            face: 0,
+            source: Some(source),
+            lo: Dd::ZERO,
+            at: [at, 0.5],
+            spread: Some(Spread::Within([range, [0.5, 0.5]])),
+            extent: Extent::Root(0.0),
+            local_minimum: true,
+            flat: false,
+        };
+        let (center, radius) = ball_of(&brep, &all_of_it, Dd::ZERO, None).unwrap();
+        let center = Point3::from(center.map(|x| x.mid));
+        assert!((center - on_bowl(at)).norm() < 1e-15, "{center}");
+        for end in range {
+            let far = (on_bowl(end) - on_bowl(at)).norm();
+            assert!(far <= radius && radius < 8.0, "{radius}: {far}");
+        }
+    }
 }
 
 /// The distance is in [3, 5], the radius 1: outside it is d - r, in material -d - r, and where that is not known anything between.
