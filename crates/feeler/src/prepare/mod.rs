@@ -28,6 +28,7 @@ mod shell;
 mod shortcuts;
 mod side_cells;
 mod spline;
+mod stored_place;
 mod turned;
 
 pub use boundary::Piece;
@@ -55,6 +56,7 @@ pub(crate) use row::row_in_line;
 pub(crate) use shell::{NearHalfSpace, Shell};
 pub(crate) use side_cells::SideCells;
 pub(crate) use spline::Homogeneous;
+use stored_place::stored_place;
 
 use crate::brep::Brep;
 use crate::numeric::{Dd, Real, Td};
@@ -557,6 +559,11 @@ impl PreparedBrep {
     /// The coordinate that all points of a face have in common, exactly, and its value.
     pub(crate) fn level(&self, face: usize) -> Option<(usize, f64)> {
         patch::level(self.brep.surface(face))
+    }
+
+    /// See [`stored_place`].
+    pub(crate) fn stored_place(&self, face: usize, point: &[f64; 3]) -> Option<[f64; 2]> {
+        stored_place(self.brep.surface(face), point)
     }
 
     /// Whether a face's surface goes on over its seam along u (or v): the two borders are one curve, exactly.

@@ -3,7 +3,8 @@
 use super::answer::{LineKind, LineProbe, SideAnswer, Undecided};
 use super::forms::{NOISE_FACTOR, Stabber, range};
 use super::line::all_hits;
-use super::zeros::{Digits, FaceHits, RawHit, face_hits};
+use super::on_face::{on_level_face, on_some_face};
+use super::zeros::{Digits, RawHit};
 use crate::numeric::Real;
 use crate::numeric::bernstein::{greater, largest, lesser};
 use crate::prepare::{Box3, Image, Net, PreparedBrep, SharedEdge, Stretch};
@@ -14,7 +15,7 @@ use nalgebra::{Point3, Vector3};
 const UP: f64 = 1.0 + 64.0 * f64::EPSILON;
 
 /// Directions for the parity test: none along an axis or a diagonal, none near another.
-const DIRECTIONS: [[f64; 3]; 8] = [
+pub(super) const DIRECTIONS: [[f64; 3]; 8] = [
     [0.352, 0.521, 0.778],
     [-0.677, 0.283, 0.679],
     [0.187, -0.911, 0.367],
@@ -32,8 +33,8 @@ pub(super) const PARITY_BUDGET: usize = 20_000;
 /// By the parity of certified hits along a ray that keeps clear of every crack and of the regions around vertices; several directions are
 /// tried. (Moved across an edge, which bounds two faces, a ray leaves one as it meets the other; elsewhere hits come and go in pairs.
 /// So parity does not depend on the ray, if it is clear of the cracks, where faces do not meet.) Open BREPs have no
-/// material: `Outside`. A point so near the surface that the hit's enclosure holds it is undecided, but for one that is
-/// exactly on a face whose points have one coordinate in common: `Boundary`.
+/// material: `Outside`. A point so near the surface that the hit's enclosure holds it is undecided, but for one that is proven to be
+/// exactly on a face: `Boundary`. That is looked for on planes, native quadrics and straight borders.
 ///
 /// What it allocates: see [`Workspace`](super::Workspace).
 pub fn inside(
@@ -83,7 +84,8 @@ pub fn inside(
         }
         if on_surface(hits) {
             // On the surface, up to the enclosure: no direction will tell.
-            return answer(None, Some(Undecided::Degenerate));
+            why = Undecided::Degenerate;
+            break;
         }
         let side = if hits.len() % 2 == 1 {
             Side::Inside
@@ -92,26 +94,10 @@ pub fn inside(
         };
         return answer(Some(side), None);
     }
+    if on_some_face(brep, point) {
+        return answer(Some(Side::Boundary), None);
+    }
     answer(None, Some(why))
-}
-
-/// Whether the point is proven to be exactly on a face all of whose points have the same x, y or z.
-///
-/// A ray from it that is not along the face's plane meets the plane in this point alone: a certified hit is this point.
-fn on_level_face(brep: &PreparedBrep, point: Point3<f64>) -> bool {
-    (0..brep.brep().faces().len()).any(|face| {
-        let level = brep.level(face);
-        if !level.is_some_and(|(axis, at)| point[axis] == at) {
-            return false;
-        }
-        let Ok(probe) = LineProbe::new(point, Vector3::from(DIRECTIONS[0]), LineKind::Line) else {
-            return false;
-        };
-        let mut budget = PARITY_BUDGET;
-        let (stab, mut found) = (Stabber::new(&probe), FaceHits::default());
-        let told = face_hits(brep, &stab, face, Digits::All, &mut budget, &mut found);
-        told.is_some() && found.hits.iter().any(|h| h.inside)
-    })
 }
 
 /// Whether the line may meet a region around a vertex.

@@ -21,6 +21,7 @@ mod line;
 mod local;
 mod node;
 mod objective;
+mod on_face;
 mod one_sphere;
 mod outcome;
 mod overlap;

@@ -24,6 +24,15 @@ impl ClosedSurface {
             Self::Revolution(r) => r.places(point),
         }
     }
+
+    /// The same of a point that is exactly on the surface beyond its borders, a quadric; `None` where it is not.
+    pub(crate) fn exact_places(&self, point: &[f64; 3]) -> Option<Places> {
+        let Self::Revolution(r) = self else {
+            return None;
+        };
+        let on = r.quadric.as_ref().is_some_and(|q| q.holds(point));
+        on.then(|| r.places(&exact(point))).flatten()
+    }
 }
 
 impl RevolutionForm {

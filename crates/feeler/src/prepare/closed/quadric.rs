@@ -75,6 +75,12 @@ impl Quadric {
         }
     }
 
+    /// Whether a point is on it: for a cone on either half.
+    pub(super) fn holds(&self, point: &[f64; 3]) -> bool {
+        let constant = self.on_line(point, &[0.0; 3], 0.0);
+        constant.is_some_and(|[.., c]| c.signum() == 0)
+    }
+
     /// `A`, `B`, `C` of `A x^2 + 2 B x + C` for the point `from + (middle + x) direction`.
     fn on_line(&self, from: &[f64; 3], direction: &[f64; 3], middle: f64) -> Option<[Dyadic; 3]> {
         let d = vector(direction)?;

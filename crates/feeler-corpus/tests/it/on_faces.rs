@@ -1,0 +1,99 @@
+//! Points exactly on the surface of a solid, whose places are numbers that f64 holds: on faces, seams and rims. Next to them it is another side.
+
+use feeler::prepare::PreparedBrep;
+use feeler::query::{Accuracy, Options, Probe, Sphere, Workspace, contact, inside};
+use feeler::trim::Side;
+use feeler_corpus::Model;
+use nalgebra::{Point3, Vector3};
+use std::path::Path;
+
+fn model(name: &str) -> PreparedBrep {
+    let models = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../corpora/models/analytic");
+    let model = Model::load(&models.join(format!("{name}.json.gz")), None);
+    PreparedBrep::new(model.expect("a model of the corpus").breps.remove(0))
+}
+
+/// The point is on the boundary, and the separation of a ball about it is minus its radius; off it along `out` it is outside, against it
+/// inside, as far as that is told: by a rounding it need not be, and on a rim not even that is so.
+fn on_boundary(brep: &PreparedBrep, at: [f64; 3], out: [f64; 3], what: &str) {
+    let (mut w, at, out) = (Workspace::default(), Point3::from(at), Vector3::from(out));
+    let found = inside(brep, at, &mut w);
+    assert_eq!(found.side, Some(Side::Boundary), "{what}, {at}: {found:?}");
+    for accuracy in [Accuracy::Full, Accuracy::Length(1e-9)] {
+        let options = Options {
+            accuracy,
+            prediction: f64::INFINITY,
+            ..Options::default()
+        };
+        let probe = Probe::Sphere(Sphere::new(at, 0.5).expect("a ball"));
+        let answer = contact(brep, &probe, &options, &mut w);
+        let bounds = answer.separation.bounds;
+        assert!(
+            answer.undecided.is_none() && bounds.lo <= -0.5 && -0.5 <= bounds.hi,
+            "{what}, {at}: {answer:?}"
+        );
+    }
+    let rim = out.iter().filter(|x| **x != 0.0).count() > 1 && out.norm() > 1.1;
+    for (off, must) in [
+        (1e-6, true),
+        (4.0 * f64::EPSILON, false),
+        (f64::EPSILON, false),
+    ] {
+        for (sign, side) in [(1.0, Side::Outside), (-1.0, Side::Inside)] {
+            let moved = at + out * (sign * off);
+            if moved == at {
+                continue;
+            }
+            let found = inside(brep, moved, &mut w).side;
+            let right = found == Some(side) || !must && (rim || found.is_none());
+            assert!(right, "{what}, {moved}, off {at}: {found:?}");
+        }
+    }
+}
+
+const ACROSS: [[f64; 2]; 4] = [[1.0, 0.0], [0.0, 1.0], [-1.0, 0.0], [0.0, -1.0]];
+
+/// The axis is `x = 1/4, y = 1/2`, the radius 3/2, and z goes from -1 to 4; the seam is along x.
+#[test]
+fn on_a_cylinder() {
+    let brep = model("cylinder");
+    for [x, y] in ACROSS {
+        let at = |z: f64| [0.25 + 1.5 * x, 0.5 + 1.5 * y, z];
+        for z in [-0.75, 0.0, 1.0, 3.5] {
+            on_boundary(&brep, at(z), [x, y, 0.0], "cylinder");
+        }
+        on_boundary(&brep, at(-1.0), [x, y, -1.0], "its lower rim");
+        on_boundary(&brep, at(4.0), [x, y, 1.0], "its upper rim");
+    }
+}
+
+/// About `(1/2, -1/4, 1)`, of radius 2: its seam is along x.
+#[test]
+fn on_a_sphere() {
+    let brep = model("sphere");
+    for [x, y] in ACROSS {
+        let at = [0.5 + 2.0 * x, -0.25 + 2.0 * y, 1.0];
+        on_boundary(&brep, at, [x, y, 0.0], "sphere");
+    }
+}
+
+/// The base has radius 3 about the origin, the apex is `(0, 0, 4)`.
+#[test]
+fn on_a_cone() {
+    let brep = model("cone");
+    for [x, y] in ACROSS {
+        for z in [0.5, 1.0, 2.0, 3.0] {
+            let radius = 0.75 * (4.0 - z);
+            let out = [0.8 * x, 0.8 * y, 0.6];
+            on_boundary(&brep, [radius * x, radius * y, z], out, "cone");
+        }
+        on_boundary(&brep, [3.0 * x, 3.0 * y, 0.0], [x, y, -1.0], "its rim");
+    }
+    // The other half of the cone is no part of it.
+    let found = inside(
+        &brep,
+        Point3::new(0.75, 0.0, 5.0),
+        &mut Workspace::default(),
+    );
+    assert_eq!(found.side, Some(Side::Outside));
+}
