@@ -63,11 +63,24 @@ fn one_by_one(brep: &PreparedBrep, q: &Queries, order: impl Fn(usize) -> usize) 
 
 fn batches(brep: &PreparedBrep, q: &Queries) -> Vec<String> {
     let o = options();
-    let contacts = batch::contact(brep, &q.probes, &o);
-    let overlaps = batch::overlap(brep, &q.probes, &o);
-    let lines = batch::line(brep, &q.lines, &o);
-    let any = batch::any_hit(brep, &q.lines, &o);
-    let sides = batch::inside(brep, &q.points);
+    let (mut contacts, mut overlaps) = (Vec::new(), Vec::new());
+    let (mut lines, mut any, mut sides) = (Vec::new(), Vec::new(), Vec::new());
+    // What a list held before is gone.
+    for _ in 0..2 {
+        batch::contact(brep, &q.probes, &o, &mut contacts);
+        batch::overlap(brep, &q.probes, &o, &mut overlaps);
+        batch::line(brep, &q.lines, &o, &mut lines);
+        batch::any_hit(brep, &q.lines, &o, &mut any);
+        batch::inside(brep, &q.points, &mut sides);
+    }
+    let counts = [
+        contacts.len(),
+        overlaps.len(),
+        lines.len(),
+        any.len(),
+        sides.len(),
+    ];
+    assert_eq!(counts, [COUNT; 5]);
     (0..COUNT)
         .map(|i| {
             format!(
