@@ -35,8 +35,8 @@ use crate::pair::{Ask, Memory, PairContact, from_vector, to_point, to_vector};
 use crate::pose::{Order, Placed, Placement, length, rotate_back, up};
 use crate::shape::BrepShape;
 use feeler::query::{
-    Accuracy, ArrivalAnswer, Contacts, Options, Separation, StraightWay, Undecided, Way, Workspace,
-    arrival_along, arrival_past,
+    Accuracy, ArrivalAnswer, Contacts, Options, Parameter, Separation, StraightWay, Undecided, Way,
+    Workspace, arrival_along, arrival_past,
 };
 use nalgebra::{Point3, Vector3};
 use parry3d_f64::math::{Pose, Vector};
@@ -200,7 +200,7 @@ fn arrive(
     radius: f64,
     span: [f64; 2],
     [separation, within]: [f64; 2],
-) -> (Option<Separation>, bool) {
+) -> (Option<Parameter>, bool) {
     let options = Options {
         accuracy: Accuracy::Length(within),
         prediction: separation,

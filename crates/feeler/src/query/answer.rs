@@ -240,7 +240,8 @@ pub struct AnyHit {
     pub unsettled: Option<Unsettled>,
 }
 
-/// A parameter of a line with its proof. It counts in lengths of the line's direction, so that the point is `origin + t direction`.
+/// A parameter of a line or a time of a motion with its proof. It counts in lengths of the line's direction, so that the point is `origin + t direction`, or in units of
+/// the motion's velocity.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Parameter {
     /// The value to use; within `bounds`.

@@ -28,7 +28,7 @@
 use super::Workspace;
 use super::advance::{DOWN, StraightWay, UP, arrival_along, contacts_at, from_prediction};
 use super::answer::{
-    Contact, ContactAnswer, Contacts, HalfSpace, Options, Probe, ProbeError, Separation, Sphere,
+    Contact, ContactAnswer, Contacts, HalfSpace, Options, Parameter, Probe, ProbeError, Sphere,
     Undecided, in_range,
 };
 use super::contact::contact;
@@ -61,7 +61,7 @@ impl Motion {
 pub struct ArrivalAnswer {
     /// The time, in units of the velocity: free until `lo`, and where `hi` is finite within the prediction at `value`, which is `hi`.
     /// An infinite `hi` means that it may never arrive. `None`: it is proven not to arrive until the end of the motion.
-    pub time: Option<Separation>,
+    pub time: Option<Parameter>,
     /// The contacts at `value`, of the probe with its centre (or offset) there rounded to f64: separations hold without that, too. None where it may
     /// never arrive.
     pub contacts: Vec<Contact>,
@@ -86,7 +86,7 @@ impl ArrivalAnswer {
         if later.time.is_some_and(|t| t.bounds.lo <= bounds.hi) {
             first.undecided = first.undecided.or(later.undecided);
         }
-        first.time = Some(Separation {
+        first.time = Some(Parameter {
             value: if bounds.hi.is_finite() {
                 bounds.hi
             } else {
@@ -108,7 +108,7 @@ impl ArrivalAnswer {
             None => (Vec::new(), false),
         };
         Self {
-            time: Some(Separation {
+            time: Some(Parameter {
                 value: if known { time.hi } else { time.lo },
                 bounds: time,
             }),
