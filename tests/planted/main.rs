@@ -26,6 +26,7 @@ fn gate(engine: &mut dyn Engine, suite: &str) -> Report {
         suite: Some(suite),
         tolerance: 0.0,
         sample: None,
+        answers: false,
     };
     run(&mut [engine], &gate, &mut |_| {}).unwrap()
 }

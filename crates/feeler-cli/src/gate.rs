@@ -45,6 +45,9 @@ pub(crate) struct Args {
     /// Where to write the report as JUnit XML.
     #[arg(long, value_name = "FILE")]
     junit: Option<PathBuf>,
+    /// Where to write every answer: a line each, with the query's file and line. Equal lines are equal bits.
+    #[arg(long, value_name = "FILE")]
+    answers: Option<PathBuf>,
     /// How many models are asked about at a time, each on a thread of its own; times are best with 1 [default: one a core
     /// for the engines in the program, 1 for a command, which may use threads of its own].
     #[arg(long, value_name = "COUNT")]
@@ -146,11 +149,15 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Bad> {
         suite: args.suite.as_deref(),
         tolerance: args.tolerance.unwrap_or(tolerance),
         sample: args.sample,
+        answers: args.answers.is_some(),
     };
     let report = run_gate(&mut each, &gate, &mut progress);
     bar.finish_and_clear();
     let report = report.map_err(|e| Bad(e.to_string()))?;
     report.write(&args.out).map_err(|e| file(&args.out, e))?;
+    if let Some(path) = &args.answers {
+        report.write_answers(path).map_err(|e| file(path, e))?;
+    }
     let comparison = before.map(|before| report.against(&before, args.suite.is_none()));
     if let Some(path) = &args.junit {
         report

@@ -4,6 +4,8 @@ use feeler_corpus::{Ceilings, Fault};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
+use std::fs::File;
+use std::io::{BufWriter, Write as _};
 use std::path::Path;
 
 /// A query that fell short, and how to repeat it.
@@ -64,6 +66,10 @@ pub struct Row {
     pub short: Vec<String>,
     /// The queries behind it, worst first.
     pub failures: Vec<Failure>,
+    /// All answers, where they are kept: file and line of the query, a tab, and the answer as the protocol writes it. Numbers are in
+    /// the shortest form that reads back the same, so that equal lines are equal bits.
+    #[serde(skip)]
+    pub answers: Vec<String>,
 }
 
 /// What a run of the gate gave.
@@ -179,5 +185,17 @@ impl Report {
         let json = serde_json::to_string_pretty(self)?;
         std::fs::write(folder.join("report.json"), json + "\n")?;
         std::fs::write(folder.join("report.md"), self.markdown())
+    }
+
+    /// Writes the answers that were kept, one a line, into a file, whose folder is made if need be.
+    pub fn write_answers(&self, path: &Path) -> std::io::Result<()> {
+        if let Some(folder) = path.parent() {
+            std::fs::create_dir_all(folder)?;
+        }
+        let mut out = BufWriter::new(File::create(path)?);
+        for line in self.suites.iter().flat_map(|s| &s.answers) {
+            writeln!(out, "{line}")?;
+        }
+        out.flush()
     }
 }

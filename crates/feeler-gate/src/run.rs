@@ -5,7 +5,8 @@ use crate::engine::Engine;
 use crate::report::{Failure, Report, Row};
 use feeler::query::{Accuracy, Contacts};
 use feeler_corpus::{
-    Ask, Asked, Body, Ceilings, CorpusError, Fault, Judgement, Query, Suite, Verdict, judge, suites,
+    Answer, Ask, Asked, Body, Ceilings, CorpusError, Fault, Judgement, Query, Suite, Verdict,
+    judge, suites,
 };
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -25,6 +26,8 @@ pub struct Gate<'a> {
     pub tolerance: f64,
     /// About so many queries of each suite alone, spread over it: a quick look.
     pub sample: Option<usize>,
+    /// Whether the answers themselves are kept, as [`Row::answers`].
+    pub answers: bool,
 }
 
 /// How far a run has come.
@@ -194,6 +197,14 @@ fn run_model(
                 .repeats(&query.query)
                 .unwrap_or_else(|| case.command(gate.corpus)),
         });
+        if gate.answers {
+            let answer = Answer {
+                id: query.query.id.clone(),
+                body: answer,
+            };
+            row.answers
+                .push(format!("{}\t{}", case.place(), answer.to_text()));
+        }
         answered();
     }
     row
@@ -214,6 +225,7 @@ struct Tally {
     times: Vec<Duration>,
     kinds: BTreeMap<String, (usize, f64)>,
     failures: Vec<Failure>,
+    answers: Vec<String>,
     /// The one with the largest error in ulp.
     worst: Option<(f64, Failure)>,
 }
@@ -291,6 +303,7 @@ impl Tally {
         }
         self.times.extend(next.times);
         self.failures.extend(next.failures);
+        self.answers.extend(next.answers);
     }
 
     fn finish(mut self, suite: &Suite, gate: &Gate<'_>) -> Row {
@@ -371,6 +384,7 @@ impl Tally {
             ceilings,
             short,
             failures: self.failures,
+            answers: self.answers,
         }
     }
 }

@@ -1,7 +1,8 @@
 //! `cargo xtask instructions`: how many instructions a handful of queries take, held against the stored counts.
 //!
 //! Counts of valgrind's tool callgrind hardly change from run to run or with what else the machine does, so they may gate where times may
-//! not. They do change with the compiler, so the stored ones are kept for each compiler and target by themselves. (The
+//! not. They do change with the compiler, so the stored ones are kept for each compiler and target by themselves; under a compiler that
+//! has none, those of the merge base with the main branch are counted in a worktree of its own, and held against. (The
 //! crate gungraun does the same and more, but needs a runner program of its own version to be installed besides valgrind; counting one
 //! function takes one option of callgrind.)
 
@@ -37,7 +38,7 @@ pub(crate) fn run(args: &Args) -> Result<(), String> {
         Err(e) if e.kind() == std::io::ErrorKind::NotFound => Stored::new(),
         Err(e) => return Err(format!("{STORED}: {e}")),
     };
-    let counted = count_all(&root)?;
+    let counted = count_all(&root, &target(&root))?;
     if args.refresh {
         stored.insert(compiler.clone(), counted);
         let text = serde_json::to_string_pretty(&stored).map_err(|e| e.to_string())?;
@@ -45,13 +46,96 @@ pub(crate) fn run(args: &Args) -> Result<(), String> {
         println!("stored for {compiler} in {STORED}");
         return Ok(());
     }
-    let Some(before) = stored.get(&compiler) else {
-        println!("SKIPPED: {STORED} has no counts for {compiler}; store them by `{REFRESH}`.");
-        return Ok(());
+    let before = match stored.remove(&compiler) {
+        Some(before) => before,
+        None => {
+            println!("    {STORED} has no counts for {compiler} (`{REFRESH}` stores them)");
+            let folder = target(&root).join("base");
+            match of_base(&root, &folder, &counted) {
+                Ok(before) => before,
+                Err(why) => {
+                    println!("SKIPPED: no earlier commit to hold the counts against: {why}");
+                    return Ok(());
+                }
+            }
+        }
     };
-    let (lines, verdict) = compare(before, &counted);
+    let (lines, verdict) = compare(&before, &counted);
     lines.iter().for_each(|l| println!("{l}"));
     verdict
+}
+
+/// The counts of the base, of those that are still counted: what is gone since was taken out on purpose.
+fn of_base(
+    root: &Path,
+    folder: &Path,
+    now: &BTreeMap<String, u64>,
+) -> Result<BTreeMap<String, u64>, String> {
+    let base = worktree(root, folder)?;
+    println!("    held against those of the commit {base}, counted now");
+    let counted = count_all(folder, &folder.join("target"));
+    let mut before = counted.map_err(|e| format!("in {}: {e}", folder.display()))?;
+    before.retain(|name, _| now.contains_key(name));
+    Ok(before)
+}
+
+/// What git says of a folder, without the line's end.
+fn git(folder: &Path, arguments: &[&str]) -> Result<String, String> {
+    let out = Command::new("git")
+        .arg("-C")
+        .arg(folder)
+        .args(arguments)
+        // A hook of git's has set them, to mean its own.
+        .env_remove("GIT_DIR")
+        .env_remove("GIT_WORK_TREE")
+        .env_remove("GIT_INDEX_FILE")
+        .output()
+        .map_err(|e| format!("git cannot be started: {e}"))?;
+    if out.status.success() {
+        return Ok(String::from_utf8_lossy(&out.stdout).trim().to_owned());
+    }
+    let said = String::from_utf8_lossy(&out.stderr);
+    Err(format!("`git {}`: {}", arguments.join(" "), said.trim()))
+}
+
+/// The commit where this branch left the main one, there or here; on the main branch itself the commit before.
+fn base(root: &Path) -> Result<String, String> {
+    let head = git(root, &["rev-parse", "HEAD"])?;
+    let mut merge_base = Err("there is no main branch".to_owned());
+    for main in ["origin/main", "main"] {
+        merge_base = merge_base.or_else(|_| git(root, &["merge-base", "HEAD", main]));
+    }
+    match merge_base {
+        Ok(base) if base != head => Ok(base),
+        Ok(_) => git(root, &["rev-parse", "--verify", "HEAD^"]),
+        Err(why) => Err(why),
+    }
+    .map_err(|e| format!("{e}; a clone with its history has one"))
+}
+
+/// Makes a folder the worktree of the base, or turns the one that is there to it.
+fn worktree(root: &Path, folder: &Path) -> Result<String, String> {
+    let base = base(root)?;
+    if folder.join(".git").exists() {
+        git(folder, &["checkout", "--force", "--detach", &base])?;
+    } else {
+        let path = folder.to_string_lossy();
+        // Also where the folder of an earlier one was removed.
+        git(
+            root,
+            &["worktree", "add", "--force", "--detach", &path, &base],
+        )?;
+    }
+    match folder.join("crates/feeler/examples/counted.rs").exists() {
+        true => Ok(base),
+        false => Err(format!("the commit {base} has no example `counted`")),
+    }
+}
+
+/// The folder that cargo builds into.
+fn target(root: &Path) -> PathBuf {
+    let target = std::env::var_os("CARGO_TARGET_DIR");
+    target.map_or_else(|| root.join("target"), |t| root.join(t))
 }
 
 /// A line a query, and an error that names what has become dearer.
@@ -113,16 +197,16 @@ fn compiler() -> Result<String, String> {
     }
 }
 
-fn count_all(root: &Path) -> Result<BTreeMap<String, u64>, String> {
+fn count_all(root: &Path, target: &Path) -> Result<BTreeMap<String, u64>, String> {
     let build = Command::new(env!("CARGO"))
         .args("build --release --quiet --package feeler --example counted".split(' '))
+        .arg("--target-dir")
+        .arg(target)
         .current_dir(root)
         .status();
     if !build.is_ok_and(|s| s.success()) {
         return Err("the example `counted` of the crate feeler cannot be built".to_owned());
     }
-    let target = std::env::var_os("CARGO_TARGET_DIR");
-    let target = target.map_or_else(|| root.join("target"), PathBuf::from);
     let program = target.join("release/examples/counted");
     let names = Command::new(&program)
         .output()
@@ -196,6 +280,53 @@ mod tests {
         let two = counts(&[("a", 1000), ("b", 1)]);
         assert!(compare(&one, &two).1.is_ok());
         assert!(compare(&two, &one).1.is_err());
+    }
+
+    /// Commits on a main branch and beside it, a folder without git, and a shallow clone.
+    #[test]
+    fn the_base_is_where_the_branch_left() {
+        let folder = std::env::temp_dir().join(format!("feeler-base-{}", std::process::id()));
+        let _ = std::fs::remove_dir_all(&folder);
+        let (root, shallow) = (folder.join("root"), folder.join("shallow"));
+        std::fs::create_dir_all(&root).unwrap();
+        // Of which no folder above is under git.
+        if git(&root, &["rev-parse", "HEAD"]).is_ok() || git(&root, &["init"]).is_err() {
+            eprintln!("SKIPPED: no git, or all is under git");
+            return;
+        }
+        let git = |arguments: &[&str]| git(&root, arguments).unwrap();
+        assert!(base(&root).is_err(), "no commit");
+        let commit = || {
+            let name = ["-c", "user.name=x", "-c", "user.email=x@y"];
+            let name = [&name[..], &["-c", "commit.gpgsign=false"]].concat();
+            let message = ["commit", "--allow-empty", "--quiet", "-m", "x"];
+            git(&[&name[..], &message[..]].concat());
+            git(&["rev-parse", "HEAD"])
+        };
+        git(&["checkout", "--quiet", "-b", "main"]);
+        let first = commit();
+        assert!(base(&root).is_err(), "no commit before");
+        let second = commit();
+        assert_eq!(base(&root), Ok(first));
+        git(&["checkout", "--quiet", "-b", "branch"]);
+        commit();
+        let last = commit();
+        assert_eq!(base(&root), Ok(second.clone()));
+        // A commit of the main branch here which is not there yet.
+        git(&["update-ref", "refs/remotes/origin/main", &second]);
+        git(&["branch", "--force", "main", &last]);
+        assert_eq!(base(&root), Ok(second));
+        assert!(
+            worktree(&root, &folder.join("worktree"))
+                .unwrap_err()
+                .contains("has no example")
+        );
+
+        let from = format!("file://{}", root.display());
+        let to = shallow.to_string_lossy();
+        git(&["clone", "--quiet", "--depth", "1", &from, &to]);
+        assert!(base(&shallow).unwrap_err().contains("history"));
+        std::fs::remove_dir_all(&folder).unwrap();
     }
 
     #[test]

@@ -1,6 +1,7 @@
 //! What people run while developing: `cargo xtask help`.
 
 mod agree;
+mod bits;
 mod fuzz;
 mod generate;
 mod instructions;
@@ -48,6 +49,8 @@ enum Task {
     Sanitize(sanitize::Args),
     /// Count the instructions of some queries under valgrind, and hold them against the stored counts.
     Instructions(instructions::Args),
+    /// Build the program with other code generation, and hold its answers to the corpora against those of the first build.
+    Bits(bits::Args),
     /// Hold the oracle's C++ to clang-format and clang-tidy.
     Tidy(tidy::Args),
 }
@@ -73,6 +76,7 @@ fn main() -> ExitCode {
         Task::Mutants(args) => mutants::run(&args),
         Task::Sanitize(args) => sanitize::run(&args),
         Task::Instructions(args) => instructions::run(&args),
+        Task::Bits(args) => bits::run(&args),
         Task::Tidy(args) => tidy::run(&args),
     };
     match result {

@@ -52,6 +52,43 @@ fn a_baseline_decides() {
     assert!(run.err.contains("no-such.json"), "{run:?}");
 }
 
+/// A line a query, and the same bits on any number of threads.
+#[test]
+fn the_answers_themselves() {
+    let answers = |jobs: &str| {
+        let out = folder(&format!("gate-answers-{jobs}"));
+        let file = out.join("deeper/answers.txt");
+        let (out, path) = (out.to_str().unwrap(), file.to_str().unwrap());
+        let suite = "contact-sphere";
+        let run = feeler(
+            &[
+                "gate",
+                "--suite",
+                suite,
+                "--out",
+                out,
+                "--jobs",
+                jobs,
+                "--answers",
+                path,
+            ],
+            "",
+        );
+        assert_eq!((run.code, run.err.as_str()), (Some(0), ""), "{run:?}");
+        std::fs::read_to_string(file).unwrap()
+    };
+    let alone = answers("1");
+    assert!(alone.lines().count() > 600);
+    for line in alone.lines() {
+        let (place, answer) = line.split_once('\t').unwrap();
+        assert!(place.starts_with("corpora/contact-sphere/"), "{line}");
+        assert!(answer.contains(r#""separation":{"value":"#), "{line}");
+    }
+    for jobs in ["2", "3"] {
+        assert!(answers(jobs) == alone, "other answers on {jobs} threads");
+    }
+}
+
 #[test]
 fn engines_that_cannot_be() {
     let out = folder("gate-engines");

@@ -29,6 +29,7 @@ fn row(suite: &str) -> Row {
         },
         short: Vec::new(),
         failures: Vec::new(),
+        answers: Vec::new(),
     }
 }
 

@@ -23,6 +23,7 @@ fn gate(python: &str, script: &Path, suite: &str) -> Report {
         suite: Some(suite),
         tolerance: 1e-9,
         sample: None,
+        answers: false,
     };
     run(&mut [&mut engine], &gate, &mut |_| ()).unwrap()
 }

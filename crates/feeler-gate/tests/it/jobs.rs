@@ -10,6 +10,7 @@ fn report(jobs: usize, suite: &str) -> (Report, Vec<usize>) {
         suite: Some(suite),
         tolerance: 1e-6,
         sample: None,
+        answers: false,
     };
     let mut engines: Vec<_> = (0..jobs).map(|_| ThesisEngine::new(1)).collect();
     let mut all: Vec<&mut dyn Engine> = Vec::new();
@@ -50,6 +51,7 @@ fn without_engines_nothing_is_asked() {
         suite: Some("inside"),
         tolerance: 0.0,
         sample: None,
+        answers: false,
     };
     let report = run(&mut [], &gate, &mut |_| ()).unwrap();
     assert_eq!(report.suites[0].queries, 0);

@@ -29,6 +29,7 @@ fn row(suite: &str) -> Row {
         ceilings: Ceilings::default(),
         short: Vec::new(),
         failures: Vec::new(),
+        answers: Vec::new(),
     }
 }
 

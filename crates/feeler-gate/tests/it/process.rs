@@ -298,6 +298,7 @@ fn gate(engine: &mut ProcessEngine, suite: &str) -> Report {
         suite: Some(suite),
         tolerance: 1e-9,
         sample: None,
+        answers: false,
     };
     run(&mut [engine], &gate, &mut |_| ()).unwrap()
 }
