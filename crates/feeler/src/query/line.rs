@@ -9,6 +9,7 @@ use super::passages::crossings;
 use super::zeros::{Digits, FaceHits, HitAt, RawHit, face_hits};
 use super::{Work, Workspace};
 use crate::numeric::{Ball, Dd, Enclosure};
+use crate::prepare::closed::ClosedSurface;
 use crate::prepare::{PreparedBrep, jet};
 use nalgebra::{Point2, Vector3};
 
@@ -256,7 +257,7 @@ pub(super) fn all_hits(
     });
     // Of equal ones that are exact, what is rounded tells no order.
     let equal = |a: &RawHit, b: &RawHit| match (&a.exact, &b.exact) {
-        (Some(a), Some(b)) => a.t.cmp(&b.t).is_eq(),
+        (Some(a), Some(b)) => a.t.is(&b.t),
         _ => false,
     };
     for run in raw.chunk_by_mut(equal) {
@@ -280,9 +281,13 @@ fn dress(brep: &PreparedBrep, stab: &Stabber, h: &RawHit) -> Option<Hit> {
         }
         HitAt::Closed { uv, point } => (
             Vector3::from_fn(|c, _| point[c].mid.hi),
-            Vector3::from(match &h.exact {
-                Some(_) => brep.polygon(h.face)?.unit_normal(),
-                None => brep.closed(h.face)?.surface.normal(*uv),
+            Vector3::from({
+                let form = brep.closed(h.face).map(|f| &f.surface);
+                let own = |f: &&ClosedSurface| h.exact.is_none() || f.profile_axis().is_some();
+                match form.filter(own) {
+                    Some(form) => form.normal(*uv),
+                    None => brep.polygon(h.face)?.unit_normal(),
+                }
             }),
             *uv,
         ),

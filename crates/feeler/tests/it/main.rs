@@ -22,6 +22,7 @@ mod past;
 mod poly_curves;
 mod questions;
 mod regions;
+mod round_lines;
 mod rulings;
 mod scenes;
 mod solids;

@@ -13,12 +13,15 @@ mod plane;
 mod quadric;
 mod revolution;
 mod sphere;
+mod upon;
 
 pub(crate) use curve::{ClosedCurve, CurveShape};
 use form::Critical;
 pub(crate) use form::{Boxes, Extent, Minimum, Target, V3, distance_range, exact, widened};
 pub(crate) use gap::frechet;
 pub(crate) use line::{ClosedHit, ClosedLine};
+pub(crate) use place::Places;
+pub(crate) use upon::Exactly;
 pub(crate) use sphere::{SphereFoot, SphereForm};
 
 use plane::PlaneForm;

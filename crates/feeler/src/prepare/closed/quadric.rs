@@ -151,6 +151,26 @@ impl Quadric {
 }
 
 impl Quadric {
+    /// Whether all of a line lies in the surface.
+    pub(super) fn holds(&self, from: &[f64; 3], direction: &[f64; 3]) -> Option<bool> {
+        let all = self.on_line(from, direction, 0.0)?;
+        Some(all.iter().all(|x| x.signum() == 0))
+    }
+
+    /// Whether the line `from + t direction` meets the surface at `t`, exactly.
+    pub(super) fn is_root(
+        &self,
+        from: &[f64; 3],
+        direction: &[f64; 3],
+        t: &Ratio,
+    ) -> Option<bool> {
+        let [a, b, c] = self.on_line(from, direction, 0.0)?;
+        let (top, bottom) = (&t.top, &t.bottom);
+        let twice = &b + &b;
+        let value = &(&(&a * top) * top) + &(&(&(&twice * top) * bottom) + &(&(&c * bottom) * bottom));
+        Some(value.signum() == 0)
+    }
+
     /// Where a root at `t` of the line `from + t direction`, whose enclosure holds `end`, is beside it; `None` where that is not known.
     ///
     /// `f = A x^2 + 2 B x + C` for `x = t - end`. A double root is at `-B / A`, at the end where `C` is zero. A simple one: where `f' / 2 = A x

@@ -1,0 +1,159 @@
+//! What images of trims are exactly: straight, or circular.
+
+use super::PreparedBrep;
+use super::exact::{D3, Ratio, cross, dot, sub, vector};
+use crate::numeric::Dyadic;
+use crate::nurbs::{Curve2, Curve3, NurbsSurface, Surface};
+use crate::trim::{BoundaryPiece, PieceOrigin};
+use nalgebra::{Point3, Vector3};
+
+/// The exact shape of a trim's image.
+#[derive(Debug)]
+pub(crate) enum Course {
+    /// A segment, run through once.
+    Straight,
+    /// Part of a circle, run through in one direction and no more than once.
+    Round(Box<Round>),
+    /// Part of a circle about the point, of the radius, in a plane that holds a line through it along the axis.
+    Meridian {
+        center: Point3<f64>,
+        axis: Vector3<f64>,
+        radius: f64,
+    },
+}
+
+/// A circle about an axis.
+#[derive(Debug)]
+pub(crate) struct Round {
+    /// A point of the axis, over `bottom`.
+    origin: D3,
+    bottom: Dyadic,
+    axis: D3,
+}
+
+impl Course {
+    /// The tangent of the circle next to a point of it, and the circle's radius: rounded; `None` of a segment.
+    pub(crate) fn tangent(&self, p: &Point3<f64>) -> Option<(Vector3<f64>, f64)> {
+        match self {
+            Self::Straight => None,
+            Self::Round(round) => round.tangent(p),
+            Self::Meridian {
+                center,
+                axis,
+                radius,
+            } => {
+                let out = p - center;
+                Some(((axis / axis.amax()).cross(&out).cross(&out), *radius))
+            }
+        }
+    }
+}
+
+/// A tangent is made where rounding the circle's centre turns it by less than this, about.
+const DIGITS: f64 = 1.0 / (1u64 << 24) as f64;
+
+impl Round {
+    /// Of a line in a plane orthogonal to the axis, exactly: where it is nearest to the axis, and whether it meets it there.
+    pub(crate) fn foot(&self, o: &Point3<f64>, d: &Vector3<f64>) -> Option<(Ratio, bool)> {
+        let (o, d) = (vector(o.coords.as_slice())?, vector(d.as_slice())?);
+        if dot(&d, &self.axis).signum() != 0 {
+            return None;
+        }
+        let from: D3 = std::array::from_fn(|c| &self.origin[c] - &(&o[c] * &self.bottom));
+        let t = Ratio::new(dot(&from, &d), &dot(&d, &d) * &self.bottom);
+        let meets = dot(&from, &cross(&self.axis, &d)).signum() == 0;
+        Some((t, meets))
+    }
+
+    /// The circle's tangent next to a point of it, and its radius: rounded.
+    fn tangent(&self, p: &Point3<f64>) -> Option<(Vector3<f64>, f64)> {
+        let rounded = |v: &D3, by: f64| Vector3::from_fn(|c, _| v[c].approximate() / by);
+        let axis = rounded(&self.axis, 1.0);
+        let origin = rounded(&self.origin, self.bottom.approximate());
+        let tangent = (axis / axis.amax())
+            .normalize()
+            .cross(&(p.coords - origin));
+        let radius = tangent.norm();
+        (origin.amax() * f64::EPSILON <= DIGITS * radius).then_some((tangent, radius))
+    }
+
+    pub(super) fn new(origin: D3, bottom: Dyadic, axis: D3) -> Self {
+        Self {
+            origin,
+            bottom,
+            axis,
+        }
+    }
+}
+
+/// The parameter that a straight piece of f64 keeps, and whether it keeps it.
+fn kept(piece: &BoundaryPiece) -> Option<usize> {
+    let [p, q] = piece.control_points.as_slice() else {
+        return None;
+    };
+    let plain = piece.radius == [0.0; 3] && p[2] == 1.0 && q[2] == 1.0;
+    let k = (0..2).find(|k| p[*k] == q[*k])?;
+    (plain && p[1 - k] != q[1 - k]).then_some(k)
+}
+
+/// Whether parameter lines along the other parameter than `k` are segments: one span of degree one, clamped.
+fn is_ruled(s: &NurbsSurface, k: usize) -> bool {
+    let along = [s.knots_u(), s.knots_v()][1 - k];
+    along.degree() == 1 && along.is_clamped() && along.control_points() == 2
+}
+
+impl PreparedBrep {
+    /// What the image of a trim is; `None` where that is not known, or another curve.
+    pub(crate) fn course(&self, trim: usize) -> Option<Course> {
+        let face = self.face_of(trim);
+        let parts = self.brep().parts();
+        let pieces = self.region(face).pieces().iter();
+        let own = |p: &&BoundaryPiece| matches!(p.origin, PieceOrigin::Trim { trim: t, .. } if t == trim);
+        let mut own = pieces.filter(own);
+        let surface = self.brep().surface(face);
+        if let Some(polygon) = self.polygon(face) {
+            if polygon.is_straight(trim) {
+                return Some(Course::Straight);
+            }
+            return match &parts.curves2[parts.trims[trim].curve] {
+                Curve2::Arc(arc) => polygon
+                    .circle([arc.center.x, arc.center.y])
+                    .map(|c| Course::Round(Box::new(c))),
+                _ => None,
+            };
+        }
+        let (piece, none) = (own.next()?, own.next().is_none());
+        let k = if none { kept(piece)? } else { return None };
+        match surface {
+            Surface::Revolution(s) => {
+                let angular = usize::from(s.transposed);
+                if k == angular {
+                    return match &s.profile {
+                        Curve3::Line(_) => Some(Course::Straight),
+                        Curve3::Arc(arc) => {
+                            let axis = vector(s.axis.as_slice())?;
+                            let center = vector(arc.center.coords.as_slice())?;
+                            let off = sub(&center, &vector(s.origin.coords.as_slice())?);
+                            let skew = dot(&axis, &vector(arc.z.as_slice())?);
+                            let zero = |v: &D3| v.iter().all(|x| x.signum() == 0);
+                            let turned = zero(&cross(&off, &axis)) && skew.signum() == 0;
+                            turned.then_some(Course::Meridian {
+                                center: arc.center,
+                                axis: s.axis,
+                                radius: arc.radius,
+                            })
+                        }
+                        _ => None,
+                    };
+                }
+                let (origin, axis) = (vector(s.origin.coords.as_slice())?, vector(s.axis.as_slice())?);
+                // No more than a turn, which a form has.
+                self.closed(face)?;
+                let round = Round::new(origin, super::exact::dyadic(1.0)?, axis);
+                Some(Course::Round(Box::new(round)))
+            }
+            Surface::Nurbs(s) => is_ruled(s, k).then_some(Course::Straight),
+            _ => None,
+        }
+    }
+}
