@@ -31,6 +31,8 @@ pub(super) struct Bow {
     /// Where there are no exact ones.
     balls: Vec<[Ball<Dd>; 3]>,
     ends: [Option<ExactPoint>; 2],
+    /// Centre and radius of the circle that it is part of, if it is a native arc's without exact control points.
+    circle: Option<(D2, Dyadic)>,
 }
 
 /// The line `(p + t q) / square` in the plane, relative to the corner; `q` is not zero along `axis`.
@@ -98,6 +100,13 @@ impl Bow {
                 }
             },
             ends: piece.ends.each_ref().map(|e| e.as_ref().map(moved)),
+            circle: match piece.circle {
+                Some(([x, y], radius)) => {
+                    let center = [&dyadic(x)? - &corner[0], &dyadic(y)? - &corner[1]];
+                    Some((center, dyadic(radius)?))
+                }
+                None => None,
+            },
         })
     }
 
@@ -149,9 +158,8 @@ impl Bow {
 
     /// Along which it leaves one of its ends: exact, or rounded where there are enclosures only.
     fn way(&self, last: bool) -> Option<D2> {
-        let between = |e: &ExactPoint, n: &ExactPoint| {
-            [0, 1].map(|k| &(&n[k] * &e[2]) - &(&e[k] * &n[2]))
-        };
+        let between =
+            |e: &ExactPoint, n: &ExactPoint| [0, 1].map(|k| &(&n[k] * &e[2]) - &(&e[k] * &n[2]));
         let at = |count: usize| if last { [count - 1, count - 2] } else { [0, 1] };
         if let Some(points) = &self.points {
             let [end, next] = at(points.len());
@@ -160,6 +168,34 @@ impl Bow {
         let [end, next] = at(self.balls.len()).map(|k| &self.balls[k]);
         let way = [0, 1].map(|k| next[k] / next[2] - end[k] / end[2]);
         Some([dyadic(way[0].mid.hi)?, dyadic(way[1].mid.hi)?])
+    }
+
+    /// The form's signs at the ends of an arc of a circle that the line does not cross, exactly: all else is on one side of the line, unless
+    /// the place where it touches the circle is on the arc and no end; `None` where that may be, or it crosses the circle.
+    fn beside(&self, line: &Track) -> Option<Vec<Node>> {
+        let (center, radius) = self.circle.as_ref()?;
+        let one = dyadic(1.0)?;
+        let at = less(&[center[0].clone(), center[1].clone(), one], line);
+        let height = turn(line.q, &at);
+        let reach = radius * line.square;
+        let length = &(&line.q[0] * &line.q[0]) + &(&line.q[1] * &line.q[1]);
+        let gap = &(&height * &height) - &(&(&reach * &reach) * &length);
+        if gap.signum() < 0 {
+            return None;
+        }
+        let mut touched = gap.signum() == 0;
+        let nodes = self.ends.each_ref().map(|end| match end {
+            Some(point) => {
+                let node = exact_node(point, line);
+                touched &= node.sign != 0;
+                node
+            }
+            None => Node {
+                sign: height.signum(),
+                t: None,
+            },
+        });
+        (!touched).then(|| nodes.into())
     }
 
     /// The form of a piece that is known in enclosures.
@@ -184,7 +220,21 @@ impl Bow {
                 t: None,
             })
         };
+        if let Some(nodes) = self.beside(line) {
+            let none = [Ball::ZERO; 3];
+            return Some(Form {
+                nodes,
+                b: none,
+                a: none,
+                w: none,
+                q: Ball::ZERO,
+                square: Ball::ZERO,
+            });
+        }
         let (first, last) = (end(0, 0)?, end(1, count - 1)?);
+        // All of it is on one side, as its control points are.
+        let signs: Vec<Option<i32>> = b.iter().map(sign).collect();
+        let one_side = signs[0].is_some() && signs.iter().all(|s| *s == signs[0]);
         let three = |v: &dyn Fn(usize) -> Ball<Dd>| match count {
             2 => [v(0), (v(0) + v(1)).half(), v(1)],
             _ => [v(0), v(1), v(2)],
@@ -192,7 +242,7 @@ impl Bow {
         let [b0, b1, b2] = three(&|k| b[k]);
         let square = b1.square() - b0 * b2;
         let mut nodes = vec![first];
-        if count > 2 {
+        if count > 2 && !one_side {
             let rises = [sign(&(b1 - b0))?, sign(&(b2 - b1))?];
             if rises[0] * rises[1] < 0 {
                 nodes.push(Node {
@@ -214,7 +264,9 @@ impl Bow {
 
     /// Whether a point `p / s` with `s > 0`, relative to the corner, is on it; `None` where that is not known.
     pub(super) fn holds(&self, p: &D2, s: &Dyadic) -> Option<bool> {
-        let points = self.points.as_ref()?;
+        let Some(points) = self.points.as_ref() else {
+            return self.holds_on_circle(p, s);
+        };
         let at = |k: usize| -> Vec<Dyadic> {
             let of = points.iter();
             of.map(|x| &(&x[k] * s) - &(&x[2] * &p[k])).collect()
@@ -244,6 +296,35 @@ impl Bow {
             return None;
         }
         Some(-ends.signum() * second.signum() > 0)
+    }
+}
+
+impl Bow {
+    /// The same of part of a circle, of a quarter at most: its points are those of the circle that its chord parts from the centre.
+    fn holds_on_circle(&self, p: &D2, s: &Dyadic) -> Option<bool> {
+        let (center, radius) = self.circle.as_ref()?;
+        let off = [0, 1].map(|k| &p[k] - &(&center[k] * s));
+        let reach = radius * s;
+        if &(&off[0] * &off[0]) + &(&off[1] * &off[1]) != &reach * &reach {
+            return Some(false);
+        }
+        let is = |end: &ExactPoint| (0..2).all(|k| &end[k] * s == &p[k] * &end[2]);
+        if self.ends.iter().flatten().any(is) {
+            return Some(true);
+        }
+        let known = |x: &Dyadic, over: &Dyadic| Ratio::new(x.clone(), over.clone()).enclosed();
+        let (one, place) = (dyadic(1.0)?, [known(&p[0], s), known(&p[1], s)]);
+        let middle = [known(&center[0], &one), known(&center[1], &one)];
+        let end = |b: &[Ball<Dd>; 3]| [b[0] / b[2], b[1] / b[2]];
+        let (first, last) = (end(self.balls.first()?), end(self.balls.last()?));
+        let beside = |x: [Ball<Dd>; 2]| {
+            let (along, to) = (
+                [last[0] - first[0], last[1] - first[1]],
+                [x[0] - first[0], x[1] - first[1]],
+            );
+            sign(&(along[0] * to[1] - along[1] * to[0]))
+        };
+        Some(beside(place)? != beside(middle)?)
     }
 }
 
@@ -291,9 +372,7 @@ fn exact_form(points: &[ExactPoint], line: &Track) -> Option<Form> {
                 (rises[0].clone(), -&rises[1])
             };
             let (rr, rs, ss) = (&r * &r, &(&r * &s) + &(&r * &s), &s * &s);
-            let at = |c: [&Dyadic; 3]| {
-                &(&(c[0] * &rr) + &(c[1] * &rs)) + &(c[2] * &ss)
-            };
+            let at = |c: [&Dyadic; 3]| &(&(c[0] * &rr) + &(c[1] * &rs)) + &(c[2] * &ss);
             let bottom = &at([&w0, &w1, &w2]) * &line.q[line.axis];
             When::Exact(Ratio::new(at([&a0, &a1, &a2]), bottom))
         });
@@ -337,9 +416,7 @@ impl Form {
             (false, false) => b0 / (r - h),
         };
         let o = Ball::ONE - s;
-        let at = |c: [Ball<Dd>; 3]| {
-            c[0] * o.square() + (c[1] + c[1]) * (o * s) + c[2] * s.square()
-        };
+        let at = |c: [Ball<Dd>; 3]| c[0] * o.square() + (c[1] + c[1]) * (o * s) + c[2] * s.square();
         let t = at(self.a) / (at(self.w) * self.q);
         t.rad.is_finite().then_some(t)
     }

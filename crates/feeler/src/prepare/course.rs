@@ -65,14 +65,18 @@ impl Round {
         Some((t, meets))
     }
 
+    /// Whether a line is along the axis, exactly: then all distances of its points from part of the circle are least at one place.
+    pub(crate) fn is_along(&self, d: &Vector3<f64>) -> bool {
+        let along = vector(d.as_slice()).map(|d| cross(&d, &self.axis));
+        along.is_some_and(|c| c.iter().all(|x| x.signum() == 0))
+    }
+
     /// The circle's tangent next to a point of it, and its radius: rounded.
     fn tangent(&self, p: &Point3<f64>) -> Option<(Vector3<f64>, f64)> {
         let rounded = |v: &D3, by: f64| Vector3::from_fn(|c, _| v[c].approximate() / by);
         let axis = rounded(&self.axis, 1.0);
         let origin = rounded(&self.origin, self.bottom.approximate());
-        let tangent = (axis / axis.amax())
-            .normalize()
-            .cross(&(p.coords - origin));
+        let tangent = (axis / axis.amax()).normalize().cross(&(p.coords - origin));
         let radius = tangent.norm();
         (origin.amax() * f64::EPSILON <= DIGITS * radius).then_some((tangent, radius))
     }
@@ -103,12 +107,52 @@ fn is_ruled(s: &NurbsSurface, k: usize) -> bool {
 }
 
 impl PreparedBrep {
+    /// Whether a line meets the images of an edge, if they are one segment, exactly: then its crack has no width. `None` where they are not.
+    pub(crate) fn meets_joined(
+        &self,
+        edge: usize,
+        o: &Point3<f64>,
+        d: &Vector3<f64>,
+    ) -> Option<bool> {
+        let trims = &self.brep().parts().edges[edge].trims;
+        let segment = |t: &usize| self.polygon(self.face_of(*t))?.segment(*t);
+        let all: Vec<_> = trims.iter().map(segment).collect::<Option<_>>()?;
+        let same =
+            |(a, m): (&D3, &Dyadic), (b, n): (&D3, &Dyadic)| (0..3).all(|c| &a[c] * n == &b[c] * m);
+        let joined = all.windows(2).all(|pair| {
+            let [(a, m), (b, n)] = [&pair[0], &pair[1]];
+            let ends =
+                |i: usize, k: usize| same((&a[0], m), (&b[i], n)) && same((&a[1], m), (&b[k], n));
+            ends(0, 1) || ends(1, 0)
+        });
+        if !joined {
+            return None;
+        }
+        // Of `a + s w`, all over `m`: the line meets it if `from + s w` is along `d` for some `s` in [0, 1].
+        let ([a, b], m) = all.first()?;
+        let (o, d) = (vector(o.coords.as_slice())?, vector(d.as_slice())?);
+        let from: D3 = std::array::from_fn(|c| &a[c] - &(&o[c] * m));
+        let w = sub(b, a);
+        let (first, rate) = (cross(&from, &d), cross(&w, &d));
+        // first + s rate = 0.
+        let zero = |v: &D3| v.iter().all(|x| x.signum() == 0);
+        if zero(&rate) {
+            return Some(zero(&first));
+        }
+        if !zero(&cross(&first, &rate)) {
+            return Some(false);
+        }
+        let (top, bottom) = (dot(&first, &rate), dot(&rate, &rate));
+        Some(top.signum() <= 0 && (&top + &bottom).signum() >= 0)
+    }
+
     /// What the image of a trim is; `None` where that is not known, or another curve.
     pub(crate) fn course(&self, trim: usize) -> Option<Course> {
         let face = self.face_of(trim);
         let parts = self.brep().parts();
         let pieces = self.region(face).pieces().iter();
-        let own = |p: &&BoundaryPiece| matches!(p.origin, PieceOrigin::Trim { trim: t, .. } if t == trim);
+        let own =
+            |p: &&BoundaryPiece| matches!(p.origin, PieceOrigin::Trim { trim: t, .. } if t == trim);
         let mut own = pieces.filter(own);
         let surface = self.brep().surface(face);
         if let Some(polygon) = self.polygon(face) {
@@ -146,7 +190,10 @@ impl PreparedBrep {
                         _ => None,
                     };
                 }
-                let (origin, axis) = (vector(s.origin.coords.as_slice())?, vector(s.axis.as_slice())?);
+                let (origin, axis) = (
+                    vector(s.origin.coords.as_slice())?,
+                    vector(s.axis.as_slice())?,
+                );
                 // No more than a turn, which a form has.
                 self.closed(face)?;
                 let round = Round::new(origin, super::exact::dyadic(1.0)?, axis);

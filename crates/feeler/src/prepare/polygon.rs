@@ -14,7 +14,8 @@
 //!   with no interval on either side is a point where the region touches the line.
 //!
 //! Of curved pieces of degree two the module `bow` tells where they meet a line in the plane, and whether a point is on one. Meetings that are no quotients
-//! are known in enclosures, and must be told apart by these. Off all pieces, the side of a point is that of its enclosure (`trim/beside.rs`).
+//! are known in enclosures, and must be told apart by these. Off all pieces, a point is in the region if it is on a run of the line
+//! through it along u or v; where these are not known, its side is that of its enclosure (`trim/beside.rs`).
 
 use super::PreparedBrep;
 use super::bow::{Bow, Track};
@@ -263,17 +264,29 @@ impl Polygon {
             && self.bows.iter().all(|b| b.trim != Some(trim))
     }
 
+    /// The ends in space of a trim that is one straight piece, over a common number.
+    pub(super) fn segment(&self, trim: usize) -> Option<([D3; 2], &Dyadic)> {
+        if !self.is_straight(trim) {
+            return None;
+        }
+        let piece = self.pieces.iter().find(|p| p.trim == Some(trim))?;
+        let ends = piece.ends.each_ref().map(|[a, b]| {
+            std::array::from_fn(|c| &(&self.origin[c] + &(a * &self.x[c])) + &(b * &self.y[c]))
+        });
+        Some((ends, &self.m))
+    }
+
     /// The circle in space that circles about a place in uv are; `None` where they are ellipses.
     pub(super) fn circle(&self, center: [f64; 2]) -> Option<Round> {
-        let even = dot(&self.x, &self.y).signum() == 0 && dot(&self.x, &self.x) == dot(&self.y, &self.y);
+        let even =
+            dot(&self.x, &self.y).signum() == 0 && dot(&self.x, &self.x) == dot(&self.y, &self.y);
         if !even {
             return None;
         }
         let by = |k: usize| Some(&dyadic(center[k])? - &dyadic(self.start[k])?);
         let (a, b) = (by(0)?, by(1)?);
-        let origin = std::array::from_fn(|c| {
-            &(&self.origin[c] + &(&a * &self.x[c])) + &(&b * &self.y[c])
-        });
+        let origin =
+            std::array::from_fn(|c| &(&self.origin[c] + &(&a * &self.x[c])) + &(&b * &self.y[c]));
         Some(Round::new(origin, self.m.clone(), self.normal.clone()))
     }
 
@@ -377,6 +390,8 @@ impl Polygon {
         }
         let side = if border {
             Side::Boundary
+        } else if let Some(inside) = self.is_on_run(&p, &s) {
+            if inside { Side::Inside } else { Side::Outside }
         } else if !self.is_plain() {
             let at = [0, 1].map(|k| {
                 let off = Ratio::new(p[k].clone(), s.clone()).enclosed();
@@ -391,19 +406,41 @@ impl Polygon {
         Some((side, on))
     }
 
+    /// Whether a point `p / s` is on a run of the line through it along u or v, where there are curved pieces; `None` where that is not known.
+    fn is_on_run(&self, p: &D2, s: &Dyadic) -> Option<bool> {
+        if self.is_plain() {
+            return None;
+        }
+        let here = When::Exact(Ratio::from_f64(0.0)?);
+        let along = |q: D2| -> Option<bool> {
+            for m in self.runs(p, &q, s)? {
+                let last = m.end.as_ref().unwrap_or(&m.t);
+                if m.t.cmp(&here)?.is_le() && last.cmp(&here)?.is_ge() {
+                    return Some(true);
+                }
+            }
+            Some(false)
+        };
+        along([s.clone(), Dyadic::ZERO]).or_else(|| along([Dyadic::ZERO, s.clone()]))
+    }
+
     /// For a line in the plane.
     fn along(&self, from: &D3, d: &D3) -> Option<Vec<Meeting>> {
-        // At t it is at (p + t q) / square.
         let (p, q) = (self.parameters(from), self.parameters(&scale(d, &self.m)));
+        self.runs(&p, &q, &self.square)
+    }
+
+    /// Where the line in the plane that is at `(p + t q) / square` at `t` meets the closed region.
+    fn runs(&self, p: &D2, q: &D2, square: &Dyadic) -> Option<Vec<Meeting>> {
         let axis = usize::from(q[0].signum() == 0);
         let mut events: Vec<Event> = Vec::new();
         for piece in &self.pieces {
             let ends = piece.ends.each_ref().map(|e| {
-                let e = [&e[0] * &self.square, &e[1] * &self.square];
-                less(&e, &p)
+                let e = [&e[0] * square, &e[1] * square];
+                less(&e, p)
             });
             // Above zero to the left.
-            let left = ends.each_ref().map(|e| turn(&q, e));
+            let left = ends.each_ref().map(|e| turn(q, e));
             let signs = left.each_ref().map(Dyadic::signum);
             for k in 0..2 {
                 if signs[k] == 0 {
@@ -435,18 +472,15 @@ impl Polygon {
             event.changes = crosses;
             events.push(event);
         }
-        let line = Track {
-            p: &p,
-            q: &q,
-            square: &self.square,
-            axis,
-        };
+        let line = Track { p, q, square, axis };
         for bow in &self.bows {
             events.extend(bow.events(&line)?);
         }
         // In order of what is about their parameters; then each is compared with the one before.
-        let mut events: Vec<(Dd, Event)> =
-            events.into_iter().map(|e| (e.t.enclosed().mid, e)).collect();
+        let mut events: Vec<(Dd, Event)> = events
+            .into_iter()
+            .map(|e| (e.t.enclosed().mid, e))
+            .collect();
         events.sort_by(|(x, a), (y, b)| match (&a.t, &b.t) {
             (When::Exact(a), When::Exact(b)) if self.is_plain() => a.cmp(b),
             _ => x.partial_cmp(y).unwrap_or(Ordering::Equal),
@@ -481,7 +515,7 @@ impl Polygon {
                 (false, false) if place.runs_back() => return None,
                 // An interval begins, or a corner only touches the line.
                 (false, _) => {
-                    let uv = self.uv_at(&p, &q, &place.t);
+                    let uv = self.uv_at((p, q, square), &place.t);
                     out.push(Meeting {
                         t: place.t,
                         end: None,
@@ -494,17 +528,22 @@ impl Polygon {
             }
         }
         match &self.domain {
-            Some(domain) => self.cut(out, domain, (&p, &q)),
+            Some(domain) => self.cut(out, domain, (p, q, square)),
             None => Some(out),
         }
     }
 
     /// What of meetings is in the domain; `None` where that is not known.
-    fn cut(&self, meetings: Vec<Meeting>, domain: &D2, (p, q): (&D2, &D2)) -> Option<Vec<Meeting>> {
+    fn cut(
+        &self,
+        meetings: Vec<Meeting>,
+        domain: &D2,
+        line @ (p, q, square): (&D2, &D2, &Dyadic),
+    ) -> Option<Vec<Meeting>> {
         // (p + t q) / square is from zero to the domain's width.
         let (mut low, mut high): (Option<Ratio>, Option<Ratio>) = (None, None);
         for k in 0..2 {
-            let far = &domain[k] * &self.square;
+            let far = &domain[k] * square;
             if q[k].signum() == 0 {
                 if p[k].signum() < 0 || p[k] > far {
                     return Some(Vec::new());
@@ -537,7 +576,7 @@ impl Polygon {
             if m.t.cmp(&low)?.is_lt() {
                 m.t = low.clone();
                 m.on.clear();
-                m.uv = self.uv_at(p, q, &m.t);
+                m.uv = self.uv_at(line, &m.t);
             }
             if let Some(end) = &m.end
                 && end.cmp(&high)?.is_gt()
@@ -554,17 +593,17 @@ impl Polygon {
         Some(out)
     }
 
-    fn uv_at(&self, p: &D2, q: &D2, t: &When) -> [f64; 2] {
+    fn uv_at(&self, (p, q, square): (&D2, &D2, &Dyadic), t: &When) -> [f64; 2] {
         let t = match t {
             When::Exact(t) => t,
             When::Known(t) => {
                 return [0, 1].map(|k| {
-                    let part = |x: &Dyadic| x.approximate() / self.square.approximate();
+                    let part = |x: &Dyadic| x.approximate() / square.approximate();
                     self.start[k] + (part(&p[k]) + part(&q[k]) * t.mid.hi)
                 });
             }
         };
         let at = [0, 1].map(|k| &(&p[k] * &t.bottom) + &(&q[k] * &t.top));
-        self.rounded(&at, &(&self.square * &t.bottom))
+        self.rounded(&at, &(square * &t.bottom))
     }
 }

@@ -55,8 +55,9 @@ fn place_of_open(brep: &PreparedBrep, stab: &Stabber, face: usize, found: &FaceH
 /// `hits` holds every parameter where the line meets a face, in order of `t`, each with a proven
 /// enclosure (as a length, no wider than the accuracy asked for wherever double-double gives that), the interval where it lies in a face; a
 /// hit on an edge is listed for each of its faces. `crossings` and `in_crack` are as the crate defines them (module `passages`). Against
-/// polygons in planes all is exact, and so is how often the line meets a native sphere, cylinder or cone; and an interval in which it lies in a ruling of a
-/// NURBS face that is trimmed nowhere along it (where it ends is exact, `crossings` is not known). Else a line that touches a face or runs in it, meets it
+/// polygons in planes all is exact, and next to the borders of plane faces that are lines, arcs or curves of degree two; so is how often the line meets a native
+/// sphere, cylinder or cone, on a seam and a rim too; and an interval in which it lies in a plane face, in a native cylinder or cone, or in a ruling of a
+/// NURBS face that is trimmed nowhere along it (where it ends is exact, or within an enclosure; `crossings` is not known). Else a line that touches a face or runs in it, meets it
 /// within rounding of its border, or passes an edge so near to the width of its crack that bounds of this do not tell, is `Undecided`, with what was found.
 ///
 /// What it allocates: see [`Workspace`].

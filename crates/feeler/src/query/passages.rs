@@ -16,6 +16,7 @@
 //! - A group is *one* passage if its sure parts are no farther apart than `least`, and no other part is farther than that from one
 //!   of them: whatever is in the crack is then within `least <= d` of something that surely is. Where this is asked, parts are no longer than a
 //!   [`SHORT`]th of `least`, which is allowed for.
+//! - Images that are one segment, exactly, have no crack: `d` is zero.
 //! - *Stretches.* A point of one image is within `d` of each other one. What is in the crack by an image that is a segment is one stretch of the line, as the distance from a
 //!   segment is convex along it. Let an image `C` be part of a circle of radius `r` about an axis that the line is orthogonal to, and the line, at distance `rho` from the axis
 //!   and height `h` from the plane of the circle, run away from the foot of the axis, so that `rho` grows. The set `K` of `|rho - r| <= sqrt(d^2 - h^2)`,
@@ -25,6 +26,8 @@
 //!   the direction is one: of a point of `C`, then all of `K` counts; or of none: then with ends at angles `e <= f` from it, below a quarter, `(r cos f - r cos e)^2 + (r sin e)^2 <= (r sin f)^2`: if there is
 //!   anything within `d` of the one at `f`, then its foot on the line, which is within `d` of the other too. So on either side of the foot of the axis what is in the crack by `C` is one stretch
 //!   at most. (An end beyond a quarter is farther than `d` from what is farther than that from the axis.)
+//!   Where the line touches the circle at the foot, `rho - r` is nowhere below zero and `K` is one interval about the foot: the same without taking sides. A line along the
+//!   axis is at one distance from the axis: squares of distances from points of `C` are `(t - h)^2 |d|^2` and numbers that do not change, and what is within `d` of any is an interval about `h`.
 //!   Let `C` be part of any circle of radius `r`, and `m` bound the distances of its points that are within `d` of the line in the group from each other. Suppose `x_1` and `x_2` on the line
 //!   are within `d` of `c_1`, `c_2` in `C`, and nothing between them is of any point of `C`. The arc from `c_1` to `c_2` is in `C`, if not both ends of `C` are within `m` of these. It is within `s <= |c_1
 //!   c_2|^2 / (4 r)` of its chord. The middles of `x_1 x_2` and of the chord are no nearer than `d - s`, but no farther than the root of `d^2 - |e|^2 / 4` with `e = (x_2 - x_1) - (c_2 - c_1)`: so `|e|^2 < 8 d
@@ -216,6 +219,10 @@ struct Edge<'a> {
     courses: Vec<Option<Course>>,
     least: f64,
     most: f64,
+    /// What `most` is without the exact proof that there is no width: parts are short against this.
+    grain: f64,
+    /// Whether the crack has no width and the line does not meet the edge, exactly.
+    apart: bool,
     /// Parameters for a unit of length, rounded up.
     scale: f64,
 }
@@ -226,13 +233,20 @@ impl<'a> Edge<'a> {
         let trims = &brep.brep().parts().edges[shared.edge].trims;
         let images: Option<Vec<_>> = trims.iter().map(|t| brep.fine_trim_image(*t)).collect();
         let courses = trims.iter().map(|t| brep.course(*t));
-        let most = brep.fine_crack_width(shared.edge);
-        most.is_finite().then_some(Self {
+        let grain = brep.fine_crack_width(shared.edge);
+        let meets = brep.meets_joined(shared.edge, &stab.origin, &stab.direction);
+        let (least, most) = match meets {
+            Some(_) => (0.0, 0.0),
+            None => (brep.least_crack_width(shared.edge), grain),
+        };
+        grain.is_finite().then_some(Self {
             images: images?,
             trims,
             courses: courses.collect(),
-            least: brep.least_crack_width(shared.edge),
+            least,
             most,
+            grain,
+            apart: meets == Some(false),
             scale: UP / stab.direction.norm(),
         })
     }
@@ -254,17 +268,24 @@ impl<'a> Edge<'a> {
         let here = places().find(held);
         let anywhere = here.is_some() || places().next().is_some();
         let covered = anywhere
-            && group.images.iter().all(|image| match (&self.courses[*image], &here) {
-                (Some(Course::Straight), _) => true,
-                (Some(course), Some(t)) => {
-                    let level = match course {
-                        Course::Round(round) => self.is_one_stretch(stab, group, *image, round),
-                        _ => false,
-                    };
-                    level || self.is_passed(stab, group, *image, course, t)
-                }
-                _ => false,
-            });
+            && group
+                .images
+                .iter()
+                .all(|image| match (&self.courses[*image], &here) {
+                    (Some(Course::Straight), _) => true,
+                    (Some(course), Some(t)) => {
+                        let level = match course {
+                            Course::Round(round) => {
+                                let on = |m: &Meeting| m.on.contains(&self.trims[*image]);
+                                let touched = |foot: &When| exact().any(|m| on(m) && m.t.is(foot));
+                                self.is_one_stretch(stab, group, *image, round, touched)
+                            }
+                            _ => false,
+                        };
+                        level || self.is_passed(stab, group, *image, course, t)
+                    }
+                    _ => false,
+                });
         [covered, covered && here.is_some()]
     }
 
@@ -311,19 +332,38 @@ impl<'a> Edge<'a> {
             return 2;
         };
         let ends = [(first, 0.0), (last, 1.0)];
-        let ends = ends.iter().filter(|(s, at)| near(&s.point(*at), (s.slack + image.extra) * UP));
+        let ends = ends
+            .iter()
+            .filter(|(s, at)| near(&s.point(*at), (s.slack + image.extra) * UP));
         ends.count()
     }
 
     /// Whether what is in the crack by an image that is part of a circle is one stretch, where it is in a group.
-    fn is_one_stretch(&self, stab: &Stabber, group: &Group, image: usize, round: &Round) -> bool {
+    /// `touched` says whether the line is on the circle at its foot.
+    fn is_one_stretch(
+        &self,
+        stab: &Stabber,
+        group: &Group,
+        image: usize,
+        round: &Round,
+        touched: impl Fn(&When) -> bool,
+    ) -> bool {
+        if round.is_along(&stab.direction) {
+            return true;
+        }
         let Some((foot, meets_axis)) = round.foot(&stab.origin, &stab.direction) else {
             return false;
         };
+        if touched(&When::Exact(foot.clone())) {
+            return self.ends_near(stab, image, 0.0) < 2;
+        }
         // All of the group on one side of the foot, by more than the width.
         let foot = foot.enclosed();
         let far = CLEAR * self.most * self.scale;
-        let (low, high) = (below(foot.mid, foot.rad + far), above(foot.mid, foot.rad + far));
+        let (low, high) = (
+            below(foot.mid, foot.rad + far),
+            above(foot.mid, foot.rad + far),
+        );
         if !(group.t[1] < low || group.t[0] > high) {
             return false;
         }
@@ -354,10 +394,31 @@ impl<'a> Edge<'a> {
     }
 
     /// Parts that are not farther than `most` from the line, in groups; `None` where the budget does not suffice.
+    /// Parts of segments that are too many are left whole.
     fn groups(&self, stab: &Stabber, budget: &mut usize) -> Option<Vec<Group>> {
+        if self.apart {
+            return Some(Vec::new());
+        }
         let mut parts = Vec::new();
         for index in 0..self.images.len() {
-            self.parts(stab, index, budget, &mut parts)?;
+            let short = self.least.max(UNKNOWN * self.grain) / SHORT;
+            let Some(course) = &self.courses[index] else {
+                self.parts(stab, index, (short, false), budget, &mut parts)?;
+                continue;
+            };
+            // Of a circle it is of use to know where it is near the line, if its parts are short or not. A line along a segment: what is in the crack
+            // by that is one stretch, however long its parts are.
+            let straight = matches!(course, Course::Straight);
+            let count = parts.len();
+            let mut few = FEW.min(*budget);
+            let before = few;
+            let cut = self.parts(stab, index, (short, !straight), &mut few, &mut parts);
+            *budget -= before - few;
+            if cut.is_none() {
+                parts.truncate(count);
+                let short = if straight { f64::INFINITY } else { short };
+                self.parts(stab, index, (short, false), budget, &mut parts)?;
+            }
         }
         parts.sort_by(|a, b| {
             let by_t = a.t[0].partial_cmp(&b.t[0]);
@@ -426,11 +487,12 @@ impl<'a> Edge<'a> {
         &self,
         stab: &Stabber,
         index: usize,
+        (short, local): (f64, bool),
         budget: &mut usize,
         out: &mut Vec<Part>,
     ) -> Option<()> {
         let image = self.images[index];
-        let short = self.least.max(UNKNOWN * self.most) / SHORT;
+        let wanted = self.least.max(UNKNOWN * self.grain) / SHORT;
         for s in &image.stretches {
             let slack = (s.slack + image.extra) * UP;
             let mut stack = vec![(stab.forms(&s.net()), 0)];
@@ -441,12 +503,14 @@ impl<'a> Edge<'a> {
                 }
                 let long = (place.length + 2.0 * slack) * UP > short;
                 // What the slack makes long stays so.
-                if long && depth < DEPTH && 2.0 * slack * UP <= short {
+                let far = local && place.length > LOCAL * slack;
+                if long && depth < DEPTH && (2.0 * slack * UP <= short || far) {
                     *budget = budget.checked_sub(1)?;
                     stack.extend(node.halves(true).map(|half| (half, depth + 1)));
                     continue;
                 }
                 let by = slack * self.scale;
+                let long = long || (place.length + 2.0 * slack) * UP > wanted;
                 out.push(Part {
                     image: index,
                     t: [below(place.t[0], by), above(place.t[1], by)],
@@ -463,6 +527,10 @@ impl<'a> Edge<'a> {
 const SHARP: f64 = 1.0 / (1u64 << 20) as f64;
 /// How many widths a group is from the foot of the axis, along the line.
 const CLEAR: f64 = 4.0;
+/// Parts of a segment or a circle are halved so often in all before they are taken otherwise: a line that passes one needs some hundred.
+const FEW: usize = 1 << 11;
+/// Parts of a circle whose slack is more than what is short are halved to this many slacks.
+const LOCAL: f64 = 64.0;
 /// Parts are not halved more often than this.
 const DEPTH: u32 = 100;
 
@@ -616,6 +684,8 @@ mod tests {
             courses: Vec::new(),
             least: 1.0,
             most: 1.0,
+            grain: 1.0,
+            apart: false,
             scale: 1.0,
         };
         let part = |t: [f64; 2], long: bool| Part {

@@ -2,7 +2,7 @@
 //!
 //! # What is proven
 //! What is known exactly of a hit is said in the module `prepare/closed/upon.rs`. A place of which some parameters are known exactly and the others are within
-//! enclosures is in a rectangle (the region, where that is one within the domain) by comparison. Else boxes that hold it are
+//! enclosures is in the closed region if it is on one of the runs of the line through it along an exact parameter. Where these are not known, boxes that hold it are
 //! looked at, one on either side of each exact parameter, within the domain: if one is inside, the place is in it or on its border, and so in the closed region; if all are
 //! outside, it is.
 
@@ -71,13 +71,12 @@ impl Spot {
         if on_domain != [Some(true); 2] {
             return None;
         }
-        if let Some(r) = region.rectangle() {
-            let within = [0, 1].map(|k| self.within(k, r[k]));
-            return if within.contains(&Some(false)) {
-                Some(false)
-            } else {
-                (within == [Some(true); 2]).then_some(true)
-            };
+        for k in 0..2 {
+            if let Some(c) = self.exact[k]
+                && let Some(runs) = self.runs(region, k)
+            {
+                return Some(runs.iter().any(|r| r[0] <= c && c <= r[1]));
+            }
         }
         let sides = |k: usize| -> [Option<[f64; 2]>; 2] {
             let (d, width) = (&domain[k], BESIDE * domain[k].length());
@@ -101,6 +100,95 @@ impl Spot {
             }
         }
         (any && outside).then_some(false)
+    }
+
+    /// Where the line through it along a parameter is in the closed region: intervals of that parameter; `None` where that is not known, as where it meets
+    /// pieces that are not straight along the other one.
+    ///
+    /// The parity on either side of the line changes where a piece passes from beside it on that side to it or beyond; the line is in the closed
+    /// region where the parity is odd on one of the sides. What is left is cut with the domain.
+    fn runs(&self, region: &TrimRegion, along: usize) -> Option<Vec<[f64; 2]>> {
+        let across = 1 - along;
+        let domain = region.domain();
+        let (own, other) = (domain[along], domain[across]);
+        match self.within(across, [other.start, other.end]) {
+            Some(true) => {}
+            Some(false) => return Some(Vec::new()),
+            None => return None,
+        }
+        if region.is_untrimmed() {
+            return Some(vec![[own.start, own.end]]);
+        }
+        // Where a number is: below it, there, or above.
+        let side = |x: f64| -> Option<i32> {
+            if let Some(c) = self.exact[across] {
+                return Some(if x < c { -1 } else { i32::from(x > c) });
+            }
+            let off = Ball::exact(x) - self.uv[across];
+            if off.is_above(0.0) {
+                Some(1)
+            } else {
+                (-off).is_above(0.0).then_some(-1)
+            }
+        };
+        let mut places: Vec<(f64, [bool; 2])> = Vec::new();
+        let mut on_line: Vec<[f64; 2]> = Vec::new();
+        for piece in region.pieces() {
+            if piece.origin == PieceOrigin::Domain {
+                continue;
+            }
+            let [low, high] = piece.hull[across];
+            if side(high) == Some(-1) || side(low) == Some(1) {
+                continue;
+            }
+            let (k, at) = iso(piece)?;
+            let [p, q] = [0, 1].map(|i: usize| piece.control_points[i]);
+            let signs = [side(p[across])?, side(q[across])?];
+            let changes = [
+                (signs[0] > 0) != (signs[1] > 0),
+                (signs[0] < 0) != (signs[1] < 0),
+            ];
+            if !(changes[0] || changes[1]) {
+                if signs == [0; 2] {
+                    let ends = [p[along], q[along]];
+                    on_line.push([ends[0].min(ends[1]), ends[0].max(ends[1])]);
+                }
+                continue;
+            }
+            // It runs across.
+            if k != along {
+                return None;
+            }
+            places.push((at, changes));
+        }
+        places.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let mut out: Vec<[f64; 2]> = Vec::new();
+        let (mut odd, mut from) = ([false; 2], None);
+        for same in places.chunk_by(|a, b| a.0 == b.0) {
+            let before = odd != [false; 2];
+            for (_, changes) in same {
+                for (o, c) in odd.iter_mut().zip(changes) {
+                    *o ^= c;
+                }
+            }
+            match (before, odd != [false; 2]) {
+                (false, true) => from = Some(same[0].0),
+                (true, false) => out.push([from?, same[0].0]),
+                // A point that pieces only touch.
+                (false, false) => return None,
+                (true, true) => {}
+            }
+        }
+        // Pieces on the line that are no border of a run.
+        let held = |x: &[f64; 2]| out.iter().any(|r| r[0] <= x[0] && x[1] <= r[1]);
+        if !on_line.iter().all(held) {
+            return None;
+        }
+        out.retain_mut(|r| {
+            *r = [r[0].max(own.start), r[1].min(own.end)];
+            r[0] <= r[1]
+        });
+        Some(out)
     }
 
     /// The trims along parameters that it is exactly on.
@@ -128,10 +216,19 @@ pub(super) fn border_hit(
 ) -> Option<Option<RawHit>> {
     let (region, surface) = (brep.region(face), brep.brep().surface(face));
     let along = brep.closed(face)?.surface.profile_axis()?;
-    let mut isos: Vec<f64> = region.pieces().iter().filter_map(iso).filter(|i| i.0 == along).map(|i| i.1).collect();
+    let mut isos: Vec<f64> = region
+        .pieces()
+        .iter()
+        .filter_map(iso)
+        .filter(|i| i.0 == along)
+        .map(|i| i.1)
+        .collect();
     isos.sort_by(f64::total_cmp);
     isos.dedup();
-    let known: Exactly = brep.closed(face)?.surface.exactly(surface, line, hit, &isos)?;
+    let known: Exactly = brep
+        .closed(face)?
+        .surface
+        .exactly(surface, line, hit, &isos)?;
     if known.at == [None; 2] {
         return None;
     }
@@ -169,18 +266,19 @@ pub(super) fn border_hit(
     told.then_some(None)
 }
 
-/// The hit of a line that lies in a cylinder or a cone whose region is a rectangle, if it is in that; `None` where that is not known.
-pub(super) fn ruling_hit(
+/// The hits of a line that lies in a cylinder or a cone; `None` where they are not known.
+pub(super) fn ruling_hits(
     brep: &PreparedBrep,
     stab: &Stabber,
     face: usize,
     line: &ClosedLine,
-) -> Option<Option<RawHit>> {
+) -> Option<Vec<RawHit>> {
     let region = brep.region(face);
-    let rectangle = region.rectangle()?;
-    let ruling = brep.closed(face)?.surface.ruling(brep.brep().surface(face), line)?;
+    let surface = brep.brep().surface(face);
+    let ruling = brep.closed(face)?.surface.ruling(surface, line)?;
     let (along, across) = (ruling.along, 1 - ruling.along);
-    let mut told = true;
+    let middle = 0.5 * (region.domain()[along].start + region.domain()[along].end);
+    let mut out = Vec::new();
     for copy in ruling.across() {
         let spot = |v: f64| {
             let (mut uv, mut known) = ([copy; 2], [None; 2]);
@@ -188,47 +286,42 @@ pub(super) fn ruling_hit(
             (known[along], known[across]) = (Some(v), ruling.at);
             Spot::new(uv, &known)
         };
-        let ends = rectangle[along].map(spot);
-        match ends[0].within(across, rectangle[across]) {
-            Some(true) => {}
-            Some(false) => continue,
-            None => {
-                told = false;
-                continue;
-            }
-        }
-        let [start, end] = rectangle[along].map(|v| ruling.parameter(v));
-        let (start, end) = (start?, end?);
-        let [first, last] = if start.cmp(&end).is_le() {
-            [(start, &ends[0]), (end, &ends[1])]
-        } else {
-            [(end, &ends[1]), (start, &ends[0])]
-        };
-        let uv = first.1.uv.map(|x| x.mid.hi);
-        let meeting = Meeting {
-            t: When::Exact(first.0),
-            end: Some(When::Exact(last.0)),
-            touches: true,
-            on: first.1.trims(region),
-            end_on: last.1.trims(region),
-            uv,
-        };
-        let Some(meeting) = meeting.within(stab.range)? else {
-            return Some(None);
-        };
-        let t = meeting.t.enclosed();
-        return Some(Some(RawHit {
-            face,
-            at: HitAt::Closed {
+        for run in spot(middle).runs(region, along)? {
+            let ends = run.map(spot);
+            let [start, end] = run.map(|v| ruling.parameter(v));
+            let (start, end) = (start?, end?);
+            let [first, last] = if start.cmp(&end).is_le() {
+                [(start, &ends[0]), (end, &ends[1])]
+            } else {
+                [(end, &ends[1]), (start, &ends[0])]
+            };
+            let point = run[0] == run[1];
+            let uv = first.1.uv.map(|x| x.mid.hi);
+            let meeting = Meeting {
+                t: When::Exact(first.0),
+                end: (!point).then_some(When::Exact(last.0)),
+                touches: true,
+                on: first.1.trims(region),
+                end_on: last.1.trims(region),
                 uv,
-                point: [0, 1, 2].map(|c| line.origin[c] + t * line.direction[c]),
-            },
-            t,
-            inside: true,
-            at_joint: false,
-            touches: true,
-            exact: Some(Box::new(meeting)),
-        }));
+            };
+            let Some(meeting) = meeting.within(stab.range)? else {
+                continue;
+            };
+            let t = meeting.t.enclosed();
+            out.push(RawHit {
+                face,
+                at: HitAt::Closed {
+                    uv,
+                    point: [0, 1, 2].map(|c| line.origin[c] + t * line.direction[c]),
+                },
+                t,
+                inside: true,
+                at_joint: false,
+                touches: true,
+                exact: Some(Box::new(meeting)),
+            });
+        }
     }
-    told.then_some(None)
+    Some(out)
 }

@@ -2,7 +2,7 @@
 
 use super::closed::boxes_side;
 use super::forms::Stabber;
-use super::upon::{border_hit, ruling_hit};
+use super::upon::{border_hit, ruling_hits};
 use super::zeros::{Digits, HitAt, RawHit};
 use crate::numeric::{Ball, Dd};
 use crate::prepare::PreparedBrep;
@@ -83,7 +83,7 @@ pub(super) fn closed_hits(
     let mut out = Vec::new();
     let Some(found) = form.surface.hits(&line) else {
         // It may lie in the face.
-        hits.extend(ruling_hit(brep, stab, face, &line)?);
+        hits.extend(ruling_hits(brep, stab, face, &line)?);
         return Some(());
     };
     for mut hit in found {

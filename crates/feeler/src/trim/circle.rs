@@ -105,6 +105,11 @@ impl Direction {
 }
 
 impl ArcSpan {
+    /// Its circle's centre and radius.
+    pub(super) fn circle(&self) -> ([f64; 2], f64) {
+        (self.center, self.radius)
+    }
+
     /// Its end points, where they are on axes.
     pub(super) fn exact_ends(&self) -> [Option<Exact3>; 2] {
         self.ends.map(|d| match d {

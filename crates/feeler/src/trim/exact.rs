@@ -18,6 +18,8 @@ pub(crate) struct ExactPiece {
     pub(crate) balls: Vec<Ball3>,
     /// Its end points, where they are known exactly.
     pub(crate) ends: [Option<ExactPoint>; 2],
+    /// Centre and radius of the circle of a piece of a native arc that has no exact control points.
+    pub(crate) circle: Option<([f64; 2], f64)>,
 }
 
 fn dyadics(p: &Exact3) -> ExactPoint {
@@ -46,6 +48,10 @@ fn piece(piece: &Piece) -> ExactPiece {
         points,
         balls: source.balls(),
         ends,
+        circle: match source {
+            Source::Arc(arc) => Some(arc.circle()),
+            _ => None,
+        },
     }
 }
 

@@ -233,18 +233,6 @@ impl TrimRegion {
         }
     }
 
-    /// What the region is, if that is a rectangle within the domain.
-    pub(crate) fn rectangle(&self) -> Option<[[f64; 2]; 2]> {
-        let domain = self.domain.map(|d| [d.start, d.end]);
-        if self.untrimmed {
-            return Some(domain);
-        }
-        let within = |r: &[[f64; 2]; 2]| {
-            (0..2).all(|k| domain[k][0] <= r[k][0] && r[k][1] <= domain[k][1])
-        };
-        self.rectangle.filter(within)
-    }
-
     /// What `pieces` are made of.
     pub(super) fn trim_pieces(&self) -> &[Piece] {
         &self.pieces

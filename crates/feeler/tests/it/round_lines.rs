@@ -83,7 +83,11 @@ fn cylinder([x, y, z]: [f64; 3], radius: f64, height: f64, wide: f64) -> Prepare
         });
         b.face_with_trims(
             Surface::Plane(plane.unwrap()),
-            vec![vec![trim([vertex, vertex], Curve::Arc(curve.unwrap()), edge)]],
+            vec![vec![trim(
+                [vertex, vertex],
+                Curve::Arc(curve.unwrap()),
+                edge,
+            )]],
         )
         .unwrap();
     }
@@ -128,22 +132,39 @@ fn lines_in_the_plane_of_a_cap() {
                 (2, ends[0], Some(ends[1]), true),
             ];
             assert_eq!(hits(&answer), expected, "{origin:?} {d:?} {answer:?}");
-            assert_eq!((answer.undecided, answer.crossings, answer.in_crack), (None, None, false));
+            assert_eq!(
+                (answer.undecided, answer.crossings, answer.in_crack),
+                (None, None, false)
+            );
             // One unit above there is nothing but the crack, below it the side alone.
             let below = ask(&part, [origin[0], origin[1], 8f64.next_down()], d);
-            assert_eq!((below.undecided, below.crossings, below.hits.len()), (None, Some(2), 2));
+            assert_eq!(
+                (below.undecided, below.crossings, below.hits.len()),
+                (None, Some(2), 2)
+            );
             let above = ask(&part, [origin[0], origin[1], 8f64.next_up()], d);
             assert!(above.hits.is_empty());
         }
-        // A tangent: one point of the cap and of the side.
-        for (origin, d) in [([-10., 5., 8.], [1., 0., 0.]), ([5., -10., 8.], [0., 1., 0.]), ([-5., -10., 0.], [0., 1., 0.])] {
+        // A tangent: one point of the cap and of the side. (Where it touches at the seam, ends of arcs that are no quotients leave it open.)
+        for (origin, d) in [
+            ([-10., 5., 8.], [1., 0., 0.]),
+            ([-5., -10., 0.], [0., 1., 0.]),
+        ] {
             let answer = ask(&part, origin, d);
-            let all: Vec<_> = answer.hits.iter().map(|h| (h.t.value, h.tangential)).collect();
+            let all: Vec<_> = answer
+                .hits
+                .iter()
+                .map(|h| (h.t.value, h.tangential))
+                .collect();
             assert_eq!(all, [(10., true); 2], "{origin:?} {answer:?}");
             for by in [-1f64, 1.] {
                 let k = if d[0] == 0. { 0 } else { 1 };
                 let mut moved = origin;
-                moved[k] = if by * origin[k] > 0. { origin[k].next_up() } else { origin[k].next_down() };
+                moved[k] = if by * origin[k] > 0. {
+                    origin[k].next_up()
+                } else {
+                    origin[k].next_down()
+                };
                 let out = origin[k].abs() < moved[k].abs();
                 let found = ask(&part, moved, d);
                 assert!(!out || found.hits.is_empty(), "{moved:?} {found:?}");
@@ -156,14 +177,25 @@ fn lines_in_the_plane_of_a_cap() {
 fn lines_along_a_ruling() {
     for wide in WIDE {
         let part = cylinder([0.; 3], 5., 8., wide);
-        for (x, y) in [(5., 0.), (-5., 0.), (0., 5.), (0., -5.), (3., 4.), (-4., 3.), (3., -4.)] {
+        for (x, y) in [
+            (5., 0.),
+            (-5., 0.),
+            (0., 5.),
+            (0., -5.),
+            (3., 4.),
+            (-4., 3.),
+            (3., -4.),
+        ] {
             for (from, d, ends) in [(-1., 1., [1., 9.]), (10., -2., [1., 5.])] {
                 let answer = ask(&part, [x, y, from], [0., 0., d]);
                 let mut expected = vec![(0, ends[0], Some(ends[1]), true)];
                 let at = if d > 0. { ends } else { [ends[1], ends[0]] };
                 expected.extend([(1, at[0], None, false), (2, at[1], None, false)]);
                 assert_eq!(hits(&answer), expected, "{x} {y} {answer:?}");
-                assert_eq!((answer.undecided, answer.crossings, answer.in_crack), (None, None, false));
+                assert_eq!(
+                    (answer.undecided, answer.crossings, answer.in_crack),
+                    (None, None, false)
+                );
             }
         }
     }
@@ -185,7 +217,11 @@ fn lines_through_the_seam() {
             assert_eq!(answer.undecided, None, "{origin:?} {d:?}");
             // Where it touches at the seam, it is in the passage of the seam's crack, which counts once.
             let expected = if count == 0 { 1 } else { count };
-            assert_eq!(answer.crossings, Some(expected), "{origin:?} {d:?} {answer:?}");
+            assert_eq!(
+                answer.crossings,
+                Some(expected),
+                "{origin:?} {d:?} {answer:?}"
+            );
         }
     }
 }
@@ -212,8 +248,46 @@ fn moved_and_scaled() {
                     assert_eq!(own.len(), 1, "{origin:?} {d:?} {answer:?}");
                 }
                 for [start, end] in own {
-                    let near = |x: f64| (x.abs() * norm - radius).abs() < 1e-9 * at[0].abs().max(1.);
+                    let near =
+                        |x: f64| (x.abs() * norm - radius).abs() < 1e-9 * at[0].abs().max(1.);
                     assert!(near(start.value) && near(end.value), "{answer:?}");
+                }
+            }
+        }
+    }
+}
+
+/// Through points of a rim and of the interior, exactly: the rim counts once, for both of its faces; moved by one unit the line meets either face, or its
+/// crack, and crosses as often.
+#[test]
+fn lines_through_a_rim() {
+    let part = cylinder([0.; 3], 5., 8., 1.5);
+    for p in [
+        [3., 4., 8.],
+        [-4., 3., 8.],
+        [0., 5., 8.],
+        [-5., 0., 0.],
+        [3., -4., 0.],
+    ] {
+        for q in [[0.5, -1., 3.], [0., 0., 4.], [-2., 1., 7.]] {
+            let d = [0, 1, 2].map(|c: usize| q[c] - p[c]);
+            let from = [0, 1, 2].map(|c: usize| p[c] - d[c]);
+            let answer = ask(&part, from, d);
+            assert_eq!(
+                (answer.undecided, answer.crossings, answer.in_crack),
+                (None, Some(2), false),
+                "{p:?} {q:?} {answer:?}"
+            );
+            // Through the middle it meets the other rim too.
+            let count = if q == [0., 0., 4.] { 4 } else { 3 };
+            assert_eq!(answer.hits.len(), count, "{p:?} {q:?}");
+            for c in 0..3 {
+                for by in [f64::next_up, f64::next_down] {
+                    let mut moved = from;
+                    moved[c] = by(moved[c]);
+                    let answer = ask(&part, moved, d);
+                    let told = answer.undecided.is_some() || answer.crossings == Some(2);
+                    assert!(told, "{p:?} {q:?} {moved:?} {answer:?}");
                 }
             }
         }

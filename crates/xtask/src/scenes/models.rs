@@ -354,7 +354,12 @@ fn bounds(model: &Model) -> Result<[[f64; 2]; 3], String> {
                     ..Options::default()
                 };
                 let mut workspace = Workspace::default();
-                let answer = contact(&prepared, &Probe::HalfSpace(probe), &options, &mut workspace);
+                let answer = contact(
+                    &prepared,
+                    &Probe::HalfSpace(probe),
+                    &options,
+                    &mut workspace,
+                );
                 let end = sign * answer.separation.value;
                 let end = (end * PARTS_OF_UNIT).round() / PARTS_OF_UNIT;
                 *own = [own[0].min(end), own[1].max(end)];
@@ -377,7 +382,11 @@ fn lattice(bounds: &[[f64; 2]; 3]) -> Vec<LineLine> {
                 origin[k] = bounds[k][0] - 1.0;
                 // As a segment it ends within the model or on its border.
                 let n = out.len();
-                direction[k] = if n % 3 == 2 { 1.0 + 0.5 * (bounds[k][1] - bounds[k][0]) } else { 1.0 };
+                direction[k] = if n % 3 == 2 {
+                    1.0 + 0.5 * (bounds[k][1] - bounds[k][0])
+                } else {
+                    1.0
+                };
                 let kind = [LineKindLine::Line, LineKindLine::Ray, LineKindLine::Segment][n % 3];
                 out.push(LineLine {
                     origin,

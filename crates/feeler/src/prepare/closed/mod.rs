@@ -21,8 +21,8 @@ pub(crate) use form::{Boxes, Extent, Minimum, Target, V3, distance_range, exact,
 pub(crate) use gap::frechet;
 pub(crate) use line::{ClosedHit, ClosedLine};
 pub(crate) use place::Places;
-pub(crate) use upon::Exactly;
 pub(crate) use sphere::{SphereFoot, SphereForm};
+pub(crate) use upon::Exactly;
 
 use plane::PlaneForm;
 use revolution::RevolutionForm;

@@ -157,17 +157,20 @@ impl Quadric {
         Some(all.iter().all(|x| x.signum() == 0))
     }
 
+    /// Where the line `from + t direction` touches the surface, if it does.
+    pub(super) fn touch(&self, from: &[f64; 3], direction: &[f64; 3]) -> Option<Ratio> {
+        let [a, b, c] = self.on_line(from, direction, 0.0)?;
+        let touches = a.signum() != 0 && &b * &b == &a * &c;
+        touches.then(|| Ratio::new(-&b, a))
+    }
+
     /// Whether the line `from + t direction` meets the surface at `t`, exactly.
-    pub(super) fn is_root(
-        &self,
-        from: &[f64; 3],
-        direction: &[f64; 3],
-        t: &Ratio,
-    ) -> Option<bool> {
+    pub(super) fn is_root(&self, from: &[f64; 3], direction: &[f64; 3], t: &Ratio) -> Option<bool> {
         let [a, b, c] = self.on_line(from, direction, 0.0)?;
         let (top, bottom) = (&t.top, &t.bottom);
         let twice = &b + &b;
-        let value = &(&(&a * top) * top) + &(&(&(&twice * top) * bottom) + &(&(&c * bottom) * bottom));
+        let value =
+            &(&(&a * top) * top) + &(&(&(&twice * top) * bottom) + &(&(&c * bottom) * bottom));
         Some(value.signum() == 0)
     }
 

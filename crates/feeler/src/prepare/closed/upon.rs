@@ -7,8 +7,8 @@
 //! or `t_0` is in its enclosure and `f(t_0) = 0`.
 //!
 //! - The points of the surface of the profile's parameter `v` are at one height: that of the profile's point `P(v)` along the axis `a`, a quotient where the
-//!   profile is a segment (whose height changes with `v`: so points of that height have that parameter), and the centre's at the start of an arc at whose angle
-//!   zero the direction `x` is orthogonal to the axis (its height there changes fastest).
+//!   profile is a segment (whose height changes with `v`: so points of that height have that parameter), and the centre's where an arc's angle is
+//!   zero if its direction `x` is orthogonal to the axis (its height there changes fastest, and is the same only half a turn from there, beyond the axis).
 //! - Where the profile's plane holds the axis, exactly, points at angle zero are in it, on the profile's side of the axis.
 //! - Where `f` is zero everywhere the line lies in the surface. If this is a cylinder or a cone (the profile's plane holds the axis), it is a copy of the profile, turned: the angle
 //!   is that of any of its points, and `v` is linear in `t`.
@@ -64,7 +64,12 @@ type Linear = [Dyadic; 2];
 
 impl RevolutionForm {
     /// Whether a linear function is zero at a hit, and where on the line, if that is told by it; `None` where it is not zero.
-    fn zero_at(&self, line: &ClosedLine, hit: &ClosedHit, [value, rate]: &Linear) -> Option<Option<Ratio>> {
+    fn zero_at(
+        &self,
+        line: &ClosedLine,
+        hit: &ClosedHit,
+        [value, rate]: &Linear,
+    ) -> Option<Option<Ratio>> {
         if rate.signum() == 0 {
             return (value.signum() == 0).then_some(None);
         }
@@ -87,7 +92,10 @@ impl RevolutionForm {
         } else {
             return None;
         };
-        let (origin, axis) = (vector(s.origin.coords.as_slice())?, vector(s.axis.as_slice())?);
+        let (origin, axis) = (
+            vector(s.origin.coords.as_slice())?,
+            vector(s.axis.as_slice())?,
+        );
         let normal = match &s.profile {
             Curve3::Line(l) => {
                 let [p, q] = [&l.from, &l.to].map(|p| vector(p.coords.as_slice()));
@@ -96,7 +104,8 @@ impl RevolutionForm {
                 if is_zero(&normal) {
                     normal = cross(&axis, &q);
                 }
-                (dot(&normal, &p).signum() == 0 && dot(&normal, &q).signum() == 0).then_some(normal)?
+                (dot(&normal, &p).signum() == 0 && dot(&normal, &q).signum() == 0)
+                    .then_some(normal)?
             }
             // Its centre is on the axis, or there is no quadric.
             Curve3::Arc(a) => {
@@ -113,9 +122,15 @@ impl RevolutionForm {
         let Curve3::Line(l) = &s.profile else {
             return None;
         };
-        let (origin, axis) = (vector(s.origin.coords.as_slice())?, vector(s.axis.as_slice())?);
+        let (origin, axis) = (
+            vector(s.origin.coords.as_slice())?,
+            vector(s.axis.as_slice())?,
+        );
         let height = |p: &[f64]| Some(dot(&sub(&vector(p)?, &origin), &axis));
-        let ends = [height(l.from.coords.as_slice())?, height(l.to.coords.as_slice())?];
+        let ends = [
+            height(l.from.coords.as_slice())?,
+            height(l.to.coords.as_slice())?,
+        ];
         (ends[0] != ends[1]).then_some(Rise {
             ends,
             at: [l.domain.start, l.domain.end],
@@ -169,7 +184,10 @@ impl ClosedSurface {
         {
             at[angular] = Some(u);
         }
-        let (origin, axis) = (vector(s.origin.coords.as_slice())?, vector(s.axis.as_slice())?);
+        let (origin, axis) = (
+            vector(s.origin.coords.as_slice())?,
+            vector(s.axis.as_slice())?,
+        );
         let [value, rate] = linear(&axis, &origin, line)?;
         if let Some(rise) = r.rise(s) {
             for v in isos {
@@ -183,7 +201,9 @@ impl ClosedSurface {
         if let Curve3::Arc(a) = &s.profile {
             let (x, z) = (vector(a.x.as_slice())?, vector(a.z.as_slice())?);
             let level = dot(&x, &axis).signum() == 0 && dot(&z, &axis).signum() == 0;
-            let v = if a.angle.start == 0.0 {
+            let v = if a.angle == a.domain {
+                Some(0.0)
+            } else if a.angle.start == 0.0 {
                 Some(a.domain.start)
             } else if a.angle.end == 0.0 {
                 Some(a.domain.end)
@@ -201,6 +221,14 @@ impl ClosedSurface {
             }
         }
         out.at = at;
+        if hit.touches && out.t.is_none() {
+            let [from, direction] = stored(line);
+            out.t = r
+                .quadric
+                .as_ref()?
+                .touch(&from, &direction)
+                .map(When::Exact);
+        }
         Some(out)
     }
 
@@ -222,7 +250,10 @@ impl ClosedSurface {
             return None;
         }
         // The plane of the profile holds the axis, whatever the angle at which it is a border.
-        let (origin, axis) = (vector(s.origin.coords.as_slice())?, vector(s.axis.as_slice())?);
+        let (origin, axis) = (
+            vector(s.origin.coords.as_slice())?,
+            vector(s.axis.as_slice())?,
+        );
         let Curve3::Line(l) = &s.profile else {
             return None;
         };
