@@ -99,3 +99,53 @@ impl Ratio {
         enclosed(&self.top.shifted(by)) / enclosed(&self.bottom.shifted(by))
     }
 }
+
+/// A parameter of a line: exactly, or within an enclosure.
+#[derive(Clone, Debug)]
+pub(crate) enum When {
+    Exact(Ratio),
+    /// A number that may be no quotient.
+    Known(Ball<Dd>),
+}
+
+impl When {
+    /// Exact where the enclosure is one number.
+    pub(crate) fn from_ball(t: Ball<Dd>) -> Self {
+        if t.rad == 0.0
+            && let (Some(high), Some(low), Some(bottom)) =
+                (dyadic(t.mid.hi), dyadic(t.mid.lo), dyadic(1.0))
+        {
+            return Self::Exact(Ratio::new(&high + &low, bottom));
+        }
+        Self::Known(t)
+    }
+
+    /// `None` where enclosures do not tell.
+    pub(crate) fn cmp(&self, other: &Self) -> Option<Ordering> {
+        if let (Self::Exact(a), Self::Exact(b)) = (self, other) {
+            return Some(a.cmp(b));
+        }
+        let (a, b) = (self.enclosed(), other.enclosed());
+        let off = a - b;
+        if off.is_above(0.0) {
+            Some(Ordering::Greater)
+        } else if (-off).is_above(0.0) {
+            Some(Ordering::Less)
+        } else {
+            None
+        }
+    }
+
+    /// Whether two are proven to be the same.
+    pub(crate) fn is(&self, other: &Self) -> bool {
+        matches!((self, other), (Self::Exact(a), Self::Exact(b)) if a.cmp(b).is_eq())
+    }
+
+    /// In double-double.
+    pub(crate) fn enclosed(&self) -> Ball<Dd> {
+        match self {
+            Self::Exact(t) => t.enclosed(),
+            Self::Known(t) => *t,
+        }
+    }
+}

@@ -53,7 +53,7 @@ impl<T: Real> Stretch<T> {
 
 impl Stretch<Dd> {
     /// The point of the curve at a parameter.
-    pub(super) fn point(&self, at: f64) -> V3 {
+    pub(crate) fn point(&self, at: f64) -> V3 {
         let value = |c: usize| {
             let known = |p: &[Dd; 4]| Ball {
                 mid: p[c],

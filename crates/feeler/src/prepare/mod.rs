@@ -4,11 +4,13 @@
 //! digits are asked for, once in double-double; where that loses them in rounding, in triple-double.
 
 mod boundary;
+mod bow;
 mod box_tree;
 mod bytes;
 mod circle;
 pub(crate) mod closed;
 mod compose;
+mod course;
 mod crack;
 mod exact;
 mod health;
@@ -46,7 +48,8 @@ pub use shortcuts::Shortcuts;
 
 pub(crate) use boundary::restrict;
 pub(crate) use box_tree::Skewer;
-pub(crate) use exact::Ratio;
+pub(crate) use course::{Course, Round};
+pub(crate) use exact::{Ratio, When};
 pub(crate) use image::{Image, Stretch};
 pub(crate) use near::distance;
 pub(crate) use net::{Products, curve_jet};

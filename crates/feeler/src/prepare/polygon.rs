@@ -1,4 +1,4 @@
-//! Faces that are polygons in a plane, and lines against them, exactly.
+//! Faces in a plane within straight and curved pieces, and lines against them, exactly.
 //!
 //! # What is exact
 //! On a plane, or a bilinear patch that is one, `S(u, v) = (O + A X + B Y) / m` with integers' fractions `O`, `X`, `Y`, `m` (dyadic
@@ -12,10 +12,16 @@
 //!   It is in the closed region if points just beside it are, to its left or to its right. To the left the parity changes where a piece has
 //!   one end to the left and the other not; to the right likewise. So one walk along the sorted meetings gives all intervals. A meeting
 //!   with no interval on either side is a point where the region touches the line.
+//!
+//! Of curved pieces of degree two the module `bow` tells where they meet a line in the plane, and whether a point is on one. Meetings that are no quotients
+//! are known in enclosures, and must be told apart by these. Off all pieces, a point is in the region if it is on a run of the line
+//! through it along u or v; where these are not known, its side is that of its enclosure (`trim/beside.rs`).
 
 use super::PreparedBrep;
-use super::exact::{D3, Ratio, cross, dot, dyadic, scale, sub, vector};
-use crate::numeric::Dyadic;
+use super::bow::{Bow, Track};
+use super::course::Round;
+use super::exact::{D3, Ratio, When, cross, dot, dyadic, scale, sub, vector};
+use crate::numeric::{Ball, Dd, Dyadic};
 use crate::nurbs::Surface;
 use crate::trim::{PieceOrigin, Side};
 use nalgebra::{Point3, Vector3};
@@ -39,6 +45,9 @@ pub(crate) struct Polygon {
     /// Where `A` and `B` are zero.
     start: [f64; 2],
     pieces: Vec<Straight>,
+    bows: Vec<Bow>,
+    /// The domain, relative to the corner, where loops may leave it.
+    domain: Option<D2>,
 }
 
 /// A piece of the boundary, and the trim that it is of; `None` for what joins trims and for borders of the domain.
@@ -51,9 +60,9 @@ struct Straight {
 /// Where a line meets a polygon: `t` rises.
 #[derive(Clone, Debug)]
 pub(crate) struct Meeting {
-    pub(crate) t: Ratio,
+    pub(crate) t: When,
     /// The other end, where the line runs in the polygon.
-    pub(crate) end: Option<Ratio>,
+    pub(crate) end: Option<When>,
     /// Whether it does not cross.
     pub(crate) touches: bool,
     /// Trims that it is exactly on.
@@ -64,37 +73,37 @@ pub(crate) struct Meeting {
 }
 
 impl Meeting {
-    /// The part of it from one parameter to another; an end that is not finite is none. `None` where it is beyond.
-    pub(crate) fn within(mut self, range: [f64; 2]) -> Option<Self> {
+    /// The part of it from one parameter to another, if there is one; an end that is not finite is none. `None` where that is not known.
+    pub(crate) fn within(mut self, range: [f64; 2]) -> Option<Option<Self>> {
         if let Some(low) = Ratio::from_f64(range[0]) {
+            let low = When::Exact(low);
             let last = self.end.as_ref().unwrap_or(&self.t);
-            if last.cmp(&low) == Ordering::Less {
-                return None;
+            if last.cmp(&low)? == Ordering::Less {
+                return Some(None);
             }
-            if self.t.cmp(&low) == Ordering::Less {
+            if self.t.cmp(&low)? == Ordering::Less {
                 self.t = low;
                 self.on.clear();
             }
         }
         if let Some(high) = Ratio::from_f64(range[1]) {
-            if self.t.cmp(&high) == Ordering::Greater {
-                return None;
+            let high = When::Exact(high);
+            if self.t.cmp(&high)? == Ordering::Greater {
+                return Some(None);
             }
-            if self
-                .end
-                .as_ref()
-                .is_some_and(|e| e.cmp(&high) == Ordering::Greater)
+            if let Some(end) = &self.end
+                && end.cmp(&high)? == Ordering::Greater
             {
                 self.end = Some(high);
                 self.end_on.clear();
             }
         }
-        Some(self)
+        Some(Some(self))
     }
 }
 
 /// `a x b` in the plane.
-fn turn(a: &D2, b: &D2) -> Dyadic {
+pub(super) fn turn(a: &D2, b: &D2) -> Dyadic {
     &(&a[0] * &b[1]) - &(&a[1] * &b[0])
 }
 
@@ -103,20 +112,20 @@ fn less(a: &D2, b: &D2) -> D2 {
 }
 
 /// Where a line in the plane meets pieces.
-struct Event {
-    t: Ratio,
+pub(super) struct Event {
+    t: When,
     trims: Vec<usize>,
     /// Whether a piece passes from beside the line to the left of it or back, and likewise to the right.
-    changes: [bool; 2],
+    pub(super) changes: [bool; 2],
     /// Where to pieces run that end there.
-    ways: Vec<D2>,
+    pub(super) ways: Vec<D2>,
 }
 
 impl Event {
-    fn new(t: Ratio, piece: &Straight) -> Self {
+    pub(super) fn new(t: When, trim: Option<usize>) -> Self {
         Self {
             t,
-            trims: piece.trim.into_iter().collect(),
+            trims: trim.into_iter().collect(),
             changes: [false; 2],
             ways: Vec::new(),
         }
@@ -198,24 +207,33 @@ impl Polygon {
             return None;
         }
         let start = [u.start, v.start];
-        let mut pieces = Vec::new();
-        for piece in brep.region(face).pieces() {
-            let [p, q] = piece.control_points.as_slice() else {
-                return None;
-            };
-            if piece.radius != [0.0; 3] || p[2] != 1.0 || q[2] != 1.0 || !piece.inside_domain {
-                return None;
+        let (mut pieces, mut bows) = (Vec::new(), Vec::new());
+        let region = brep.region(face);
+        let leaves = region.pieces().iter().any(|p| !p.inside_domain);
+        for (piece, own) in region.pieces().iter().zip(region.exact_pieces()) {
+            // Where loops leave the domain, what they make is cut with it.
+            if leaves && piece.origin == PieceOrigin::Domain {
+                continue;
             }
+            let trim = match piece.origin {
+                PieceOrigin::Trim { trim, .. } => Some(trim),
+                _ => None,
+            };
+            let ends = match piece.control_points.as_slice() {
+                [p, q] if piece.radius == [0.0; 3] && p[2] == 1.0 && q[2] == 1.0 => Some([p, q]),
+                _ => None,
+            };
+            let Some([p, q]) = ends else {
+                bows.push(Bow::new(&own, trim, start)?);
+                continue;
+            };
             let at = |p: &[f64; 3]| -> Option<D2> {
                 let relative = |k: usize| Some(&dyadic(p[k])? - &dyadic(start[k])?);
                 Some([relative(0)?, relative(1)?])
             };
             pieces.push(Straight {
                 ends: [at(p)?, at(q)?],
-                trim: match piece.origin {
-                    PieceOrigin::Trim { trim, .. } => Some(trim),
-                    _ => None,
-                },
+                trim,
             });
         }
         let rough = Vector3::from_fn(|c, _| normal[c].approximate());
@@ -230,6 +248,8 @@ impl Polygon {
             unit: unit.into(),
             start,
             pieces,
+            bows,
+            domain: leaves.then_some([du, dv]),
         })
     }
 
@@ -241,11 +261,49 @@ impl Polygon {
     /// Whether a trim is one straight piece.
     pub(crate) fn is_straight(&self, trim: usize) -> bool {
         self.pieces.iter().filter(|p| p.trim == Some(trim)).count() == 1
+            && self.bows.iter().all(|b| b.trim != Some(trim))
+    }
+
+    /// The ends in space of a trim that is one straight piece, over a common number.
+    pub(super) fn segment(&self, trim: usize) -> Option<([D3; 2], &Dyadic)> {
+        if !self.is_straight(trim) {
+            return None;
+        }
+        let piece = self.pieces.iter().find(|p| p.trim == Some(trim))?;
+        let ends = piece.ends.each_ref().map(|[a, b]| {
+            std::array::from_fn(|c| &(&self.origin[c] + &(a * &self.x[c])) + &(b * &self.y[c]))
+        });
+        Some((ends, &self.m))
+    }
+
+    /// The circle in space that circles about a place in uv are; `None` where they are ellipses.
+    pub(super) fn circle(&self, center: [f64; 2]) -> Option<Round> {
+        let even =
+            dot(&self.x, &self.y).signum() == 0 && dot(&self.x, &self.x) == dot(&self.y, &self.y);
+        if !even {
+            return None;
+        }
+        let by = |k: usize| Some(&dyadic(center[k])? - &dyadic(self.start[k])?);
+        let (a, b) = (by(0)?, by(1)?);
+        let origin =
+            std::array::from_fn(|c| &(&self.origin[c] + &(&a * &self.x[c])) + &(&b * &self.y[c]));
+        Some(Round::new(origin, self.m.clone(), self.normal.clone()))
+    }
+
+    /// Whether all of its pieces are straight: then nothing is left open, but where pieces run back.
+    pub(crate) fn is_plain(&self) -> bool {
+        self.bows.is_empty()
     }
 
     /// All places where a line meets the closed polygon, in order; `None` where the line is not of finite numbers, or
-    /// touches the region in a point where two pieces run back.
-    pub(crate) fn meetings(&self, o: &Point3<f64>, d: &Vector3<f64>) -> Option<Vec<Meeting>> {
+    /// touches the region in a point where two pieces run back, and next to curved pieces where neither exact numbers nor
+    /// `side`, the side of parameters that are known in enclosures, tell.
+    pub(crate) fn meetings(
+        &self,
+        o: &Point3<f64>,
+        d: &Vector3<f64>,
+        side: impl FnOnce([Ball<Dd>; 2]) -> Option<Side>,
+    ) -> Option<Vec<Meeting>> {
         let (o, d) = (vector(o.coords.as_slice())?, vector(d.as_slice())?);
         // From the corner to the origin, times m.
         let from = sub(&scale(&o, &self.m), &self.origin);
@@ -258,11 +316,11 @@ impl Polygon {
             return self.along(&from, &d);
         }
         // m (o + t d) - origin = from + t m d, t = -height / (m rate): times the rate.
-        let t = Ratio::new(-&height, &self.m * &rate);
+        let t = When::Exact(Ratio::new(-&height, &self.m * &rate));
         let w: D3 = std::array::from_fn(|c| &(&from[c] * &rate) - &(&d[c] * &height));
         let bottom = &rate * &self.square;
         let p = self.parameters(&w);
-        let (side, on) = self.side(&p, &bottom);
+        let (side, on) = self.side(&p, &bottom, side)?;
         if side == Side::Outside {
             return Some(Vec::new());
         }
@@ -289,13 +347,24 @@ impl Polygon {
         [0, 1].map(|k| self.start[k] + p[k].approximate() / bottom.approximate())
     }
 
-    /// The side of `p / s`, and the trims that it is on.
-    fn side(&self, p: &D2, s: &Dyadic) -> (Side, Vec<usize>) {
+    /// The side of `p / s`, and the trims that it is on: off all that is exact, it is what is said of an enclosure where there are curved pieces.
+    fn side(
+        &self,
+        p: &D2,
+        s: &Dyadic,
+        otherwise: impl FnOnce([Ball<Dd>; 2]) -> Option<Side>,
+    ) -> Option<(Side, Vec<usize>)> {
         let (p, s) = if s.signum() < 0 {
             ([-&p[0], -&p[1]], -s)
         } else {
             (p.clone(), s.clone())
         };
+        if let Some(domain) = &self.domain {
+            let beyond = |k: usize| p[k].signum() < 0 || p[k] > &domain[k] * &s;
+            if beyond(0) || beyond(1) {
+                return Some((Side::Outside, Vec::new()));
+            }
+        }
         let (mut odd, mut border, mut on) = (false, false, Vec::new());
         for piece in &self.pieces {
             let [a, b] = piece.ends.each_ref().map(|e| [&e[0] * &s, &e[1] * &s]);
@@ -313,34 +382,70 @@ impl Polygon {
                 odd ^= if above[1] { turned > 0 } else { turned < 0 };
             }
         }
+        for bow in &self.bows {
+            if bow.holds(&p, &s) == Some(true) {
+                border = true;
+                on.extend(bow.trim);
+            }
+        }
         let side = if border {
             Side::Boundary
+        } else if let Some(inside) = self.is_on_run(&p, &s) {
+            if inside { Side::Inside } else { Side::Outside }
+        } else if !self.is_plain() {
+            let at = [0, 1].map(|k| {
+                let off = Ratio::new(p[k].clone(), s.clone()).enclosed();
+                Ball::exact(self.start[k]) + off
+            });
+            otherwise(at)?
         } else if odd {
             Side::Inside
         } else {
             Side::Outside
         };
-        (side, on)
+        Some((side, on))
+    }
+
+    /// Whether a point `p / s` is on a run of the line through it along u or v, where there are curved pieces; `None` where that is not known.
+    fn is_on_run(&self, p: &D2, s: &Dyadic) -> Option<bool> {
+        if self.is_plain() {
+            return None;
+        }
+        let here = When::Exact(Ratio::from_f64(0.0)?);
+        let along = |q: D2| -> Option<bool> {
+            for m in self.runs(p, &q, s)? {
+                let last = m.end.as_ref().unwrap_or(&m.t);
+                if m.t.cmp(&here)?.is_le() && last.cmp(&here)?.is_ge() {
+                    return Some(true);
+                }
+            }
+            Some(false)
+        };
+        along([s.clone(), Dyadic::ZERO]).or_else(|| along([Dyadic::ZERO, s.clone()]))
     }
 
     /// For a line in the plane.
     fn along(&self, from: &D3, d: &D3) -> Option<Vec<Meeting>> {
-        // At t it is at (p + t q) / square.
         let (p, q) = (self.parameters(from), self.parameters(&scale(d, &self.m)));
+        self.runs(&p, &q, &self.square)
+    }
+
+    /// Where the line in the plane that is at `(p + t q) / square` at `t` meets the closed region.
+    fn runs(&self, p: &D2, q: &D2, square: &Dyadic) -> Option<Vec<Meeting>> {
         let axis = usize::from(q[0].signum() == 0);
         let mut events: Vec<Event> = Vec::new();
         for piece in &self.pieces {
             let ends = piece.ends.each_ref().map(|e| {
-                let e = [&e[0] * &self.square, &e[1] * &self.square];
-                less(&e, &p)
+                let e = [&e[0] * square, &e[1] * square];
+                less(&e, p)
             });
             // Above zero to the left.
-            let left = ends.each_ref().map(|e| turn(&q, e));
+            let left = ends.each_ref().map(|e| turn(q, e));
             let signs = left.each_ref().map(Dyadic::signum);
             for k in 0..2 {
                 if signs[k] == 0 {
                     let t = Ratio::new(ends[k][axis].clone(), q[axis].clone());
-                    let mut event = Event::new(t, piece);
+                    let mut event = Event::new(When::Exact(t), piece.trim);
                     event.ways.push(less(&ends[1 - k], &ends[k]));
                     events.push(event);
                 }
@@ -363,16 +468,32 @@ impl Polygon {
                     Ratio::new(at, &span * &q[axis])
                 }
             };
-            let mut event = Event::new(t, piece);
+            let mut event = Event::new(When::Exact(t), piece.trim);
             event.changes = crosses;
             events.push(event);
         }
-        events.sort_by(|a, b| a.t.cmp(&b.t));
+        let line = Track { p, q, square, axis };
+        for bow in &self.bows {
+            events.extend(bow.events(&line)?);
+        }
+        // In order of what is about their parameters; then each is compared with the one before.
+        let mut events: Vec<(Dd, Event)> = events
+            .into_iter()
+            .map(|e| (e.t.enclosed().mid, e))
+            .collect();
+        events.sort_by(|(x, a), (y, b)| match (&a.t, &b.t) {
+            (When::Exact(a), When::Exact(b)) if self.is_plain() => a.cmp(b),
+            _ => x.partial_cmp(y).unwrap_or(Ordering::Equal),
+        });
         let mut places: Vec<Event> = Vec::new();
-        for event in events {
+        for (_, event) in events {
             match places.last_mut() {
-                Some(last) if last.t.cmp(&event.t) == Ordering::Equal => last.join(event),
-                _ => places.push(event),
+                Some(last) => match last.t.cmp(&event.t)? {
+                    Ordering::Equal => last.join(event),
+                    Ordering::Less => places.push(event),
+                    Ordering::Greater => return None,
+                },
+                None => places.push(event),
             }
         }
         let mut out: Vec<Meeting> = Vec::new();
@@ -394,7 +515,7 @@ impl Polygon {
                 (false, false) if place.runs_back() => return None,
                 // An interval begins, or a corner only touches the line.
                 (false, _) => {
-                    let uv = self.uv_at(&p, &q, &place.t);
+                    let uv = self.uv_at((p, q, square), &place.t);
                     out.push(Meeting {
                         t: place.t,
                         end: None,
@@ -406,11 +527,83 @@ impl Polygon {
                 }
             }
         }
+        match &self.domain {
+            Some(domain) => self.cut(out, domain, (p, q, square)),
+            None => Some(out),
+        }
+    }
+
+    /// What of meetings is in the domain; `None` where that is not known.
+    fn cut(
+        &self,
+        meetings: Vec<Meeting>,
+        domain: &D2,
+        line @ (p, q, square): (&D2, &D2, &Dyadic),
+    ) -> Option<Vec<Meeting>> {
+        // (p + t q) / square is from zero to the domain's width.
+        let (mut low, mut high): (Option<Ratio>, Option<Ratio>) = (None, None);
+        for k in 0..2 {
+            let far = &domain[k] * square;
+            if q[k].signum() == 0 {
+                if p[k].signum() < 0 || p[k] > far {
+                    return Some(Vec::new());
+                }
+                continue;
+            }
+            let [mut first, mut last] =
+                [-&p[k], &far - &p[k]].map(|top| Ratio::new(top, q[k].clone()));
+            if q[k].signum() < 0 {
+                std::mem::swap(&mut first, &mut last);
+            }
+            if low.as_ref().is_none_or(|l| l.cmp(&first).is_lt()) {
+                low = Some(first);
+            }
+            if high.as_ref().is_none_or(|h| h.cmp(&last).is_gt()) {
+                high = Some(last);
+            }
+        }
+        let (low, high) = (low?, high?);
+        if low.cmp(&high).is_gt() {
+            return Some(Vec::new());
+        }
+        let (low, high) = (When::Exact(low), When::Exact(high));
+        let mut out = Vec::new();
+        for mut m in meetings {
+            let last = m.end.as_ref().unwrap_or(&m.t);
+            if last.cmp(&low)?.is_lt() || m.t.cmp(&high)?.is_gt() {
+                continue;
+            }
+            if m.t.cmp(&low)?.is_lt() {
+                m.t = low.clone();
+                m.on.clear();
+                m.uv = self.uv_at(line, &m.t);
+            }
+            if let Some(end) = &m.end
+                && end.cmp(&high)?.is_gt()
+            {
+                m.end = Some(high.clone());
+                m.end_on.clear();
+            }
+            // What is left is one point.
+            if m.end.as_ref().is_some_and(|e| e.is(&m.t)) {
+                m.end = None;
+            }
+            out.push(m);
+        }
         Some(out)
     }
 
-    fn uv_at(&self, p: &D2, q: &D2, t: &Ratio) -> [f64; 2] {
+    fn uv_at(&self, (p, q, square): (&D2, &D2, &Dyadic), t: &When) -> [f64; 2] {
+        let t = match t {
+            When::Exact(t) => t,
+            When::Known(t) => {
+                return [0, 1].map(|k| {
+                    let part = |x: &Dyadic| x.approximate() / square.approximate();
+                    self.start[k] + (part(&p[k]) + part(&q[k]) * t.mid.hi)
+                });
+            }
+        };
         let at = [0, 1].map(|k| &(&p[k] * &t.bottom) + &(&q[k] * &t.top));
-        self.rounded(&at, &(&self.square * &t.bottom))
+        self.rounded(&at, &(square * &t.bottom))
     }
 }

@@ -9,6 +9,7 @@ use super::passages::crossings;
 use super::zeros::{Digits, FaceHits, HitAt, RawHit, face_hits};
 use super::{Work, Workspace};
 use crate::numeric::{Ball, Dd, Enclosure};
+use crate::prepare::closed::ClosedSurface;
 use crate::prepare::{PreparedBrep, jet};
 use nalgebra::{Point2, Vector3};
 
@@ -54,8 +55,9 @@ fn place_of_open(brep: &PreparedBrep, stab: &Stabber, face: usize, found: &FaceH
 /// `hits` holds every parameter where the line meets a face, in order of `t`, each with a proven
 /// enclosure (as a length, no wider than the accuracy asked for wherever double-double gives that), the interval where it lies in a face; a
 /// hit on an edge is listed for each of its faces. `crossings` and `in_crack` are as the crate defines them (module `passages`). Against
-/// polygons in planes all is exact, and so is how often the line meets a native sphere, cylinder or cone; and an interval in which it lies in a ruling of a
-/// NURBS face that is trimmed nowhere along it (where it ends is exact, `crossings` is not known). Else a line that touches a face or runs in it, meets it
+/// polygons in planes all is exact, and next to the borders of plane faces that are lines, arcs or curves of degree two; so is how often the line meets a native
+/// sphere, cylinder or cone, on a seam and a rim too; and an interval in which it lies in a plane face, in a native cylinder or cone, or in a ruling of a
+/// NURBS face that is trimmed nowhere along it (where it ends is exact, or within an enclosure; `crossings` is not known). Else a line that touches a face or runs in it, meets it
 /// within rounding of its border, or passes an edge so near to the width of its crack that bounds of this do not tell, is `Undecided`, with what was found.
 ///
 /// What it allocates: see [`Workspace`].
@@ -256,7 +258,7 @@ pub(super) fn all_hits(
     });
     // Of equal ones that are exact, what is rounded tells no order.
     let equal = |a: &RawHit, b: &RawHit| match (&a.exact, &b.exact) {
-        (Some(a), Some(b)) => a.t.cmp(&b.t).is_eq(),
+        (Some(a), Some(b)) => a.t.is(&b.t),
         _ => false,
     };
     for run in raw.chunk_by_mut(equal) {
@@ -280,9 +282,13 @@ fn dress(brep: &PreparedBrep, stab: &Stabber, h: &RawHit) -> Option<Hit> {
         }
         HitAt::Closed { uv, point } => (
             Vector3::from_fn(|c, _| point[c].mid.hi),
-            Vector3::from(match &h.exact {
-                Some(_) => brep.polygon(h.face)?.unit_normal(),
-                None => brep.closed(h.face)?.surface.normal(*uv),
+            Vector3::from({
+                let form = brep.closed(h.face).map(|f| &f.surface);
+                let own = |f: &&ClosedSurface| h.exact.is_none() || f.profile_axis().is_some();
+                match form.filter(own) {
+                    Some(form) => form.normal(*uv),
+                    None => brep.polygon(h.face)?.unit_normal(),
+                }
             }),
             *uv,
         ),

@@ -39,6 +39,7 @@ mod shape;
 mod steady;
 mod task;
 mod trail;
+mod upon;
 mod upper;
 mod whole_faces;
 mod zeros;

@@ -16,6 +16,24 @@
 //! - A group is *one* passage if its sure parts are no farther apart than `least`, and no other part is farther than that from one
 //!   of them: whatever is in the crack is then within `least <= d` of something that surely is. Where this is asked, parts are no longer than a
 //!   [`SHORT`]th of `least`, which is allowed for.
+//! - Images that are one segment, exactly, have no crack: `d` is zero.
+//! - *Stretches.* A point of one image is within `d` of each other one. What is in the crack by an image that is a segment is one stretch of the line, as the distance from a
+//!   segment is convex along it. Let an image `C` be part of a circle of radius `r` about an axis that the line is orthogonal to, and the line, at distance `rho` from the axis
+//!   and height `h` from the plane of the circle, run away from the foot of the axis, so that `rho` grows. The set `K` of `|rho - r| <= sqrt(d^2 - h^2)`,
+//!   within `d` of the circle, is an interval. A point of `K` that is seen from the axis in the direction of a point of `C` is within `d` of that. The direction turns by less than a quarter in all.
+//!   Where it passes an end of `C` the point is within `d` of this end; what is within `d` of an end is an interval, and in `K`. So if no end is within `d` of the line, all
+//!   directions over `K` are of points of `C`, or none is; if one is, what is within `d` of `C` is an interval of `K` and one about that end that meet. If the line meets the axis
+//!   the direction is one: of a point of `C`, then all of `K` counts; or of none: then with ends at angles `e <= f` from it, below a quarter, `(r cos f - r cos e)^2 + (r sin e)^2 <= (r sin f)^2`: if there is
+//!   anything within `d` of the one at `f`, then its foot on the line, which is within `d` of the other too. So on either side of the foot of the axis what is in the crack by `C` is one stretch
+//!   at most. (An end beyond a quarter is farther than `d` from what is farther than that from the axis.)
+//!   Where the line touches the circle at the foot, `rho - r` is nowhere below zero and `K` is one interval about the foot: the same without taking sides. A line along the
+//!   axis is at one distance from the axis: squares of distances from points of `C` are `(t - h)^2 |d|^2` and numbers that do not change, and what is within `d` of any is an interval about `h`.
+//!   Let `C` be part of any circle of radius `r`, and `m` bound the distances of its points that are within `d` of the line in the group from each other. Suppose `x_1` and `x_2` on the line
+//!   are within `d` of `c_1`, `c_2` in `C`, and nothing between them is of any point of `C`. The arc from `c_1` to `c_2` is in `C`, if not both ends of `C` are within `m` of these. It is within `s <= |c_1
+//!   c_2|^2 / (4 r)` of its chord. The middles of `x_1 x_2` and of the chord are no nearer than `d - s`, but no farther than the root of `d^2 - |e|^2 / 4` with `e = (x_2 - x_1) - (c_2 - c_1)`: so `|e|^2 < 8 d
+//!   s <= 2 d |c_1 c_2|^2 / r`. But `|e|` is no less than `|c_1 c_2|` times the sine of the angle between line and chord. Where this is at least `2 sqrt(2 d / r)` that cannot be. A chord runs
+//!   along a tangent of its arc: within `4 m / r` of that next to a place in the group that is within `d` of `C`.
+//!   If one place is in all stretches of a group, they are one passage.
 //! - A hit is surely in a passage of its group if it is within `least` of an image, surely not if it is farther than `most` from all.
 //!
 //! The numbers that follow are given where they are the same whatever is not known.
@@ -25,7 +43,7 @@ use super::inside::all_near_edges;
 use super::zeros::RawHit;
 use crate::numeric::{Ball, Dd, Real};
 use crate::prepare::closed::V3;
-use crate::prepare::{Image, Meeting, PreparedBrep, Ratio, SharedEdge, distance};
+use crate::prepare::{Course, Image, Meeting, PreparedBrep, Round, SharedEdge, When, distance};
 
 /// A bound that is off by a few roundings.
 const UP: f64 = 1.0 + 64.0 * f64::EPSILON;
@@ -104,18 +122,18 @@ pub(super) fn crossings(
                     _ => others.push(index),
                 }
             }
+            let [covered, together] = edge.covers(stab, &group, hits);
             links.add(&members, |a, b| {
                 let same = match (&hits[a].exact, &hits[b].exact) {
-                    (Some(a), Some(b)) => a.t.cmp(&b.t).is_eq(),
+                    (Some(a), Some(b)) => a.t.is(&b.t),
                     _ => false,
                 };
-                group.one || same
+                group.one || together || same
             });
             links.hold(&members, &others);
             others.extend(&members);
             links.add(&others, |_, _| false);
             slips |= others.is_empty() && group.sure && here == Some(true);
-            let covered = edge.covers(&group, hits);
             may_slip |= !covered && (members.is_empty() || !group.one);
         }
     }
@@ -197,10 +215,14 @@ fn join(names: &mut [usize], a: usize, b: usize) {
 struct Edge<'a> {
     images: Vec<&'a Image<Dd>>,
     trims: &'a [usize],
-    /// Which images are proven to be straight.
-    straight: Vec<bool>,
+    /// What images are exactly.
+    courses: Vec<Option<Course>>,
     least: f64,
     most: f64,
+    /// What `most` is without the exact proof that there is no width: parts are short against this.
+    grain: f64,
+    /// Whether the crack has no width and the line does not meet the edge, exactly.
+    apart: bool,
     /// Parameters for a unit of length, rounded up.
     scale: f64,
 }
@@ -210,33 +232,142 @@ impl<'a> Edge<'a> {
     fn new(brep: &'a PreparedBrep, stab: &Stabber, shared: &SharedEdge) -> Option<Self> {
         let trims = &brep.brep().parts().edges[shared.edge].trims;
         let images: Option<Vec<_>> = trims.iter().map(|t| brep.fine_trim_image(*t)).collect();
-        let straight = trims.iter().map(|t| {
-            let polygon = brep.polygon(brep.face_of(*t));
-            polygon.is_some_and(|p| p.is_straight(*t))
-        });
-        let most = brep.fine_crack_width(shared.edge);
-        most.is_finite().then_some(Self {
+        let courses = trims.iter().map(|t| brep.course(*t));
+        let grain = brep.fine_crack_width(shared.edge);
+        let meets = brep.meets_joined(shared.edge, &stab.origin, &stab.direction);
+        let (least, most) = match meets {
+            Some(_) => (0.0, 0.0),
+            None => (brep.least_crack_width(shared.edge), grain),
+        };
+        grain.is_finite().then_some(Self {
             images: images?,
             trims,
-            straight: straight.collect(),
-            least: brep.least_crack_width(shared.edge),
+            courses: courses.collect(),
+            least,
             most,
+            grain,
+            apart: meets == Some(false),
             scale: UP / stab.direction.norm(),
         })
     }
 
-    /// Whether each image that is near the line in a group is straight and the line meets it exactly at the place of a hit: then all
-    /// passages of the group have a hit, for the distance from a segment is convex along the line, so that what is in the crack by that
-    /// image is one stretch, and it holds that place: in this group, or this group has none of it.
-    fn covers(&self, group: &Group, hits: &[RawHit]) -> bool {
+    /// Whether what is in the crack by each image that is near the line in a group is one stretch there that holds the place of a hit: then all passages of the
+    /// group have a hit. And whether a hit is in the group that all of these stretches hold: then it is one passage. See the module.
+    fn covers(&self, stab: &Stabber, group: &Group, hits: &[RawHit]) -> [bool; 2] {
         let exact = || hits.iter().filter_map(|h| h.exact.as_deref());
-        group.images.iter().all(|image| {
-            let trim = self.trims[*image];
-            // The far end of a hit that runs in its face is the place of another hit, or does not count.
-            let at = |t: &Ratio| exact().any(|m| m.t.cmp(t).is_eq());
-            let ends = |m: &Meeting| m.end_on.contains(&trim) && m.end.as_ref().is_some_and(at);
-            self.straight[*image] && exact().any(|m| m.on.contains(&trim) || ends(m))
-        })
+        let own = |on: &[usize]| on.iter().any(|t| self.trims.contains(t));
+        // The far end of a hit that runs in its face is the place of another hit, or does not count.
+        let at = |t: &When| exact().any(|m| m.t.is(t));
+        let first = |m: &&Meeting| own(&m.on);
+        let last = |m: &Meeting| m.end.clone().filter(|t| own(&m.end_on) && at(t));
+        let places = || {
+            let first = exact().filter(first).map(|m| m.t.clone());
+            first.chain(exact().filter_map(last))
+        };
+        let held = |t: &When| group.holds(&t.enclosed()) == Some(true);
+        let here = places().find(held);
+        let anywhere = here.is_some() || places().next().is_some();
+        let covered = anywhere
+            && group
+                .images
+                .iter()
+                .all(|image| match (&self.courses[*image], &here) {
+                    (Some(Course::Straight), _) => true,
+                    (Some(course), Some(t)) => {
+                        let level = match course {
+                            Course::Round(round) => {
+                                let on = |m: &Meeting| m.on.contains(&self.trims[*image]);
+                                let touched = |foot: &When| exact().any(|m| on(m) && m.t.is(foot));
+                                self.is_one_stretch(stab, group, *image, round, touched)
+                            }
+                            _ => false,
+                        };
+                        level || self.is_passed(stab, group, *image, course, t)
+                    }
+                    _ => false,
+                });
+        [covered, covered && here.is_some()]
+    }
+
+    /// Whether the line passes an image that is part of a circle at an angle, next to a place in a group.
+    fn is_passed(
+        &self,
+        stab: &Stabber,
+        group: &Group,
+        image: usize,
+        course: &Course,
+        t: &When,
+    ) -> bool {
+        let d = stab.direction;
+        let p = stab.origin + d * t.enclosed().mid.hi;
+        let Some((tangent, radius)) = course.tangent(&p) else {
+            return false;
+        };
+        // Points of the image that count are no farther from each other.
+        let span = (group.t[1] - group.t[0]).hi * d.norm() * UP;
+        let reach = (span + 2.0 * self.most) * UP;
+        let size = p.coords.amax().max(stab.origin.coords.amax());
+        let ample = size * f64::EPSILON <= SHARP * radius && 8.0 * self.most <= radius;
+        let sine = tangent.cross(&d).norm() / (tangent.norm() * d.norm());
+        let turned = SHARP + 4.0 * reach / radius;
+        let steep = sine - turned >= 2.0 * (2.0 * self.most / radius).sqrt();
+        ample && steep && self.ends_near(stab, image, 2.0 * reach) < 2
+    }
+
+    /// How many ends of an image may be within the width, and as much more, of the line.
+    fn ends_near(&self, stab: &Stabber, image: usize, more: f64) -> usize {
+        let image = self.images[image];
+        let near = |p: &V3, slack: f64| {
+            let w: V3 = std::array::from_fn(|c| p[c] - Ball::exact(stab.origin[c]));
+            let d = stab.direction;
+            let away: [f64; 3] = std::array::from_fn(|c| {
+                let (i, j) = ((c + 1) % 3, (c + 2) % 3);
+                let x = w[i] * Ball::exact(d[j]) - w[j] * Ball::exact(d[i]);
+                x.lower().max(-x.upper()).max(0.0)
+            });
+            let away = away.iter().map(|x| x * x).sum::<f64>().sqrt() * self.scale / UP / UP;
+            !(away > (self.most + slack + more) * UP)
+        };
+        let (Some(first), Some(last)) = (image.stretches.first(), image.stretches.last()) else {
+            return 2;
+        };
+        let ends = [(first, 0.0), (last, 1.0)];
+        let ends = ends
+            .iter()
+            .filter(|(s, at)| near(&s.point(*at), (s.slack + image.extra) * UP));
+        ends.count()
+    }
+
+    /// Whether what is in the crack by an image that is part of a circle is one stretch, where it is in a group.
+    /// `touched` says whether the line is on the circle at its foot.
+    fn is_one_stretch(
+        &self,
+        stab: &Stabber,
+        group: &Group,
+        image: usize,
+        round: &Round,
+        touched: impl Fn(&When) -> bool,
+    ) -> bool {
+        if round.is_along(&stab.direction) {
+            return true;
+        }
+        let Some((foot, meets_axis)) = round.foot(&stab.origin, &stab.direction) else {
+            return false;
+        };
+        if touched(&When::Exact(foot.clone())) {
+            return self.ends_near(stab, image, 0.0) < 2;
+        }
+        // All of the group on one side of the foot, by more than the width.
+        let foot = foot.enclosed();
+        let far = CLEAR * self.most * self.scale;
+        let (low, high) = (
+            below(foot.mid, foot.rad + far),
+            above(foot.mid, foot.rad + far),
+        );
+        if !(group.t[1] < low || group.t[0] > high) {
+            return false;
+        }
+        meets_axis || self.ends_near(stab, image, 0.0) < 2
     }
 
     /// Whether a hit is within the width of an image.
@@ -263,10 +394,31 @@ impl<'a> Edge<'a> {
     }
 
     /// Parts that are not farther than `most` from the line, in groups; `None` where the budget does not suffice.
+    /// Parts of segments that are too many are left whole.
     fn groups(&self, stab: &Stabber, budget: &mut usize) -> Option<Vec<Group>> {
+        if self.apart {
+            return Some(Vec::new());
+        }
         let mut parts = Vec::new();
         for index in 0..self.images.len() {
-            self.parts(stab, index, budget, &mut parts)?;
+            let short = self.least.max(UNKNOWN * self.grain) / SHORT;
+            let Some(course) = &self.courses[index] else {
+                self.parts(stab, index, (short, false), budget, &mut parts)?;
+                continue;
+            };
+            // Of a circle it is of use to know where it is near the line, if its parts are short or not. A line along a segment: what is in the crack
+            // by that is one stretch, however long its parts are.
+            let straight = matches!(course, Course::Straight);
+            let count = parts.len();
+            let mut few = FEW.min(*budget);
+            let before = few;
+            let cut = self.parts(stab, index, (short, !straight), &mut few, &mut parts);
+            *budget -= before - few;
+            if cut.is_none() {
+                parts.truncate(count);
+                let short = if straight { f64::INFINITY } else { short };
+                self.parts(stab, index, (short, false), budget, &mut parts)?;
+            }
         }
         parts.sort_by(|a, b| {
             let by_t = a.t[0].partial_cmp(&b.t[0]);
@@ -335,11 +487,12 @@ impl<'a> Edge<'a> {
         &self,
         stab: &Stabber,
         index: usize,
+        (short, local): (f64, bool),
         budget: &mut usize,
         out: &mut Vec<Part>,
     ) -> Option<()> {
         let image = self.images[index];
-        let short = self.least.max(UNKNOWN * self.most) / SHORT;
+        let wanted = self.least.max(UNKNOWN * self.grain) / SHORT;
         for s in &image.stretches {
             let slack = (s.slack + image.extra) * UP;
             let mut stack = vec![(stab.forms(&s.net()), 0)];
@@ -350,12 +503,14 @@ impl<'a> Edge<'a> {
                 }
                 let long = (place.length + 2.0 * slack) * UP > short;
                 // What the slack makes long stays so.
-                if long && depth < DEPTH && 2.0 * slack * UP <= short {
+                let far = local && place.length > LOCAL * slack;
+                if long && depth < DEPTH && (2.0 * slack * UP <= short || far) {
                     *budget = budget.checked_sub(1)?;
                     stack.extend(node.halves(true).map(|half| (half, depth + 1)));
                     continue;
                 }
                 let by = slack * self.scale;
+                let long = long || (place.length + 2.0 * slack) * UP > wanted;
                 out.push(Part {
                     image: index,
                     t: [below(place.t[0], by), above(place.t[1], by)],
@@ -368,6 +523,14 @@ impl<'a> Edge<'a> {
     }
 }
 
+/// Directions that are rounded are off by less, where coordinates have digits enough: some ten roundings of numbers of these sizes.
+const SHARP: f64 = 1.0 / (1u64 << 20) as f64;
+/// How many widths a group is from the foot of the axis, along the line.
+const CLEAR: f64 = 4.0;
+/// Parts of a segment or a circle are halved so often in all before they are taken otherwise: a line that passes one needs some hundred.
+const FEW: usize = 1 << 11;
+/// Parts of a circle whose slack is more than what is short are halved to this many slacks.
+const LOCAL: f64 = 64.0;
 /// Parts are not halved more often than this.
 const DEPTH: u32 = 100;
 
@@ -518,9 +681,11 @@ mod tests {
         let edge = Edge {
             images: Vec::new(),
             trims: &[],
-            straight: Vec::new(),
+            courses: Vec::new(),
             least: 1.0,
             most: 1.0,
+            grain: 1.0,
+            apart: false,
             scale: 1.0,
         };
         let part = |t: [f64; 2], long: bool| Part {

@@ -15,7 +15,7 @@ use super::zeros::{HitAt, RawHit};
 use crate::numeric::bernstein::{Bidegree, split_off};
 use crate::numeric::{Ball, Dd};
 use crate::nurbs::Surface;
-use crate::prepare::{Meeting, PreparedBrep, Ratio, row_in_line};
+use crate::prepare::{Meeting, PreparedBrep, Ratio, When, row_in_line};
 use crate::trim::BoxSide;
 use std::cmp::Ordering;
 
@@ -355,15 +355,18 @@ fn hit(
     let start = together.first()?.least().clone();
     let point = start.cmp(&end).is_eq();
     let meeting = Meeting {
-        t: start,
-        end: (!point).then_some(end),
+        t: When::Exact(start),
+        end: (!point).then_some(When::Exact(end)),
         touches: !point,
         on: Vec::new(),
         end_on: Vec::new(),
         uv: [0.0; 2],
     };
-    let meeting = meeting.within(stab.range)?;
-    let holds = |r: &&Row| r.least().cmp(&meeting.t).is_le() && r.most().cmp(&meeting.t).is_ge();
+    let meeting = meeting.within(stab.range)??;
+    let When::Exact(start) = &meeting.t else {
+        return None;
+    };
+    let holds = |r: &&Row| r.least().cmp(start).is_le() && r.most().cmp(start).is_ge();
     let row = together.iter().find(holds)?;
     let t = meeting.t.enclosed();
     let (patch, local) = local(brep, face, row.place(brep, stab, face, t.mid.hi))?;

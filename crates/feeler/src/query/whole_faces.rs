@@ -2,6 +2,7 @@
 
 use super::closed::boxes_side;
 use super::forms::Stabber;
+use super::upon::{border_hit, ruling_hits};
 use super::zeros::{Digits, HitAt, RawHit};
 use crate::numeric::{Ball, Dd};
 use crate::prepare::PreparedBrep;
@@ -80,7 +81,12 @@ pub(super) fn closed_hits(
         }
     }
     let mut out = Vec::new();
-    for mut hit in form.surface.hits(&line)? {
+    let Some(found) = form.surface.hits(&line) else {
+        // It may lie in the face.
+        hits.extend(ruling_hits(brep, stab, face, &line)?);
+        return Some(());
+    };
+    for mut hit in found {
         if stab.is_beyond(&hit.t) {
             continue;
         }
@@ -103,12 +109,24 @@ pub(super) fn closed_hits(
         match boxes_side(brep, face, &hit.boxes) {
             BoxSide::Outside => {}
             BoxSide::Inside => out.push(closed_hit(face, &hit, hit.uv)),
-            // Whether hits are one is known exactly for polygons: they go there.
-            BoxSide::Mixed if brep.polygon(face).is_some() => return None,
             // The boxes are rounded outward to f64.
             BoxSide::Mixed => {
+                if let Some(polygon) = brep.polygon(face) {
+                    match polygon_hits(brep, stab, face) {
+                        Some(found) => {
+                            hits.extend(found);
+                            return Some(());
+                        }
+                        None if polygon.is_plain() => return None,
+                        None => {}
+                    }
+                }
                 let places = form.surface.places(&hit.point)?;
                 let known = |uv: &[f64; 2]| form.surface.is_exactly_at(&line, *uv);
+                if let Some(found) = border_hit(brep, face, &line, &hit, &places) {
+                    out.extend(found);
+                    continue;
+                }
                 let place = match place_inside(brep, face, &places) {
                     Some(place) => place,
                     // On the border: exactly, if its parameters are f64.
@@ -180,11 +198,12 @@ pub(super) fn polygon_hits(
     stab: &Stabber,
     face: usize,
 ) -> Option<Vec<RawHit>> {
+    let side = |uv| brep.region(face).side_of_ball(uv);
     let found = brep
         .polygon(face)?
-        .meetings(&stab.origin, &stab.direction)?;
-    let kept = found.into_iter().filter_map(|m| m.within(stab.range));
-    let hits = kept.map(|m| {
+        .meetings(&stab.origin, &stab.direction, side)?;
+    let kept: Option<Vec<_>> = found.into_iter().map(|m| m.within(stab.range)).collect();
+    let hits = kept?.into_iter().flatten().map(|m| {
         let t = m.t.enclosed();
         let point = std::array::from_fn(|c| {
             Ball::exact(stab.origin[c]) + t * Ball::exact(stab.direction[c])

@@ -8,7 +8,7 @@
 
 use super::decide::Crossing;
 use super::piece::Piece;
-use super::source::{Ball3, End, Run, Source, SourcePiece};
+use super::source::{Ball3, End, Exact3, Run, Source, SourcePiece};
 use super::spline::Param;
 use super::split::Trend;
 use crate::numeric::{Ball, Dd, Dyadic, sin_cos};
@@ -105,6 +105,19 @@ impl Direction {
 }
 
 impl ArcSpan {
+    /// Its circle's centre and radius.
+    pub(super) fn circle(&self) -> ([f64; 2], f64) {
+        (self.center, self.radius)
+    }
+
+    /// Its end points, where they are on axes.
+    pub(super) fn exact_ends(&self) -> [Option<Exact3>; 2] {
+        self.ends.map(|d| match d {
+            Direction::Axis(k) => extreme(self.center, self.radius, k)?.exact(),
+            Direction::Free(..) => None,
+        })
+    }
+
     pub(super) fn reverse(&mut self) {
         self.ccw = !self.ccw;
         self.ends.reverse();

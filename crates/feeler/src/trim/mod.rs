@@ -29,6 +29,7 @@ mod cells;
 mod circle;
 mod decide;
 mod derivative;
+mod exact;
 mod meeting;
 mod pair;
 mod piece;
@@ -39,6 +40,8 @@ mod spline;
 mod split;
 mod strip;
 mod turns;
+
+pub(crate) use exact::{ExactPiece, ExactPoint};
 
 pub use derivative::{AxisRoots, PieceRoots, derivative_roots};
 pub use meeting::{MOST_MEETINGS, Meeting, MeetingKind, Meetings};

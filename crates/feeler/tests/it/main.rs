@@ -23,6 +23,7 @@ mod past;
 mod poly_curves;
 mod questions;
 mod regions;
+mod round_lines;
 mod rulings;
 mod scenes;
 mod solids;

@@ -4,8 +4,9 @@ use super::{Scene, Suite};
 use crate::generate::{Generator, NEAR};
 use crate::random::Random;
 use feeler::prepare::PreparedBrep;
-use feeler::query::{Contacts, Options, Undecided, Workspace, contact};
+use feeler::query::{Contacts, HalfSpace, Options, Probe, Undecided, Workspace, contact};
 use feeler_corpus::{Ask, LineKindLine, LineLine, MODELS, Model, QueryLine, SphereLine, TrimLine};
+use nalgebra::Vector3;
 use std::path::Path;
 
 /// The thesis's parts whose faces are all NURBS.
@@ -290,6 +291,122 @@ pub(crate) fn grazing(corpus: &Path) -> Result<Suite, String> {
         description: "lines tangent to a face at a point, moved off it by nothing, 1e-15 to 1e-3 of the size, out or in; a third at a trim",
         scenes,
     })
+}
+
+/// Of each part, of the lines that [`round_lines`] makes.
+const ROUND_EACH: usize = 22;
+/// Where lines pass, as parts of the model's box.
+const PLACES: [f64; 4] = [0.0, 0.25, 0.5, 1.0];
+/// The box is rounded to this many parts of a unit: of the thesis's parts most numbers are then what was drawn.
+const PARTS_OF_UNIT: f64 = 1e9;
+
+/// Lines in round numbers: along axes and diagonals, through the middle, in the planes of faces, along edges and rulings, tangent.
+pub(crate) fn round_lines(corpus: &Path) -> Result<Suite, String> {
+    let mut scenes = Vec::new();
+    for part in THESIS_NATIVE.into_iter().chain(THESIS_NURBS) {
+        let name = format!("thesis/{part}.3dm");
+        let model = load(corpus, &name)?;
+        let mut random = Random::new(&format!("round lines {part}"));
+        let mut all = lattice(&bounds(&model)?);
+        let mut queries = Vec::new();
+        for _ in 0..ROUND_EACH.min(all.len()) {
+            let mut line = all.swap_remove(random.below(all.len()));
+            // One in eight moved by one unit in the last place.
+            if random.below(8) == 0 {
+                let k = random.below(3);
+                line.origin[k] = if random.sign() > 0.0 {
+                    line.origin[k].next_up()
+                } else {
+                    line.origin[k].next_down()
+                };
+            }
+            queries.push(QueryLine {
+                line: Some(line),
+                ..QueryLine::default()
+            });
+        }
+        scenes.push(Scene {
+            name,
+            breps: Vec::new(),
+            queries,
+        });
+    }
+    Ok(Suite {
+        name: "line-round",
+        description: "lines in round numbers: along axes and diagonals, through axes, along rulings and edges, in the planes of faces, tangent; \
+                      one in eight moved by a unit in the last place",
+        scenes,
+    })
+}
+
+/// The model's box, rounded.
+fn bounds(model: &Model) -> Result<[[f64; 2]; 3], String> {
+    let mut out = [[f64::INFINITY, f64::NEG_INFINITY]; 3];
+    for brep in &model.breps {
+        let prepared = PreparedBrep::new(brep.clone());
+        for (k, own) in out.iter_mut().enumerate() {
+            for sign in [1.0, -1.0] {
+                let mut normal = Vector3::zeros();
+                normal[k] = sign;
+                let probe = HalfSpace::new(normal, 0.0).map_err(|e| e.to_string())?;
+                let options = Options {
+                    contacts: Contacts::None,
+                    ..Options::default()
+                };
+                let mut workspace = Workspace::default();
+                let answer = contact(
+                    &prepared,
+                    &Probe::HalfSpace(probe),
+                    &options,
+                    &mut workspace,
+                );
+                let end = sign * answer.separation.value;
+                let end = (end * PARTS_OF_UNIT).round() / PARTS_OF_UNIT;
+                *own = [own[0].min(end), own[1].max(end)];
+            }
+        }
+    }
+    Ok(out)
+}
+
+/// Lines along each axis through a grid of places, and along diagonals through the middle of sections.
+fn lattice(bounds: &[[f64; 2]; 3]) -> Vec<LineLine> {
+    let at = |k: usize, part: f64| bounds[k][0] + part * (bounds[k][1] - bounds[k][0]);
+    let mut out = Vec::new();
+    for k in 0..3 {
+        let (a, b) = ((k + 1) % 3, (k + 2) % 3);
+        for first in PLACES {
+            for second in PLACES {
+                let (mut origin, mut direction) = ([0.0; 3], [0.0; 3]);
+                (origin[a], origin[b]) = (at(a, first), at(b, second));
+                origin[k] = bounds[k][0] - 1.0;
+                // As a segment it ends within the model or on its border.
+                let n = out.len();
+                direction[k] = if n % 3 == 2 {
+                    1.0 + 0.5 * (bounds[k][1] - bounds[k][0])
+                } else {
+                    1.0
+                };
+                let kind = [LineKindLine::Line, LineKindLine::Ray, LineKindLine::Segment][n % 3];
+                out.push(LineLine {
+                    origin,
+                    direction,
+                    kind,
+                });
+            }
+            for turned in [1.0, -1.0] {
+                let (mut origin, mut direction) = ([0.0; 3], [0.0; 3]);
+                (origin[a], origin[b], origin[k]) = (at(a, 0.5), at(b, 0.5), at(k, first));
+                (direction[a], direction[b]) = (1.0, turned);
+                out.push(LineLine {
+                    origin,
+                    direction,
+                    kind: LineKindLine::Line,
+                });
+            }
+        }
+    }
+    out
 }
 
 fn graze(generator: &mut Generator<'_>, i: usize) -> QueryLine {

@@ -95,7 +95,7 @@ impl ClosedSurface {
 }
 
 /// Origin and direction, which were made of f64.
-fn stored(line: &ClosedLine) -> [[f64; 3]; 2] {
+pub(super) fn stored(line: &ClosedLine) -> [[f64; 3]; 2] {
     [&line.origin, &line.direction].map(|v| v.map(|x| x.mid.hi))
 }
 

@@ -13,13 +13,16 @@ mod plane;
 mod quadric;
 mod revolution;
 mod sphere;
+mod upon;
 
 pub(crate) use curve::{ClosedCurve, CurveShape};
 use form::Critical;
 pub(crate) use form::{Boxes, Extent, Minimum, Target, V3, distance_range, exact, lead, widened};
 pub(crate) use gap::frechet;
 pub(crate) use line::{ClosedHit, ClosedLine};
+pub(crate) use place::Places;
 pub(crate) use sphere::{SphereFoot, SphereForm};
+pub(crate) use upon::Exactly;
 
 use plane::PlaneForm;
 use revolution::RevolutionForm;

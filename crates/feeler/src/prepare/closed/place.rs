@@ -30,7 +30,7 @@ impl ClosedSurface {
         let Self::Revolution(r) = self else {
             return None;
         };
-        let on = r.quadric.as_ref().is_some_and(|q| q.holds(point));
+        let on = r.quadric.as_ref().is_some_and(|q| q.holds_point(point));
         on.then(|| r.places(&exact(point))).flatten()
     }
 }

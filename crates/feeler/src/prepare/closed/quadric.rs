@@ -76,7 +76,7 @@ impl Quadric {
     }
 
     /// Whether a point is on it: for a cone on either half.
-    pub(super) fn holds(&self, point: &[f64; 3]) -> bool {
+    pub(super) fn holds_point(&self, point: &[f64; 3]) -> bool {
         let constant = self.on_line(point, &[0.0; 3], 0.0);
         constant.is_some_and(|[.., c]| c.signum() == 0)
     }
@@ -157,6 +157,29 @@ impl Quadric {
 }
 
 impl Quadric {
+    /// Whether all of a line lies in the surface.
+    pub(super) fn holds_line(&self, from: &[f64; 3], direction: &[f64; 3]) -> Option<bool> {
+        let all = self.on_line(from, direction, 0.0)?;
+        Some(all.iter().all(|x| x.signum() == 0))
+    }
+
+    /// Where the line `from + t direction` touches the surface, if it does.
+    pub(super) fn touch(&self, from: &[f64; 3], direction: &[f64; 3]) -> Option<Ratio> {
+        let [a, b, c] = self.on_line(from, direction, 0.0)?;
+        let touches = a.signum() != 0 && &b * &b == &a * &c;
+        touches.then(|| Ratio::new(-&b, a))
+    }
+
+    /// Whether the line `from + t direction` meets the surface at `t`, exactly.
+    pub(super) fn is_root(&self, from: &[f64; 3], direction: &[f64; 3], t: &Ratio) -> Option<bool> {
+        let [a, b, c] = self.on_line(from, direction, 0.0)?;
+        let (top, bottom) = (&t.top, &t.bottom);
+        let twice = &b + &b;
+        let value =
+            &(&(&a * top) * top) + &(&(&(&twice * top) * bottom) + &(&(&c * bottom) * bottom));
+        Some(value.signum() == 0)
+    }
+
     /// Where a root at `t` of the line `from + t direction`, whose enclosure holds `end`, is beside it; `None` where that is not known.
     ///
     /// `f = A x^2 + 2 B x + C` for `x = t - end`. A double root is at `-B / A`, at the end where `C` is zero. A simple one: where `f' / 2 = A x
