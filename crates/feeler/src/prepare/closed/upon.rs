@@ -80,7 +80,8 @@ impl RevolutionForm {
         }
         let [from, direction] = stored(line);
         let quadric = self.quadric.as_ref()?;
-        quadric.is_root(&from, &direction, &t)?.then_some(Some(t))
+        let is_root = quadric.is_root(&from, &direction, &t)?;
+        is_root.then_some(Some(t))
     }
 
     /// The native parameter at angle zero, and the normal and a point of the plane of the profile, if the axis is in it.
