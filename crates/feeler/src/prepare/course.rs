@@ -8,7 +8,7 @@ use crate::trim::{BoundaryPiece, PieceOrigin};
 use nalgebra::{Point3, Vector3};
 
 /// The exact shape of a trim's image.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub(crate) enum Course {
     /// A segment, run through once.
     Straight,
@@ -23,7 +23,7 @@ pub(crate) enum Course {
 }
 
 /// A circle about an axis.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub(crate) struct Round {
     /// A point of the axis, over `bottom`.
     origin: D3,

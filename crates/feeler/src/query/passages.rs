@@ -44,6 +44,7 @@ use super::zeros::RawHit;
 use crate::numeric::{Ball, Dd, Real};
 use crate::prepare::closed::V3;
 use crate::prepare::{Course, Image, Meeting, PreparedBrep, Round, SharedEdge, When, distance};
+use std::cell::OnceCell;
 
 /// A bound that is off by a few roundings.
 const UP: f64 = 1.0 + 64.0 * f64::EPSILON;
@@ -122,7 +123,13 @@ pub(super) fn crossings(
                     _ => others.push(index),
                 }
             }
-            let [covered, together] = edge.covers(stab, &group, hits);
+            let [covered, together] = if group.one && !members.is_empty() {
+                [true, false]
+            } else if edge.is_apart(stab) {
+                break;
+            } else {
+                edge.covers(stab, &group, hits)
+            };
             links.add(&members, |a, b| {
                 let same = match (&hits[a].exact, &hits[b].exact) {
                     (Some(a), Some(b)) => a.t.is(&b.t),
@@ -215,14 +222,12 @@ fn join(names: &mut [usize], a: usize, b: usize) {
 struct Edge<'a> {
     images: Vec<&'a Image<Dd>>,
     trims: &'a [usize],
-    /// What images are exactly.
-    courses: Vec<Option<Course>>,
+    /// What images are exactly, where that was asked for.
+    courses: Vec<OnceCell<Option<Course>>>,
     least: f64,
     most: f64,
-    /// What `most` is without the exact proof that there is no width: parts are short against this.
-    grain: f64,
-    /// Whether the crack has no width and the line does not meet the edge, exactly.
-    apart: bool,
+    edge: usize,
+    brep: Option<&'a PreparedBrep>,
     /// Parameters for a unit of length, rounded up.
     scale: f64,
 }
@@ -232,21 +237,15 @@ impl<'a> Edge<'a> {
     fn new(brep: &'a PreparedBrep, stab: &Stabber, shared: &SharedEdge) -> Option<Self> {
         let trims = &brep.brep().parts().edges[shared.edge].trims;
         let images: Option<Vec<_>> = trims.iter().map(|t| brep.fine_trim_image(*t)).collect();
-        let courses = trims.iter().map(|t| brep.course(*t));
-        let grain = brep.fine_crack_width(shared.edge);
-        let meets = brep.meets_joined(shared.edge, &stab.origin, &stab.direction);
-        let (least, most) = match meets {
-            Some(_) => (0.0, 0.0),
-            None => (brep.least_crack_width(shared.edge), grain),
-        };
-        grain.is_finite().then_some(Self {
+        let most = brep.fine_crack_width(shared.edge);
+        most.is_finite().then_some(Self {
             images: images?,
             trims,
-            courses: courses.collect(),
-            least,
+            courses: vec![OnceCell::new(); trims.len()],
+            brep: Some(brep),
+            edge: shared.edge,
+            least: brep.least_crack_width(shared.edge),
             most,
-            grain,
-            apart: meets == Some(false),
             scale: UP / stab.direction.norm(),
         })
     }
@@ -271,7 +270,7 @@ impl<'a> Edge<'a> {
             && group
                 .images
                 .iter()
-                .all(|image| match (&self.courses[*image], &here) {
+                .all(|image| match (self.course(*image), &here) {
                     (Some(Course::Straight), _) => true,
                     (Some(course), Some(t)) => {
                         let level = match course {
@@ -370,6 +369,17 @@ impl<'a> Edge<'a> {
         meets_axis || self.ends_near(stab, image, 0.0) < 2
     }
 
+    fn course(&self, image: usize) -> Option<&Course> {
+        let make = || self.brep?.course(self.trims[image]);
+        self.courses[image].get_or_init(make).as_ref()
+    }
+
+    /// Whether its images are one segment, exactly, that the line does not meet: then there is no passage.
+    fn is_apart(&self, stab: &Stabber) -> bool {
+        let meets = |b: &PreparedBrep| b.meets_joined(self.edge, &stab.origin, &stab.direction);
+        self.brep.and_then(meets) == Some(false)
+    }
+
     /// Whether a hit is within the width of an image.
     fn holds(&self, stab: &Stabber, hit: &RawHit) -> Option<bool> {
         let exactly = |m: &Meeting| m.on.iter().any(|t| self.trims.contains(t));
@@ -396,28 +406,40 @@ impl<'a> Edge<'a> {
     /// Parts that are not farther than `most` from the line, in groups; `None` where the budget does not suffice.
     /// Parts of segments that are too many are left whole.
     fn groups(&self, stab: &Stabber, budget: &mut usize) -> Option<Vec<Group>> {
-        if self.apart {
-            return Some(Vec::new());
-        }
         let mut parts = Vec::new();
         for index in 0..self.images.len() {
-            let short = self.least.max(UNKNOWN * self.grain) / SHORT;
-            let Some(course) = &self.courses[index] else {
-                self.parts(stab, index, (short, false), budget, &mut parts)?;
-                continue;
-            };
-            // Of a circle it is of use to know where it is near the line, if its parts are short or not. A line along a segment: what is in the crack
-            // by that is one stretch, however long its parts are.
-            let straight = matches!(course, Course::Straight);
+            let short = self.least.max(UNKNOWN * self.most) / SHORT;
             let count = parts.len();
             let mut few = FEW.min(*budget);
             let before = few;
-            let cut = self.parts(stab, index, (short, !straight), &mut few, &mut parts);
+            let cut = self.parts(stab, index, (short, false), &mut few, &mut parts);
             *budget -= before - few;
-            if cut.is_none() {
-                parts.truncate(count);
-                let short = if straight { f64::INFINITY } else { short };
-                self.parts(stab, index, (short, false), budget, &mut parts)?;
+            if cut.is_some() && !parts[count..].iter().any(|p| p.long) {
+                continue;
+            }
+            // Of a circle it is of use to know where it is near the line, if its parts are short or not. A line along a segment: what is in the crack
+            // by that is one stretch, however long its parts are.
+            match (self.course(index), cut) {
+                (Some(Course::Straight) | None, Some(())) => {}
+                (Some(Course::Straight), None) => {
+                    parts.truncate(count);
+                    self.parts(stab, index, (f64::INFINITY, false), budget, &mut parts)?;
+                }
+                (Some(_), Some(())) => {
+                    let kept = parts.split_off(count);
+                    let mut few = FEW.min(*budget);
+                    let before = few;
+                    let cut = self.parts(stab, index, (short, true), &mut few, &mut parts);
+                    *budget -= before - few;
+                    if cut.is_none() {
+                        parts.truncate(count);
+                        parts.extend(kept);
+                    }
+                }
+                (_, None) => {
+                    parts.truncate(count);
+                    self.parts(stab, index, (short, false), budget, &mut parts)?;
+                }
             }
         }
         parts.sort_by(|a, b| {
@@ -492,7 +514,7 @@ impl<'a> Edge<'a> {
         out: &mut Vec<Part>,
     ) -> Option<()> {
         let image = self.images[index];
-        let wanted = self.least.max(UNKNOWN * self.grain) / SHORT;
+        let wanted = self.least.max(UNKNOWN * self.most) / SHORT;
         for s in &image.stretches {
             let slack = (s.slack + image.extra) * UP;
             let mut stack = vec![(stab.forms(&s.net()), 0)];
@@ -682,10 +704,10 @@ mod tests {
             images: Vec::new(),
             trims: &[],
             courses: Vec::new(),
+            brep: None,
             least: 1.0,
             most: 1.0,
-            grain: 1.0,
-            apart: false,
+            edge: 0,
             scale: 1.0,
         };
         let part = |t: [f64; 2], long: bool| Part {

@@ -5,8 +5,8 @@ use super::forms::Stabber;
 use super::upon::{border_hit, ruling_hits};
 use super::zeros::{Digits, HitAt, RawHit};
 use crate::numeric::{Ball, Dd};
-use crate::prepare::PreparedBrep;
 use crate::prepare::closed::{Boxes, ClosedHit, ClosedLine, exact};
+use crate::prepare::{Polygon, PreparedBrep};
 use crate::trim::{BoxSide, Side};
 use nalgebra::{Point2, Vector3};
 use std::cmp::Ordering;
@@ -111,23 +111,28 @@ pub(super) fn closed_hits(
             BoxSide::Inside => out.push(closed_hit(face, &hit, hit.uv)),
             // The boxes are rounded outward to f64.
             BoxSide::Mixed => {
-                if let Some(polygon) = brep.polygon(face) {
-                    match polygon_hits(brep, stab, face) {
-                        Some(found) => {
-                            hits.extend(found);
-                            return Some(());
-                        }
-                        None if polygon.is_plain() => return None,
-                        None => {}
-                    }
+                let polygon = brep.polygon(face);
+                if polygon.is_some_and(Polygon::is_plain) {
+                    hits.extend(polygon_hits(brep, stab, face)?);
+                    return Some(());
                 }
                 let places = form.surface.places(&hit.point)?;
                 let known = |uv: &[f64; 2]| form.surface.is_exactly_at(&line, *uv);
-                if let Some(found) = border_hit(brep, face, &line, &hit, &places) {
-                    out.extend(found);
-                    continue;
+                let beside = place_inside(brep, face, &places);
+                if beside.is_none() {
+                    // Next to the border, exactly.
+                    if polygon.is_some()
+                        && let Some(found) = polygon_hits(brep, stab, face)
+                    {
+                        hits.extend(found);
+                        return Some(());
+                    }
+                    if let Some(found) = border_hit(brep, face, &line, &hit, &places) {
+                        out.extend(found);
+                        continue;
+                    }
                 }
-                let place = match place_inside(brep, face, &places) {
+                let place = match beside {
                     Some(place) => place,
                     // On the border: exactly, if its parameters are f64.
                     None => {
