@@ -90,14 +90,11 @@ impl Round {
     }
 }
 
-/// The parameter that a straight piece of f64 keeps, and whether it keeps it.
-fn kept(piece: &BoundaryPiece) -> Option<usize> {
-    let [p, q] = piece.control_points.as_slice() else {
-        return None;
-    };
-    let plain = piece.radius == [0.0; 3] && p[2] == 1.0 && q[2] == 1.0;
-    let k = (0..2).find(|k| p[*k] == q[*k])?;
-    (plain && p[1 - k] != q[1 - k]).then_some(k)
+/// The parameter that a straight piece keeps, which is no point.
+fn along_parameter(piece: &BoundaryPiece) -> Option<usize> {
+    let [p, q] = piece.segment()?;
+    let (k, _) = piece.kept()?;
+    (p != q).then_some(k)
 }
 
 /// Whether parameter lines along the other parameter than `k` are segments: one span of degree one, clamped.
@@ -167,7 +164,11 @@ impl PreparedBrep {
             };
         }
         let (piece, none) = (own.next()?, own.next().is_none());
-        let k = if none { kept(piece)? } else { return None };
+        let k = if none {
+            along_parameter(piece)?
+        } else {
+            return None;
+        };
         match surface {
             Surface::Revolution(s) => {
                 let angular = usize::from(s.transposed);

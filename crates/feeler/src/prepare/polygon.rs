@@ -219,15 +219,11 @@ impl Polygon {
                 PieceOrigin::Trim { trim, .. } => Some(trim),
                 _ => None,
             };
-            let ends = match piece.control_points.as_slice() {
-                [p, q] if piece.radius == [0.0; 3] && p[2] == 1.0 && q[2] == 1.0 => Some([p, q]),
-                _ => None,
-            };
-            let Some([p, q]) = ends else {
+            let Some([p, q]) = piece.segment() else {
                 bows.push(Bow::new(&own, trim, start)?);
                 continue;
             };
-            let at = |p: &[f64; 3]| -> Option<D2> {
+            let at = |p: [f64; 2]| -> Option<D2> {
                 let relative = |k: usize| Some(&dyadic(p[k])? - &dyadic(start[k])?);
                 Some([relative(0)?, relative(1)?])
             };

@@ -22,17 +22,6 @@ struct Spot {
     exact: [Option<f64>; 2],
 }
 
-/// The segment of a straight piece of f64 along a parameter: which parameter does not change, and its number.
-fn iso(piece: &BoundaryPiece) -> Option<(usize, f64)> {
-    let [p, q] = piece.control_points.as_slice() else {
-        return None;
-    };
-    if piece.radius != [0.0; 3] || p[2] != 1.0 || q[2] != 1.0 {
-        return None;
-    }
-    (0..2).find(|k| p[*k] == q[*k]).map(|k| (k, p[k]))
-}
-
 impl Spot {
     fn new(uv: [Ball<Dd>; 2], known: &[Option<f64>; 2]) -> Self {
         let mut out = Self {
@@ -141,7 +130,7 @@ impl Spot {
             if side(high) == Some(-1) || side(low) == Some(1) {
                 continue;
             }
-            let (k, at) = iso(piece)?;
+            let (k, at) = piece.kept()?;
             let [p, q] = [0, 1].map(|i: usize| piece.control_points[i]);
             let signs = [side(p[across])?, side(q[across])?];
             let changes = [
@@ -194,7 +183,7 @@ impl Spot {
     /// The trims along parameters that it is exactly on.
     fn trims(&self, region: &TrimRegion) -> Vec<usize> {
         let on = |piece: &BoundaryPiece| {
-            let (k, at) = iso(piece)?;
+            let (k, at) = piece.kept()?;
             let PieceOrigin::Trim { trim, .. } = piece.origin else {
                 return None;
             };
@@ -219,7 +208,7 @@ pub(super) fn border_hit(
     let mut isos: Vec<f64> = region
         .pieces()
         .iter()
-        .filter_map(iso)
+        .filter_map(BoundaryPiece::kept)
         .filter(|i| i.0 == along)
         .map(|i| i.1)
         .collect();

@@ -77,6 +77,23 @@ pub struct BoundaryPiece {
     pub inside_domain: bool,
 }
 
+impl BoundaryPiece {
+    /// The ends of a straight piece of f64, in uv.
+    pub(crate) fn segment(&self) -> Option<[[f64; 2]; 2]> {
+        let [p, q] = self.control_points.as_slice() else {
+            return None;
+        };
+        let plain = self.radius == [0.0; 3] && p[2] == 1.0 && q[2] == 1.0;
+        plain.then_some([[p[0], p[1]], [q[0], q[1]]])
+    }
+
+    /// The parameter that a straight piece of f64 keeps, and its value; of a point the first.
+    pub(crate) fn kept(&self) -> Option<(usize, f64)> {
+        let [p, q] = self.segment()?;
+        (0..2).find(|k| p[*k] == q[*k]).map(|k| (k, p[k]))
+    }
+}
+
 /// The trimmed region of one face. `Sync`; made once.
 #[derive(Debug)]
 pub struct TrimRegion {
