@@ -75,7 +75,10 @@ fn what_is_known_of_a_box_only_is_anywhere_on_it() {
         };
         let (center, radius) = ball_of(&brep, &all_of_it, Dd::ZERO, None).unwrap();
         let center = Point3::from(center.map(|x| x.mid));
-        assert!((center - on_bowl(at)).norm() < 1e-15, "{center}");
+        assert!(
+            (center - on_bowl(at)).norm() <= 4.0 * f64::EPSILON,
+            "{center}"
+        );
         for end in range {
             let far = (on_bowl(end) - on_bowl(at)).norm();
             assert!(far <= radius && radius < 8.0, "{radius}: {far}");

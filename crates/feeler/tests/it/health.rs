@@ -1,13 +1,12 @@
 //! Health reports of parts with one thing wrong, whose size is known.
 
-use crate::scenes::cube;
-use feeler::brep::{Brep, BrepBuilder, BrepParts, Defect, TrimSpec};
+use crate::scenes::{self, cube};
+use feeler::brep::{Brep, BrepBuilder, BrepParts, Defect};
 use feeler::numeric::Interval;
-use feeler::nurbs::{Arc, Curve, Curve2, Curve3, Line, NurbsCurve, Plane, Revolution, Surface};
+use feeler::nurbs::{Curve, NurbsCurve, Plane, Surface};
 use feeler::prepare::{Direction, Health, PreparedBrep, Turn, Undefined};
 use feeler::trim::MeetingKind;
-use nalgebra::{Point2, Point3, Vector3, Vector4};
-use std::f64::consts::TAU;
+use nalgebra::{Point3, Vector3, Vector4};
 
 /// What the bound of a Frechet distance may be above the true one: `prepare::matching` stops there.
 const GOOD: f64 = 1.125;
@@ -35,83 +34,9 @@ fn bottom() -> Vec<usize> {
     trims.iter().filter_map(|t| p.trims[*t].edge).collect()
 }
 
-fn circle(z: f64, radius: f64) -> Curve3 {
-    Curve::Arc(
-        Arc::new(Arc {
-            center: Point3::new(0., 0., z),
-            x: Vector3::x(),
-            y: Vector3::y(),
-            z: Vector3::z(),
-            radius,
-            angle: interval(0., TAU),
-            domain: interval(0., TAU),
-        })
-        .unwrap(),
-    )
-}
-
-fn line2(a: [f64; 2], b: [f64; 2]) -> Curve2 {
-    Curve::Line(Line::new(Point2::from(a), Point2::from(b), interval(0., 1.)).unwrap())
-}
-
 /// A cylinder of radius 2 and height 5 with both caps, its edges' circles in space of another radius.
 fn cylinder(edge_radius: f64) -> Brep {
-    let mut b = BrepBuilder::new();
-    let (low, high) = (b.vertex([2., 0., 0.]), b.vertex([2., 0., 5.]));
-    let bottom = b.edge([low, low], circle(0., edge_radius)).unwrap();
-    let top = b.edge([high, high], circle(5., edge_radius)).unwrap();
-    let seam = b.straight_edge([low, high]).unwrap();
-    let profile = Line::new(
-        Point3::new(2., 0., 0.),
-        Point3::new(2., 0., 5.),
-        interval(0., 1.),
-    );
-    let side = Revolution::new(Revolution {
-        origin: Point3::origin(),
-        axis: Vector3::z(),
-        angle: interval(0., TAU),
-        angle_domain: interval(0., TAU),
-        profile: Curve::Line(profile.unwrap()),
-        transposed: false,
-    });
-    let trim = |vertices, curve, edge| TrimSpec {
-        vertices,
-        curve,
-        edge: Some(edge),
-    };
-    let around = vec![
-        trim([low, low], line2([0., 0.], [TAU, 0.]), bottom),
-        trim([low, high], line2([TAU, 0.], [TAU, 1.]), seam),
-        trim([high, high], line2([TAU, 1.], [0., 1.]), top),
-        trim([high, low], line2([0., 1.], [0., 0.]), seam),
-    ];
-    b.face_with_trims(Surface::Revolution(side.unwrap()), vec![around])
-        .unwrap();
-    for (z, edge, vertex, sign) in [(0., bottom, low, -1.), (5., top, high, 1.)] {
-        let plane = Plane::new(Plane {
-            origin: Point3::new(0., 0., z),
-            x: Vector3::x(),
-            y: Vector3::y() * sign,
-            domain: [interval(-3., 3.); 2],
-            extents: [interval(-3., 3.); 2],
-        });
-        let curve = Arc::new(Arc {
-            center: Point2::origin(),
-            x: nalgebra::Vector2::x(),
-            y: nalgebra::Vector2::y(),
-            z: nalgebra::Vector2::zeros(),
-            radius: 2.,
-            angle: interval(0., TAU),
-            domain: interval(0., 1.),
-        });
-        let curve = Curve::Arc(curve.unwrap());
-        b.face_with_trims(
-            Surface::Plane(plane.unwrap()),
-            vec![vec![trim([vertex, vertex], curve, edge)]],
-        )
-        .unwrap();
-    }
-    b.build().unwrap()
+    scenes::cylinder([0.; 3], [2., edge_radius], 5., 1.5)
 }
 
 /// A flat sheet with these corners, at height 0; its edges are the given corners' sides.

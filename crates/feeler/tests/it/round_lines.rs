@@ -1,97 +1,13 @@
 //! Lines in round numbers against a native cylinder with its caps: through its axis, its seam and its rims, along rulings, in the planes of caps, tangent.
 
-use feeler::brep::{BrepBuilder, TrimSpec};
-use feeler::numeric::Interval;
-use feeler::nurbs::{Arc, Curve, Curve2, Line, Plane, Revolution, Surface};
+use crate::scenes;
 use feeler::prepare::PreparedBrep;
 use feeler::query::{LineAnswer, LineKind, LineProbe, Options, Workspace, line};
-use nalgebra::{Point2, Point3, Vector2, Vector3};
-use std::f64::consts::TAU;
+use nalgebra::Vector3;
 
-fn interval(a: f64, b: f64) -> Interval {
-    Interval::new(a, b).unwrap()
-}
-
-/// A cylinder about an axis along z through a point, of a radius and a height; the caps' planes end at the circle, or beyond it.
-fn cylinder([x, y, z]: [f64; 3], radius: f64, height: f64, wide: f64) -> PreparedBrep {
-    let mut b = BrepBuilder::new();
-    let at = |h: f64| [x + radius, y, z + h];
-    let (low, high) = (b.vertex(at(0.)), b.vertex(at(height)));
-    let circle = |h: f64| {
-        Curve::Arc(
-            Arc::new(Arc {
-                center: Point3::new(x, y, z + h),
-                x: Vector3::x(),
-                y: Vector3::y(),
-                z: Vector3::z(),
-                radius,
-                angle: interval(0., TAU),
-                domain: interval(0., TAU),
-            })
-            .unwrap(),
-        )
-    };
-    let bottom = b.edge([low, low], circle(0.)).unwrap();
-    let top = b.edge([high, high], circle(height)).unwrap();
-    let seam = b.straight_edge([low, high]).unwrap();
-    let profile = Line::new(
-        Point3::from(at(0.)),
-        Point3::from(at(height)),
-        interval(0., 1.),
-    );
-    let side = Revolution::new(Revolution {
-        origin: Point3::new(x, y, z),
-        axis: Vector3::z(),
-        angle: interval(0., TAU),
-        angle_domain: interval(0., TAU),
-        profile: Curve::Line(profile.unwrap()),
-        transposed: false,
-    });
-    let trim = |vertices, curve, edge| TrimSpec {
-        vertices,
-        curve,
-        edge: Some(edge),
-    };
-    let straight = |a: [f64; 2], b: [f64; 2]| -> Curve2 {
-        Curve::Line(Line::new(Point2::from(a), Point2::from(b), interval(0., 1.)).unwrap())
-    };
-    let around = vec![
-        trim([low, low], straight([0., 0.], [TAU, 0.]), bottom),
-        trim([low, high], straight([TAU, 0.], [TAU, 1.]), seam),
-        trim([high, high], straight([TAU, 1.], [0., 1.]), top),
-        trim([high, low], straight([0., 1.], [0., 0.]), seam),
-    ];
-    b.face_with_trims(Surface::Revolution(side.unwrap()), vec![around])
-        .unwrap();
-    for (h, edge, vertex, sign) in [(0., bottom, low, -1.), (height, top, high, 1.)] {
-        let own = interval(-radius * wide, radius * wide);
-        let plane = Plane::new(Plane {
-            origin: Point3::new(x, y, z + h),
-            x: Vector3::x(),
-            y: Vector3::y() * sign,
-            domain: [own; 2],
-            extents: [own; 2],
-        });
-        let curve = Arc::new(Arc {
-            center: Point2::origin(),
-            x: Vector2::x(),
-            y: Vector2::y(),
-            z: Vector2::zeros(),
-            radius,
-            angle: interval(0., TAU),
-            domain: interval(0., TAU),
-        });
-        b.face_with_trims(
-            Surface::Plane(plane.unwrap()),
-            vec![vec![trim(
-                [vertex, vertex],
-                Curve::Arc(curve.unwrap()),
-                edge,
-            )]],
-        )
-        .unwrap();
-    }
-    PreparedBrep::new(b.build().unwrap())
+/// A native cylinder with caps, its edges as they are.
+fn cylinder(at: [f64; 3], radius: f64, height: f64, wide: f64) -> PreparedBrep {
+    PreparedBrep::new(scenes::cylinder(at, [radius; 2], height, wide))
 }
 
 fn ask(brep: &PreparedBrep, origin: [f64; 3], d: [f64; 3]) -> LineAnswer {

@@ -12,7 +12,8 @@ use feeler::nurbs::{
     Arc, Curve, Curve2, Line, NurbsCurve, NurbsSurface, Plane, Revolution, Surface,
 };
 use feeler::prepare::PreparedBrep;
-use nalgebra::{Point2, Point3, Vector3, Vector4};
+use nalgebra::{Point2, Point3, Vector2, Vector3, Vector4};
+use std::f64::consts::TAU;
 
 /// A face within a polygon in uv; its edges have no curves of their own.
 pub(crate) fn polygon_face(surface: &Surface, corners: &[Point2<f64>]) -> PreparedBrep {
@@ -135,6 +136,95 @@ pub(crate) fn blocks(corners: &[[[f64; 3]; 2]]) -> Brep {
         ] {
             b.planar_face(&face.map(|i| v[i])).unwrap();
         }
+    }
+    b.build().unwrap()
+}
+
+/// A native cylinder with both caps about an axis along z through a point, of a radius and a height: the second radius is that of its edges' circles in space. The caps' planes are so many
+/// radii wide.
+pub(crate) fn cylinder(
+    [x, y, z]: [f64; 3],
+    [radius, edge_radius]: [f64; 2],
+    height: f64,
+    wide: f64,
+) -> Brep {
+    let interval = |a: f64, b: f64| Interval::new(a, b).unwrap();
+    let mut b = BrepBuilder::new();
+    let at = |h: f64| [x + radius, y, z + h];
+    let (low, high) = (b.vertex(at(0.)), b.vertex(at(height)));
+    let circle = |h: f64| {
+        Curve::Arc(
+            Arc::new(Arc {
+                center: Point3::new(x, y, z + h),
+                x: Vector3::x(),
+                y: Vector3::y(),
+                z: Vector3::z(),
+                radius: edge_radius,
+                angle: interval(0., TAU),
+                domain: interval(0., TAU),
+            })
+            .unwrap(),
+        )
+    };
+    let bottom = b.edge([low, low], circle(0.)).unwrap();
+    let top = b.edge([high, high], circle(height)).unwrap();
+    let seam = b.straight_edge([low, high]).unwrap();
+    let profile = Line::new(
+        Point3::from(at(0.)),
+        Point3::from(at(height)),
+        interval(0., 1.),
+    );
+    let side = Revolution::new(Revolution {
+        origin: Point3::new(x, y, z),
+        axis: Vector3::z(),
+        angle: interval(0., TAU),
+        angle_domain: interval(0., TAU),
+        profile: Curve::Line(profile.unwrap()),
+        transposed: false,
+    });
+    let trim = |vertices, curve, edge| TrimSpec {
+        vertices,
+        curve,
+        edge: Some(edge),
+    };
+    let straight = |a: [f64; 2], b: [f64; 2]| -> Curve2 {
+        Curve::Line(Line::new(Point2::from(a), Point2::from(b), interval(0., 1.)).unwrap())
+    };
+    let around = vec![
+        trim([low, low], straight([0., 0.], [TAU, 0.]), bottom),
+        trim([low, high], straight([TAU, 0.], [TAU, 1.]), seam),
+        trim([high, high], straight([TAU, 1.], [0., 1.]), top),
+        trim([high, low], straight([0., 1.], [0., 0.]), seam),
+    ];
+    b.face_with_trims(Surface::Revolution(side.unwrap()), vec![around])
+        .unwrap();
+    for (h, edge, vertex, sign) in [(0., bottom, low, -1.), (height, top, high, 1.)] {
+        let own = interval(-radius * wide, radius * wide);
+        let plane = Plane::new(Plane {
+            origin: Point3::new(x, y, z + h),
+            x: Vector3::x(),
+            y: Vector3::y() * sign,
+            domain: [own; 2],
+            extents: [own; 2],
+        });
+        let curve = Arc::new(Arc {
+            center: Point2::origin(),
+            x: Vector2::x(),
+            y: Vector2::y(),
+            z: Vector2::zeros(),
+            radius,
+            angle: interval(0., TAU),
+            domain: interval(0., TAU),
+        });
+        b.face_with_trims(
+            Surface::Plane(plane.unwrap()),
+            vec![vec![trim(
+                [vertex, vertex],
+                Curve::Arc(curve.unwrap()),
+                edge,
+            )]],
+        )
+        .unwrap();
     }
     b.build().unwrap()
 }
