@@ -450,17 +450,20 @@ fn contact_verdict(
 /// have at least as many hits as there are distinct parameters, and at most as many as there are
 /// true hits on faces. Hits that the truth does not tell apart by t are in no order: they are compared kind by kind.
 fn hits_verdict(asked: &Asked, claims: &[HitLine], truths: &[HitTruth]) -> Judgement {
-    let mut distinct: Vec<&HitTruth> = Vec::new();
+    let mut distinct: Vec<HitTruth> = Vec::new();
     for t in truths {
-        match distinct.last() {
-            Some(last) if t.t.lo <= last.t.hi && last.t_end.is_none() && t.t_end.is_none() => {}
-            _ => distinct.push(t),
+        match distinct.last_mut() {
+            Some(last) if t.t.lo <= last.t.hi && last.t_end.is_none() && t.t_end.is_none() => {
+                // What touches one of the faces and crosses another may be called either.
+                last.tangential = last.tangential.filter(|_| last.tangential == t.tangential);
+            }
+            _ => distinct.push(t.clone()),
         }
     }
     let mut expected: Vec<&HitTruth> = if claims.len() == truths.len() {
         truths.iter().collect()
     } else if claims.len() == distinct.len() {
-        distinct
+        distinct.iter().collect()
     } else {
         let reason = format!("{} hits, and the truth is {}", claims.len(), truths.len());
         return Judgement::wrong(Fault::Hits, reason);
@@ -469,8 +472,7 @@ fn hits_verdict(asked: &Asked, claims: &[HitLine], truths: &[HitTruth]) -> Judge
     let mut start = 0;
     for run in expected.chunk_by_mut(|a, b| b.t.lo <= a.t.hi) {
         let own = &mut claims[start..start + run.len()];
-        own.sort_by_key(|c| (c.t_end.is_some(), c.tangential));
-        run.sort_by_key(|t| (t.t_end.is_some(), t.tangential));
+        pair_by_kind(own, run);
         start += run.len();
     }
     let tolerance = asked.tolerance / asked.scale;
@@ -506,6 +508,28 @@ fn hits_verdict(asked: &Asked, claims: &[HitLine], truths: &[HitTruth]) -> Judge
     }
     all.error = all.error.map(|e| e * asked.scale);
     all
+}
+
+/// Brings hits that no parameter tells apart into an order in which points stand by points and, where there is a
+/// way, no kind by another: each claimed kind takes the truths of that kind first, then those that say
+/// nothing; claims that say nothing take what is left.
+fn pair_by_kind(claims: &mut [&HitLine], truths: &mut [&HitTruth]) {
+    claims.sort_by_key(|c| (c.t_end.is_some(), c.tangential.is_none()));
+    for (i, claim) in claims.iter().enumerate() {
+        let of_kind = |t: &&HitTruth, kind: Option<bool>| {
+            t.t_end.is_some() == claim.t_end.is_some() && t.tangential == kind
+        };
+        let left = &truths[i..];
+        let best = (left.iter().position(|t| of_kind(t, claim.tangential)))
+            .or_else(|| left.iter().position(|t| of_kind(t, None)))
+            .or_else(|| {
+                left.iter()
+                    .position(|t| t.t_end.is_some() == claim.t_end.is_some())
+            });
+        if let Some(best) = best {
+            truths.swap(i, i + best);
+        }
+    }
 }
 
 /// The places one by one: count, order, multiplicities, turns, and each parameter within its claim.

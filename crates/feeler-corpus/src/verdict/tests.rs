@@ -516,6 +516,49 @@ fn hits_at_one_parameter_are_in_no_order() {
     );
 }
 
+/// Where the truth says of one hit only whether it is a touch, the claims at its parameter are held against that, in
+/// whichever order.
+#[test]
+fn a_hit_of_unknown_kind_is_paired_with_any() {
+    let one = truth("1p0", "1p0");
+    let unsaid = |face| HitTruth {
+        tangential: None,
+        ..hit(&one, face)
+    };
+    let verdict = |truths: Vec<HitTruth>, claims: &[(f64, bool)]| {
+        let t = Truth::Line {
+            hits: truths,
+            crossings: Some(2),
+            in_crack: Some(false),
+        };
+        judge(&ASKED, &line(claims), &t).verdict
+    };
+    let (touch, cross) = ((1.0, true), (1.0, false));
+    for claims in [[touch, cross], [cross, touch]] {
+        assert_eq!(
+            verdict(vec![unsaid(0), hit(&one, 1)], &claims),
+            Verdict::Right
+        );
+        assert_eq!(
+            verdict(vec![hit(&one, 0), unsaid(1)], &claims),
+            Verdict::Right
+        );
+        let both = vec![hit(&one, 0), hit(&one, 1)];
+        assert_eq!(verdict(both, &claims), Verdict::Wrong);
+    }
+    // One hit for the edge that two faces share: a touch of the one and a crossing of the other is either.
+    let touched = HitTruth {
+        tangential: Some(true),
+        ..hit(&one, 0)
+    };
+    for claim in [touch, cross] {
+        let both = vec![touched.clone(), hit(&one, 1)];
+        assert_eq!(verdict(both, &[claim]), Verdict::Right);
+    }
+    let both = vec![touched.clone(), touched];
+    assert_eq!(verdict(both, &[cross]), Verdict::Wrong);
+}
+
 /// An engine without certificates leaves out what it does not claim: only what it says is judged.
 #[test]
 fn what_is_left_out_is_not_judged() {
