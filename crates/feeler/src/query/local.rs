@@ -177,7 +177,8 @@ impl Surroundings<'_> {
         })
     }
 
-    /// The parameter of a trim about so far along it from another one, forwards or backwards; `None` beyond its end.
+    /// The parameter of a trim about so far along it from another one, forwards or backwards; `None` beyond its end, and where the next
+    /// parameter is much farther away: what lies between is not known to fall.
     ///
     /// A trim may stand still at its end, so that its speed there tells nothing.
     fn along_trim(&self, trim: usize, (s, sign): (f64, f64), length: f64) -> Option<f64> {
@@ -209,7 +210,7 @@ impl Surroundings<'_> {
                 far = middle;
             }
         }
-        Some(s + sign * far)
+        (away(far) <= GROWTH * length).then_some(s + sign * far)
     }
 
     /// Whether some straight line in uv leads down from a point with value `here`.

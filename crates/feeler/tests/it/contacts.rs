@@ -1,7 +1,8 @@
 //! All contacts within a prediction, against what geometry says.
 
+use crate::scenes::loops::face_of;
 use feeler::brep::{Brep, BrepBuilder};
-use feeler::nurbs::{NurbsSurface, Surface};
+use feeler::nurbs::{Curve2, NurbsCurve, NurbsSurface, Surface};
 use feeler::prepare::{PreparedBrep, Shortcuts};
 use feeler::query::{
     ContactAnswer, Contacts, HalfSpace, Options, Probe, Sphere, Workspace, contact,
@@ -222,4 +223,59 @@ fn a_point_without_a_normal_is_touched() {
             assert!((normal.norm() - 1.0).abs() < 1e-15, "{normal}");
         }
     }
+}
+
+/// The tip of a sliver whose width is a few roundings is a contact like any other, though the trim passes its length within three
+/// steps of its parameter.
+#[test]
+fn the_tip_of_a_sliver_is_not_lost() {
+    let net = [
+        [-1.375, -2.875, 1.75],
+        [-2.125, 1.375, -1.375],
+        [0.875, -2.5, -1.75],
+        [-2.5, 2.625, 0.0],
+    ];
+    let net = net.map(|p| Vector4::new(p[0], p[1], p[2], 1.0)).to_vec();
+    let knots = || vec![-16.0, -16.0, 16.0, 16.0];
+    let surface = NurbsSurface::new([1, 1], [2, 2], net, [knots(), knots()]).unwrap();
+    let tip = [15.25, -1.25];
+    let back = [15.249999999999996, -1.2499999999999993];
+    let line = |points: &[[f64; 2]], knots: Vec<f64>| {
+        let net = points
+            .iter()
+            .map(|p| Vector3::new(p[0], p[1], 1.0))
+            .collect();
+        Curve2::Nurbs(NurbsCurve::new(1, net, knots).unwrap())
+    };
+    let steps = [
+        0.0,
+        0.0,
+        0.125,
+        0.125 + 2.0 * f64::EPSILON,
+        0.125 + 3.0 * f64::EPSILON,
+    ];
+    let end = 0.125 + 6.0 * f64::EPSILON;
+    let steps = steps
+        .into_iter()
+        .chain([end, end])
+        .map(|s| 1.0 + s)
+        .collect();
+    let zero = [0.0; 2];
+    let trims = vec![
+        line(&[zero, zero, zero, tip, back], steps),
+        line(&[back, zero], vec![1.0, 1.0, 2.0, 2.0]),
+    ];
+    let brep = PreparedBrep::new(face_of(Surface::Nurbs(surface), vec![trims]));
+    let below = Probe::HalfSpace(HalfSpace::new(Vector3::new(0.48, 0.6, 0.64), -0.25).unwrap());
+    let answer = all(&brep, &below, 1.0);
+    let at = Point3::new(
+        -0.705039978027344,
+        -0.15593719482421875,
+        -0.9139938354492188,
+    );
+    let told = answer
+        .contacts
+        .iter()
+        .any(|c| (c.on_brep - at).norm() < 1e-12);
+    assert!(told || answer.undecided.is_some(), "{answer:#?}");
 }

@@ -10,14 +10,20 @@ use nalgebra::{Point2, Point3, Vector3};
 /// A face of the plane within loops.
 pub(crate) fn face_within(loops: Vec<Vec<Curve2>>) -> Brep {
     let d = Interval::new(-10.0, 10.0).expect("a domain");
+    let plane = Plane {
+        origin: Point3::origin(),
+        x: Vector3::x(),
+        y: Vector3::y(),
+        domain: [d, d],
+        extents: [d, d],
+    };
+    face_of(Surface::Plane(plane), loops)
+}
+
+/// A face of any surface within loops, each trim with an edge of its own.
+pub(crate) fn face_of(surface: Surface, loops: Vec<Vec<Curve2>>) -> Brep {
     let mut parts = BrepParts {
-        surfaces: vec![Surface::Plane(Plane {
-            origin: Point3::origin(),
-            x: Vector3::x(),
-            y: Vector3::y(),
-            domain: [d, d],
-            extents: [d, d],
-        })],
+        surfaces: vec![surface],
         vertices: vec![Vertex {
             point: Point3::origin(),
             edges: vec![],
@@ -37,12 +43,20 @@ pub(crate) fn face_within(loops: Vec<Vec<Curve2>>) -> Brep {
                 curve: parts.curves2.len(),
                 span: c.domain(),
                 reversed: false,
-                edge: None,
+                edge: Some(parts.edges.len()),
                 edge_reversed: false,
                 vertices: [0, 0],
                 kind: TrimKind::Unknown,
                 iso: Iso::None,
                 trim_loop: l,
+            });
+            parts.edges.push(Edge {
+                curve: None,
+                span: c.domain(),
+                reversed: false,
+                vertices: [0, 0],
+                trims: vec![parts.trims.len() - 1],
+                tolerance: None,
             });
             parts.curves2.push(c);
         }
