@@ -69,6 +69,9 @@ pub struct ContactLine {
     /// Bound on the angle of `normal`, in radians.
     #[serde(default)]
     pub normal_bound: Option<f64>,
+    /// Whether `normal` is one of many; written where it is.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub normal_is_choice: bool,
 }
 
 /// One hit of a line.
@@ -278,6 +281,7 @@ impl From<&Contact> for ContactLine {
             uv: Some(c.uv.coords.into()),
             position_bound: c.position_bound,
             normal_bound: c.normal_bound,
+            normal_is_choice: c.normal_is_choice,
         }
     }
 }
@@ -489,6 +493,7 @@ mod tests {
                     uv: Some([0.1, 0.2]),
                     position_bound: None,
                     normal_bound: Some(1e-9),
+                    normal_is_choice: false,
                 }],
                 undecided: Some("node budget spent".into()),
             },

@@ -172,6 +172,7 @@ fn contact(parts: &[Part], sphere: &Sphere, prediction: f64, contacts: Contacts)
             uv: None,
             position_bound: None,
             normal_bound: None,
+            normal_is_choice: false,
         });
     }
     Body::Contact {

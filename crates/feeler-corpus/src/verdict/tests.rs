@@ -280,6 +280,7 @@ fn contact(x: f64, separation: f64, position_bound: Option<f64>) -> ContactLine 
         uv: Some([0.0; 2]),
         position_bound,
         normal_bound: None,
+        normal_is_choice: false,
     }
 }
 
@@ -641,6 +642,7 @@ fn feet_and_normals() {
         let line = |x: f64, normal: [f64; 3]| ContactLine {
             normal,
             normal_bound: Some(1e-12),
+            normal_is_choice: false,
             ..contact(x, separation, Some(1e-12))
         };
         let up = [0.0, 0.0, 1.0];

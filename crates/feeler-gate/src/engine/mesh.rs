@@ -170,6 +170,7 @@ impl MeshEngine {
                 uv: None,
                 position_bound: None,
                 normal_bound: None,
+                normal_is_choice: false,
             });
         }
         Some(Body::Contact {

@@ -185,6 +185,9 @@ pub struct Contact {
     /// Proven angle of `normal` to the true one, in radians; `None` likewise, and where it is not known whether the
     /// centre of a sphere is in material.
     pub normal_bound: Option<f64>,
+    /// Whether `normal` is one of many: the centre of a sphere is on an edge or a vertex, as far as its place is known, or on a point without a
+    /// normal. It is the normalised sum of the faces' normals there. (Within a face it is the face's, by the face's orientation.)
+    pub normal_is_choice: bool,
 }
 
 /// The answer of a sphere or half-space query.

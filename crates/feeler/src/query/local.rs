@@ -132,21 +132,12 @@ impl Surroundings<'_> {
         own.filter(beside).flat_map(|t| of_edge(*t)).collect()
     }
 
-    /// The point of a trim at a part of its span, clamped to the surface's domain.
     fn on_trim(&self, trim: usize, s: f64) -> Spot {
-        let brep = self.brep.brep();
-        let parts = brep.parts();
-        let trim = &parts.trims[trim];
-        let face = parts.loops[trim.trim_loop].face;
-        let at = parts.curves2[trim.curve].point(trim.span.lerp(s));
-        let [u, v] = brep.surface(face).domain();
-        let uv = Point2::new(at.x.clamp(u.start, u.end), at.y.clamp(v.start, v.end));
-        Spot { face, uv }
+        on_trim(self.brep, trim, s)
     }
 
     fn point(&self, at: Spot) -> Point3<f64> {
-        let surface = self.brep.brep().surface(at.face);
-        surface.derivatives(at.uv.x, at.uv.y, 0).get(0, 0).into()
+        point(self.brep, at)
     }
 
     fn falls_at_trim(&self, trim: usize, point: &Point3<f64>, f: Ball<Dd>) -> bool {
@@ -294,6 +285,29 @@ impl Surroundings<'_> {
         let [s, t] = [0, 1].map(|k| patch.maps[k].to_local(Ball::exact(uv[k])));
         Some(self.objective.value(&patch.net, [s, t]))
     }
+}
+
+/// The point of a trim at a part of its span, clamped to the surface's domain.
+fn on_trim(brep: &PreparedBrep, trim: usize, s: f64) -> Spot {
+    let brep = brep.brep();
+    let parts = brep.parts();
+    let trim = &parts.trims[trim];
+    let face = parts.loops[trim.trim_loop].face;
+    let at = parts.curves2[trim.curve].point(trim.span.lerp(s));
+    let [u, v] = brep.surface(face).domain();
+    let uv = Point2::new(at.x.clamp(u.start, u.end), at.y.clamp(v.start, v.end));
+    Spot { face, uv }
+}
+
+fn point(brep: &PreparedBrep, at: Spot) -> Point3<f64> {
+    let surface = brep.brep().surface(at.face);
+    surface.derivatives(at.uv.x, at.uv.y, 0).get(0, 0).into()
+}
+
+/// Where a trim comes nearest to a point in space, roughly.
+pub(super) fn nearest_on_trim(brep: &PreparedBrep, trim: usize, to: &Point3<f64>) -> Spot {
+    let (_, s) = nearest(|s| point(brep, on_trim(brep, trim, s)), to);
+    on_trim(brep, trim, s)
 }
 
 /// Whether one value is certainly below another.

@@ -20,6 +20,7 @@ mod leaf;
 mod line;
 mod local;
 mod node;
+mod normal;
 mod objective;
 mod on_face;
 mod one_sphere;

@@ -161,5 +161,6 @@ fn make_contact(
         uv: Point2::from(form.uv(foot)),
         position_bound: Some((rounded + shift) * UP).filter(|x| x.is_finite()),
         normal_bound: (shift < apart).then_some(angle * UP),
+        normal_is_choice: false,
     }
 }

@@ -3,6 +3,7 @@
 use super::answer::{Accuracy, Contact, Feature, Probe, Separation};
 use super::continuum::CONTINUUM_REACH;
 use super::local::nearest;
+use super::normal::{normal_of_faces, unit};
 use super::outcome::{Locus, Outcome, Rough, Settled, Source, Spread};
 use super::search::QUARTER;
 use crate::numeric::{Ball, Dd};
@@ -158,25 +159,6 @@ fn point_of(brep: &PreparedBrep, place: &Place) -> V3 {
     }
 }
 
-/// A vector along `S_u x S_v` at a place, rounded.
-fn face_normal(brep: &PreparedBrep, place: &Place) -> Vector3<f64> {
-    match place.spot {
-        Locus::Patch { patch, local, .. } => {
-            let net = &brep.double_double(place.face).patches[patch].net;
-            let jet = net.jet(local[0], local[1]);
-            let w = jet.value[3];
-            let along = |d: &[Ball<Dd>; 4]| -> Vector3<f64> {
-                Vector3::from_fn(|c, _| ((d[c] - d[3] * (jet.value[c] / w)) / w).mid.hi)
-            };
-            along(&jet.s).cross(&along(&jet.t))
-        }
-        Locus::Closed { .. } => match brep.closed(place.face) {
-            Some(form) => form.surface.normal([place.uv.x, place.uv.y]).into(),
-            None => Vector3::zeros(),
-        },
-    }
-}
-
 /// What is told of a contact at a place; without bounds on foot and normal.
 #[inline]
 pub(super) fn make_contact(
@@ -194,104 +176,36 @@ pub(super) fn make_contact(
     };
     let point = rough.unwrap_or_else(|| point_of(brep, place));
     let on_brep = Point3::new(point[0].mid.hi, point[1].mid.hi, point[2].mid.hi);
-    let (normal, on_probe) = match probe {
+    let feature = feature(brep, place, &on_brep);
+    let (normal, is_choice, on_probe) = match probe {
         Probe::Sphere(s) => {
             let off: V3 = std::array::from_fn(|c| Ball::exact(s.center[c]) - point[c]);
             let to_center = Vector3::from_fn(|c, _| off[c].mid.hi);
             // Within its own error it points nowhere.
             let error = Vector3::from_fn(|c, _| off[c].rad).norm();
-            let towards = if to_center.norm() > error {
-                if material { -to_center } else { to_center }
+            let (normal, is_choice) = if to_center.norm() > error
+                && let Some(apart) = unit(to_center)
+            {
+                (if material { -apart } else { apart }, false)
             } else {
-                let normal = face_normal(brep, place);
-                if brep.brep().faces()[place.face].reversed {
-                    -normal
-                } else {
-                    normal
-                }
+                normal_of_faces(brep, place, feature, &on_brep)
             };
-            let normal = unit(towards).or_else(|| {
-                let around = normal_around(brep, place)?;
-                let reversed = brep.brep().faces()[place.face].reversed;
-                unit(if reversed { -around } else { around })
-            });
-            // Of what has no normal anywhere (a surface that is a curve) any direction is one.
-            let normal = normal.unwrap_or_else(Vector3::z);
-            (normal, s.center - normal * s.radius)
+            (normal, is_choice, s.center - normal * s.radius)
         }
-        Probe::HalfSpace(h) => (-h.normal, on_brep - h.normal * separation.value),
+        Probe::HalfSpace(h) => (-h.normal, false, on_brep - h.normal * separation.value),
     };
     Contact {
         on_brep,
         on_probe,
         normal,
         separation,
-        feature: feature(brep, place, &on_brep),
+        feature,
         face: place.face,
         uv: place.uv,
         position_bound: None,
         normal_bound: None,
+        normal_is_choice: is_choice,
     }
-}
-
-/// Where a face has no normal (the apex of a cone, a collapsed side): the sum of the unit normals at points around, a
-/// little inside the surface's domain. Where these cancel, the first of them: the direction is a choice there, but the
-/// contact is not.
-fn normal_around(brep: &PreparedBrep, place: &Place) -> Option<Vector3<f64>> {
-    /// Points along each side of the domain.
-    const AROUND: u8 = 16;
-    /// How far inside, as a part of the domain.
-    const INSIDE: f64 = 1.0 / (1u64 << 20) as f64;
-    /// A sum shorter than this has cancelled but for roundings.
-    const CANCELLED: f64 = 1.0 / (1u64 << 40) as f64;
-    let surface = brep.brep().surface(place.face);
-    let domain = surface.domain();
-    let at = [place.uv.x, place.uv.y];
-    let inward = |k: usize| {
-        let middle = 0.5 * (domain[k].start + domain[k].end);
-        at[k] + INSIDE * (middle - at[k])
-    };
-    let (mut sum, mut first) = (Vector3::zeros(), None);
-    for collapsed in 0..2 {
-        // The whole of a side is this point where the derivative along it vanishes.
-        let mut uv = at;
-        uv[1 - collapsed] = inward(1 - collapsed);
-        for i in 0..AROUND {
-            uv[collapsed] = domain[collapsed].lerp((f64::from(i) + 0.5) / f64::from(AROUND));
-            let p = surface.first_derivatives_with_bound(uv[0], uv[1]);
-            let near = (p.point - surface.point(at[0], at[1])).norm() <= NEAR_POLE * brep.size();
-            if let (true, Some(n)) = (near, unit(p.du.cross(&p.dv))) {
-                sum += n;
-                first = first.or(Some(n));
-            }
-        }
-    }
-    if sum.norm() > CANCELLED {
-        return Some(sum);
-    }
-    // At a corner where one derivative vanishes no side is this point: what is inward of it then.
-    first.or_else(|| {
-        let [u, v] = [inward(0), inward(1)];
-        let beside = [[u, v], [u, at[1]], [at[0], v]];
-        beside.iter().find_map(|[u, v]| {
-            let p = surface.first_derivatives_with_bound(*u, *v);
-            unit(p.du.cross(&p.dv))
-        })
-    })
-}
-
-/// Points taken as neighbours of a pole are nearer to it than this part of the model's size: above what
-/// [`normal_around`] goes inside, below what is another place.
-const NEAR_POLE: f64 = 1.0 / (1u64 << 12) as f64;
-
-/// The unit vector, scaled first so that tiny ones survive.
-fn unit(v: Vector3<f64>) -> Option<Vector3<f64>> {
-    let size = v.amax();
-    if !(size > 0.0 && size.is_finite()) {
-        return None;
-    }
-    let v = v / size;
-    Some(v / v.norm())
 }
 
 fn feature(brep: &PreparedBrep, place: &Place, point: &Point3<f64>) -> Feature {

@@ -1,31 +1,14 @@
 //! All contacts within a prediction, against what geometry says.
 
 use crate::scenes::loops::face_of;
-use feeler::brep::{Brep, BrepBuilder};
+use crate::scenes::{cube, cylinder};
+use feeler::brep::Brep;
 use feeler::nurbs::{Curve2, NurbsCurve, NurbsSurface, Surface};
 use feeler::prepare::{PreparedBrep, Shortcuts};
 use feeler::query::{
     ContactAnswer, Contacts, HalfSpace, Options, Probe, Sphere, Workspace, contact,
 };
 use nalgebra::{Point3, Vector3, Vector4};
-
-/// The box [0, 1]^3.
-fn cube() -> Brep {
-    let mut b = BrepBuilder::new();
-    let corner = |i: usize| [(i & 1) as f64, (i >> 1 & 1) as f64, (i >> 2) as f64];
-    let v: Vec<usize> = (0..8).map(|i| b.vertex(corner(i))).collect();
-    for face in [
-        [0, 2, 3, 1],
-        [4, 5, 7, 6],
-        [0, 1, 5, 4],
-        [2, 6, 7, 3],
-        [0, 4, 6, 2],
-        [1, 3, 7, 5],
-    ] {
-        b.planar_face(&face.map(|i| v[i])).unwrap();
-    }
-    b.build().unwrap()
-}
 
 fn all(brep: &PreparedBrep, probe: &Probe, prediction: f64) -> ContactAnswer {
     let options = Options {
@@ -278,4 +261,47 @@ fn the_tip_of_a_sliver_is_not_lost() {
         .iter()
         .any(|c| (c.on_brep - at).norm() < 1e-12);
     assert!(told || answer.undecided.is_some(), "{answer:#?}");
+}
+
+/// A ball whose centre is on the surface has the face's normal; on an edge and a vertex the normalised sum of the faces' normals, which is told to be a choice.
+#[test]
+fn normals_on_edges_and_vertices() {
+    const ROUNDINGS: f64 = 8.0 * f64::EPSILON;
+    let ask = |brep: &PreparedBrep, centre: [f64; 3]| {
+        let ball = Probe::Sphere(Sphere::new(centre.into(), 0.25).unwrap());
+        let options = Options::default();
+        let answer = contact(brep, &ball, &options, &mut Workspace::default());
+        let [c] = answer.contacts.as_slice() else {
+            panic!("{answer:#?}")
+        };
+        let off = (c.on_probe - (Point3::from(centre) - 0.25 * c.normal)).norm();
+        assert!(off <= ROUNDINGS, "{c:#?}");
+        (c.normal, c.normal_is_choice)
+    };
+    let cube = PreparedBrep::new(cube());
+    for (centre, sum, is_choice) in [
+        ([1.0, 0.5, 0.25], [1.0, 0.0, 0.0], false),
+        ([1.0, 1.0, 0.25], [1.0, 1.0, 0.0], true),
+        ([0.0, 0.75, 0.0], [-1.0, 0.0, -1.0], true),
+        ([1.0, 1.0, 1.0], [1.0, 1.0, 1.0], true),
+        ([0.0, 1.0, 0.0], [-1.0, 1.0, -1.0], true),
+        // Next to an edge the way to the centre tells.
+        ([1.0 + 1e-9, 1.0, 0.25], [1.0, 0.0, 0.0], false),
+    ] {
+        let (normal, told) = ask(&cube, centre);
+        let expected = Vector3::from(sum).normalize();
+        assert!(
+            (normal - expected).norm() <= ROUNDINGS,
+            "{centre:?}: {normal}"
+        );
+        assert_eq!(told, is_choice, "{centre:?}");
+    }
+    // The rim of a cylinder: a cap and the side, whose seam ends there.
+    let rim = PreparedBrep::new(cylinder([0.0; 3], [1.0, 1.0], 2.0, 2.0));
+    for (x, y) in [(1.0, 0.0), (0.0, 1.0), (-1.0, 0.0), (0.0, -1.0)] {
+        let (normal, told) = ask(&rim, [x, y, 2.0]);
+        let expected = Vector3::new(x, y, 1.0).normalize();
+        assert!((normal - expected).norm() <= ROUNDINGS, "{x} {y}: {normal}");
+        assert!(told);
+    }
 }

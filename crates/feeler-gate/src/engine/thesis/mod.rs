@@ -231,6 +231,7 @@ impl ThesisEngine {
                 uv: Some(found.uv.coords.into()),
                 position_bound: None,
                 normal_bound: None,
+                normal_is_choice: false,
             });
         }
         Some(Body::Contact {
