@@ -165,6 +165,8 @@ pub(crate) fn split_into<T: Real>(
     if along_u {
         // Whole rows at once: the same averages, in an order that processors like.
         match width {
+            // A curve.
+            1 => return split_row(right, c),
             5 => return split_columns::<T, 5>(right, c),
             7 => return split_columns::<T, 7>(right, c),
             _ => {}

@@ -75,7 +75,7 @@ pub(super) fn least_width(brep: &PreparedBrep, edge: usize) -> f64 {
             for stretch in &from.stretches {
                 for tried in 0..=count + 1 {
                     let at = tried as f64 / (count + 1) as f64;
-                    let p = stretch.point(at);
+                    let p = stretch.point(Dd::from(at));
                     let slack = (stretch.slack + from.extra) * UP;
                     let [low, _] = distance(&p, to, least + slack, most + slack);
                     least = least.max((low - slack) / UP);
@@ -92,7 +92,7 @@ fn ends_apart(a: &Image<Dd>, b: &Image<Dd>) -> Option<f64> {
     let ends = |image: &Image<Dd>| {
         let (first, last) = (image.stretches.first()?, image.stretches.last()?);
         let slack = (first.slack.max(last.slack) + image.extra) * UP;
-        Some(([first.point(0.0), last.point(1.0)], slack))
+        Some(([first.point(Dd::ZERO), last.point(Dd::ONE)], slack))
     };
     let (([p, q], a_slack), ([r, s], b_slack)) = (ends(a)?, ends(b)?);
     let apart = |x: &V3, y: &V3| {

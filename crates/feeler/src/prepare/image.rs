@@ -53,13 +53,16 @@ impl<T: Real> Stretch<T> {
 
 impl Stretch<Dd> {
     /// The point of the curve at a parameter.
-    pub(crate) fn point(&self, at: f64) -> V3 {
+    pub(crate) fn point(&self, at: Dd) -> V3 {
         let value = |c: usize| {
             let known = |p: &[Dd; 4]| Ball {
                 mid: p[c],
                 rad: 0.0,
             };
-            evaluate(self.points.iter().map(known).collect(), Ball::exact(at))
+            evaluate(
+                self.points.iter().map(known).collect(),
+                Ball { mid: at, rad: 0.0 },
+            )
         };
         let w = value(3);
         std::array::from_fn(|c| value(c) / w + Ball::exact(self.origin[c]))

@@ -41,85 +41,142 @@ const LEAST_CUTS: usize = 8;
 const MOST_CUTS: usize = 64;
 /// Steps in the search of a nearest point.
 const STEPS: usize = 8;
-/// Starts of that search where nothing better is known.
-const STARTS: usize = 9;
+/// Of these, in the number that is wanted: the first begins within roundings of f64.
+const LAST_STEPS: usize = 2;
 
-/// A point of the stretch, and the derivative.
-fn jet<T: Real>(stretch: &Stretch<T>, at: T) -> ([T; 3], [T; 3]) {
-    let mut d = stretch.points.clone();
-    let n = d.len();
-    let rest = T::ONE - at;
-    for k in (2..n).rev() {
-        for i in 0..k {
-            for c in 0..4 {
-                d[i][c] = rest * d[i][c] + at * d[i + 1][c];
-            }
+/// The homogeneous point of a Bezier curve, about: `sum binomial(n, i) t^i (1 - t)^(n - i) p_i` with running powers, in as many steps as there are control
+/// points.
+fn homogeneous<T: Real>(points: &[[T; 4]], at: T) -> [T; 4] {
+    let [first, others @ ..] = points else {
+        return [T::ZERO; 4];
+    };
+    let (n, rest) = (others.len(), T::ONE - at);
+    let (mut sum, mut power, mut binomial) = (*first, T::ONE, 1.0);
+    for (i, p) in others.iter().enumerate() {
+        power = power * at;
+        binomial = binomial * (n - i) as f64 / (i + 1) as f64;
+        let factor = power * T::from_f64(binomial);
+        for (sum, x) in sum.iter_mut().zip(p) {
+            *sum = *sum * rest + factor * *x;
         }
     }
-    let (p, slope) = if n < 2 {
-        (d[0], [T::ZERO; 4])
-    } else {
-        let degree = T::from_f64((n - 1) as f64);
-        (
-            std::array::from_fn(|c| rest * d[0][c] + at * d[1][c]),
-            std::array::from_fn(|c| degree * (d[1][c] - d[0][c])),
-        )
-    };
-    let x: [T; 3] = std::array::from_fn(|c| p[c] / p[3]);
-    (
-        std::array::from_fn(|c| x[c] + T::from_f64(stretch.origin[c])),
-        std::array::from_fn(|c| (slope[c] - slope[3] * x[c]) / p[3]),
-    )
+    sum
+}
+
+/// A point of the stretch, about.
+fn point<T: Real>(stretch: &Stretch<T>, at: T) -> [T; 3] {
+    let p = homogeneous(&stretch.points, at);
+    std::array::from_fn(|c| p[c] / p[3] + T::from_f64(stretch.origin[c]))
+}
+
+/// A stretch in f64: its control points, and the steps from each to the next, of which its derivative is made.
+struct Rough {
+    points: Vec<[f64; 4]>,
+    steps: Vec<[f64; 4]>,
+    origin: [f64; 3],
+}
+
+impl Rough {
+    fn new<T: Real>(stretch: &Stretch<T>) -> Self {
+        let points: Vec<[f64; 4]> = (stretch.points.iter())
+            .map(|p| p.map(T::approximate))
+            .collect();
+        let step = |pair: &[[f64; 4]]| std::array::from_fn(|c| pair[1][c] - pair[0][c]);
+        Self {
+            steps: points.windows(2).map(step).collect(),
+            points,
+            origin: stretch.origin,
+        }
+    }
+
+    fn point(&self, at: f64) -> [f64; 3] {
+        let p = homogeneous(&self.points, at);
+        std::array::from_fn(|c| p[c] / p[3] + self.origin[c])
+    }
+
+    fn tangent(&self, at: f64) -> Vector3<f64> {
+        if self.steps.is_empty() {
+            return Vector3::zeros();
+        }
+        let (p, d) = (homogeneous(&self.points, at), homogeneous(&self.steps, at));
+        let degree = self.steps.len() as f64;
+        Vector3::from_fn(|c, _| degree * (d[c] - d[3] * (p[c] / p[3])) / p[3])
+    }
 }
 
 fn apart<T: Real>(a: &[T; 3], b: &[T; 3]) -> f64 {
     Vector3::from_fn(|c, _| (a[c] - b[c]).approximate()).norm()
 }
 
-/// The parameter in `[lo, hi]` of the nearest point, about, and how far it is; nothing rests on it.
-fn foot<T: Real>(stretch: &Stretch<T>, p: &[T; 3], [lo, hi]: [T; 2], starts: usize) -> (T, f64) {
-    let width = hi - lo;
-    let mut best = (lo, f64::INFINITY);
-    let consider = |at: T, best: &mut (T, f64)| {
-        let (x, dx) = jet(stretch, at);
-        let off = apart(&x, p);
-        if off < best.1 {
-            *best = (at, off);
-        }
-        (x, dx)
-    };
+/// Starts in the search of the nearest point of a whole stretch.
+pub(super) const STARTS: usize = 9;
+
+/// The parameter in `[lo, hi]` of the nearest point, about, and how far it is; nothing rests on it. Found in f64, then to more digits.
+pub(super) fn foot<T: Real>(
+    stretch: &Stretch<T>,
+    p: &[T; 3],
+    [lo, hi]: [T; 2],
+    starts: usize,
+) -> (T, f64) {
+    let rough = Rough::new(stretch);
+    let place = p.map(T::approximate);
+    let range = [lo, hi].map(T::approximate);
+    let mut start = (range[0], f64::INFINITY);
     for k in 0..starts {
         let s = (k as f64 + 0.5) / starts as f64;
-        consider(lo + width * T::from_f64(s), &mut best);
-    }
-    let mut at = best.0;
-    for _ in 0..STEPS {
-        let (x, dx) = consider(at, &mut best);
-        let (mut top, mut bottom) = (0.0, 0.0);
-        for c in 0..3 {
-            let along = dx[c].approximate();
-            top += (x[c] - p[c]).approximate() * along;
-            bottom += along * along;
+        let at = range[0] + (range[1] - range[0]) * s;
+        let off = apart(&rough.point(at), &place);
+        if off < start.1 {
+            start = (at, off);
         }
-        let step = top / bottom;
-        if !step.is_finite() {
+    }
+    let (at, _) = descend(&rough, |at| rough.point(at), &place, range, start.0, STEPS);
+    let at = clamped(T::from_f64(at), [lo, hi]);
+    descend(&rough, |at| point(stretch, at), p, [lo, hi], at, LAST_STEPS)
+}
+
+/// The best of so many of Newton's steps towards the nearest point, and how far it is. (Tangents are those of f64: each step leaves a rounding of it.)
+fn descend<T: Real>(
+    rough: &Rough,
+    point: impl Fn(T) -> [T; 3],
+    p: &[T; 3],
+    range: [T; 2],
+    mut at: T,
+    steps: usize,
+) -> (T, f64) {
+    let mut best = (range[0], f64::INFINITY);
+    for step in 0..=steps {
+        let x = point(at);
+        let off = apart(&x, p);
+        if off < best.1 {
+            best = (at, off);
+        }
+        if step == steps {
             break;
         }
-        let next = at - T::from_f64(step);
-        let next = if next < lo {
-            lo
-        } else if next > hi {
-            hi
-        } else {
-            next
-        };
+        let tangent = rough.tangent(at.approximate());
+        let to = Vector3::from_fn(|c, _| (x[c] - p[c]).approximate());
+        let back = to.dot(&tangent) / tangent.norm_squared();
+        if !back.is_finite() {
+            break;
+        }
+        let next = clamped(at - T::from_f64(back), range);
         if next == at {
             break;
         }
         at = next;
     }
-    consider(at, &mut best);
     best
+}
+
+fn clamped<T: Real>(x: T, [lo, hi]: [T; 2]) -> T {
+    if x < lo {
+        lo
+    } else if x > hi {
+        hi
+    } else {
+        x
+    }
 }
 
 /// A part of `A` and the part of `B` that it is matched with.
@@ -289,7 +346,7 @@ impl<T: Real> Matching<'_, T> {
         let mut at = [0; 2];
         let mut from = [T::ZERO; 2];
         while at != last {
-            let ends = [0, 1].map(|k| jet(self.stretch(k, at[k]), T::ONE).0);
+            let ends = [0, 1].map(|k| point(self.stretch(k, at[k]), T::ONE));
             // The nearest point of the other to the end of each.
             let feet = [0, 1].map(|k| {
                 let other = self.stretch(1 - k, at[1 - k]);
@@ -324,9 +381,9 @@ impl<T: Real> Matching<'_, T> {
     fn halve(&mut self, p: &Pair<T>) -> Option<()> {
         let k = p.turn;
         let middle = (p.from[k] + p.to[k]).half();
-        let (point, _) = jet(self.stretch(k, p.stretches[k]), middle);
+        let place = point(self.stretch(k, p.stretches[k]), middle);
         let other = self.stretch(1 - k, p.stretches[1 - k]);
-        let (near, off) = foot(other, &point, [p.from[1 - k], p.to[1 - k]], 3);
+        let (near, off) = foot(other, &place, [p.from[1 - k], p.to[1 - k]], 3);
         self.farthest = self.farthest.max(off);
         let mut at = [near; 2];
         at[k] = middle;

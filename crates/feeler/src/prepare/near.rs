@@ -4,10 +4,12 @@
 //! On a part of the image let `D_i = X_i - w_i (p - o)`, `w_i > 0` be its control points relative to the point `p`. The distance from
 //! `p` of each of its points is at least the height of the point along any unit vector `n`, which is a convex combination of the
 //! `n.D_i / w_i`: their least is a lower bound. It loses only what the part bends, with `n` towards its middle. Both ends of
-//! a part are points of the image: the lesser of their distances is an upper bound. Parts are halved until the two meet.
+//! a part are points of the image: the lesser of their distances is an upper bound, as is that of any point, first of the one that Newton's
+//! method takes for the nearest. Parts are halved until the two meet.
 
 use super::closed::V3;
 use super::image::{Image, Stretch};
+use super::matching::{STARTS, foot};
 use crate::numeric::bernstein::{Bidegree, greater, largest, lesser, split_error, split_off};
 use crate::numeric::{Ball, Dd, TINY};
 use nalgebra::Vector3;
@@ -52,6 +54,12 @@ impl Part {
 
     fn degree(&self) -> usize {
         self.c[0].len() - 1
+    }
+
+    /// How far it is, about.
+    fn about(&self) -> f64 {
+        let i = self.c[0].len() / 2;
+        Vector3::from_fn(|c, _| self.c[c][i].hi / self.c[3][i].hi).norm()
     }
 
     /// Bounds of the distance of its nearest point.
@@ -110,17 +118,38 @@ impl Part {
     }
 }
 
+/// How far a point of a stretch is at most that is about the nearest.
+fn apart_at_foot(stretch: &Stretch<Dd>, p: &V3) -> f64 {
+    let middle = p.each_ref().map(|x| x.mid);
+    let (at, _) = foot(stretch, &middle, [Dd::ZERO, Dd::ONE], STARTS);
+    let x = stretch.point(at);
+    let off = Vector3::from_fn(|c, _| (x[c] - p[c]).magnitude() + LEAST_LENGTH);
+    off.norm() * UP
+}
+
 /// Bounds of the distance of a point from an image.
 ///
 /// No closer than is needed to tell whether it is farther than `far`, or no farther than `near` or twice what the image is off by; those
 /// aside, the lower bound is a part [`GOOD`] of the upper one, as far as double-double and [`PARTS`] parts can tell.
 pub(crate) fn distance(p: &V3, image: &Image<Dd>, near: f64, far: f64) -> [f64; 2] {
     let slack = |s: &Stretch<Dd>| (s.slack + image.extra) * UP;
+    let mut stretches: Vec<(f64, &Stretch<Dd>, Part)> = (image.stretches.iter())
+        .map(|s| {
+            let part = Part::new(s, p);
+            (part.about(), s, part)
+        })
+        .collect();
+    // What is nearer is looked at first: the rest is put aside without being halved as a rule.
+    stretches.sort_by(|(a, ..), (b, ..)| b.total_cmp(a));
     let (mut least, mut most) = (f64::INFINITY, f64::INFINITY);
-    let mut stack: Vec<(Part, f64)> = Vec::new();
-    for s in &image.stretches {
-        stack.push((Part::new(s, p), slack(s)));
+    if let Some((_, s, _)) = stretches.last() {
+        most = apart_at_foot(s, p) + slack(s);
+        if most <= near.max(2.0 * slack(s)) {
+            return [0.0, most];
+        }
     }
+    let parts = stretches.into_iter();
+    let mut stack: Vec<(Part, f64)> = parts.map(|(_, s, part)| (part, slack(s))).collect();
     let mut parts = 0;
     while let Some((part, slack)) = stack.pop() {
         let [low, high] = part.bounds();
@@ -136,12 +165,7 @@ pub(crate) fn distance(p: &V3, image: &Image<Dd>, near: f64, far: f64) -> [f64; 
             continue;
         }
         let [a, b] = part.halves();
-        // The nearer half is looked at first.
-        let first = |x: &Part| {
-            let (i, k) = (x.c[0].len() / 2, &x.c);
-            Vector3::from_fn(|c, _| k[c][i].hi / k[3][i].hi).norm()
-        };
-        if first(&a) <= first(&b) {
+        if a.about() <= b.about() {
             stack.push((b, slack));
             stack.push((a, slack));
         } else {

@@ -333,7 +333,7 @@ impl<'a> Edge<'a> {
         let ends = [(first, 0.0), (last, 1.0)];
         let ends = ends
             .iter()
-            .filter(|(s, at)| near(&s.point(*at), (s.slack + image.extra) * UP));
+            .filter(|(s, at)| near(&s.point(Dd::from(*at)), (s.slack + image.extra) * UP));
         ends.count()
     }
 
