@@ -1,6 +1,13 @@
 //! Faces in closed form within the search.
+//!
+//! # All minima
+//! Where all local minima are asked for, one on a face in closed form is in the face's interior, where there is one at most (a curve, or all of it, where
+//! the formula is not unique: then any of its points stands for it), or on a curve that bounds the face. Where it is a local minimum on
+//! the face it is one along the curve. A squared distance along a segment is convex: it has one. Along an arc it is, as a height is, a sine of the
+//! angle: one where that is least, if it is on the arc, else and beside it the ends. A height along a segment is least at an end. Other curves are
+//! searched. Which of these candidates are minima is looked at where the list is made (module `local`).
 
-use super::outcome::{Foot, Locus, Settled, Spread};
+use super::outcome::{Foot, FormulaMinimum, Locus, Settled, Spread};
 use super::search::{QUARTER, Search};
 use super::task::{Arithmetic, Task};
 use super::upper::{NEIGHBOURS, step_ulp};
@@ -14,14 +21,32 @@ use std::collections::BinaryHeap;
 /// A bound that is off by a few roundings.
 const UP: f64 = 1.0 + 16.0 * f64::EPSILON;
 
-impl Search<'_> {
-    /// The closed form of a face, where it serves: all minima of a face are not asked for.
-    pub(super) fn closed(&self, face: usize) -> Option<&ClosedFace> {
-        let listed = self.goal.all_below.is_some() && self.goal.extents.is_none();
-        if listed || !self.goal.closed {
-            return None;
+impl<'a> Search<'a> {
+    /// The closed form of a face, where it serves. (Where all minima are asked for, curves that were moved into the domain do not: of these the least value is
+    /// known, and nothing of which other points are in the region.)
+    pub(super) fn closed(&self, face: usize) -> Option<&'a ClosedFace> {
+        let form = self.brep.closed(face).filter(|_| self.goal.closed)?;
+        let serves = !self.is_listing() || !form.curves.iter().any(|c| c.moved);
+        serves.then_some(form)
+    }
+
+    /// Whether all minima are asked for.
+    fn is_listing(&self) -> bool {
+        self.goal.all_below.is_some() && self.goal.extents.is_none()
+    }
+
+    /// Puts down what may be a minimum, where all are asked for.
+    fn list(&mut self, face: usize, trim: Option<usize>, minimum: &Minimum) {
+        let wanted = self.is_listing() && !self.hopeless(minimum.range[0]);
+        if wanted {
+            self.out.formulas.push(FormulaMinimum {
+                face,
+                trim,
+                uv: Point2::new(minimum.uv[0], minimum.uv[1]),
+                point: minimum.point,
+                range: minimum.range,
+            });
         }
-        self.brep.closed(face)
     }
 
     pub(super) fn open_closed<T: Real + Arithmetic>(
@@ -46,7 +71,13 @@ impl Search<'_> {
                 self.settle_closed(face, least, &minimum, 0.0);
             }
             match side {
-                BoxSide::Inside => return self.keep_closed(face, None, &minimum),
+                BoxSide::Inside => {
+                    self.keep_closed(face, None, &minimum);
+                    self.list(face, None, &minimum);
+                    if !self.is_listing() {
+                        return;
+                    }
+                }
                 BoxSide::Mixed => self.try_closed_point(face, form, &minimum),
                 BoxSide::Outside => {}
             }
@@ -61,6 +92,16 @@ impl Search<'_> {
             minimum.range = widened(&self.target, minimum.range, slack);
             if self.hopeless(minimum.range[0]) {
                 continue;
+            }
+            if self.is_listing() {
+                let mut all = curve.low_ends(&self.target).map_or(Vec::new(), Vec::from);
+                for end in &mut all {
+                    end.range = widened(&self.target, end.range, slack);
+                }
+                all.push(minimum);
+                for found in &all {
+                    self.list(face, curve.trim, found);
+                }
             }
             if !curve.moved || self.is_on_face(face, &minimum) {
                 self.keep_closed(face, curve.trim, &minimum);
@@ -186,6 +227,7 @@ impl Search<'_> {
                 unique: false,
                 extent: minimum.extent,
             };
+            self.list(face, None, &tried);
             return self.keep_closed(face, None, &tried);
         }
     }

@@ -7,7 +7,8 @@ use super::continuum::is_continuum;
 use super::front::Front;
 use super::local::{Spot, Surroundings};
 use super::objective::Objective;
-use super::outcome::{Goal, Locus, Outcome, Settled, Source, Width};
+use super::objective::ball_around;
+use super::outcome::{FormulaMinimum, Goal, Locus, Outcome, Settled, Source, Width};
 use super::place::{Place, bound_contact, make_contact, place_of, trim_at};
 use super::search::minimize;
 use super::trail::Trail;
@@ -383,17 +384,21 @@ fn contacts(
     }
     if options.contacts == Contacts::All {
         let with_deepest = !out.is_empty();
+        let list = List {
+            brep,
+            probe,
+            options,
+            objective,
+            material,
+            with_deepest,
+        };
         for s in &found.settled {
-            other_contact(
-                brep,
-                probe,
-                options,
-                objective,
-                s,
-                material,
-                with_deepest,
-                &mut out,
-            );
+            if let Some(candidate) = list.of_node(s) {
+                list.add(candidate, &mut out);
+            }
+        }
+        for m in &found.formulas {
+            list.add(Candidate::of_formula(m), &mut out);
         }
         out[usize::from(with_deepest)..].sort_by(|a, b| {
             let by_distance = nearness(a, material).total_cmp(&nearness(b, material));
@@ -413,108 +418,166 @@ fn nearness(c: &Contact, material: Option<bool>) -> f64 {
     }
 }
 
-/// Adds the local minimum of a settled node, if it is one and a new one.
-#[allow(clippy::too_many_arguments)] // As above.
-fn other_contact(
-    brep: &PreparedBrep,
-    probe: &Probe,
-    options: &Options,
-    objective: &Objective,
-    s: &Settled,
-    material: Option<bool>,
-    with_deepest: bool,
-    out: &mut Vec<Contact>,
-) {
-    if !s.local_minimum {
-        return;
-    }
-    let Some((mut place, index, mut local)) = place_of(brep, s) else {
-        return;
+/// The separation of the nearer of two places, whichever it is: faces may be a rounding apart at an edge.
+fn nearer([a, b]: [Separation; 2], material: Option<bool>) -> Separation {
+    let ([a_lo, a_hi], [b_lo, b_hi]) = ([a.bounds.lo, a.bounds.hi], [b.bounds.lo, b.bounds.hi]);
+    let (lo, hi, value) = match material {
+        Some(false) => (a_lo.min(b_lo), a_hi.min(b_hi), a.value.min(b.value)),
+        Some(true) => (a_lo.max(b_lo), a_hi.max(b_hi), a.value.max(b.value)),
+        None => (a_lo.min(b_lo), a_hi.max(b_hi), a.value),
     };
-    let patch = &brep.double_double(place.face).patches[index];
-    if let Some(Source::Patch { face, .. }) = s.source {
-        // A foot beside the region is none: the border's own is.
-        if brep.region(face).side(place.uv).side == Some(Side::Outside) {
+    Separation {
+        value: value.clamp(lo, hi),
+        bounds: Enclosure { lo, hi },
+    }
+}
+
+/// What may be one of all contacts.
+struct Candidate {
+    place: Place,
+    /// Bounds of `f`.
+    range: [Dd; 2],
+    /// `f` at the place. Where all of a node is one value up to rounding its minimum is elsewhere on it, and a way falls only if it falls by more.
+    value: Ball<Dd>,
+}
+
+impl Candidate {
+    fn of_formula(m: &FormulaMinimum) -> Self {
+        let value = ball_around(m.range);
+        let place = Place {
+            face: m.face,
+            trim: m.trim,
+            spot: Locus::Closed { point: m.point },
+            uv: m.uv,
+        };
+        Self {
+            place,
+            range: m.range,
+            value,
+        }
+    }
+}
+
+/// A list of all contacts in the making.
+struct List<'a> {
+    brep: &'a PreparedBrep,
+    probe: &'a Probe,
+    options: &'a Options,
+    objective: &'a Objective,
+    material: Option<bool>,
+    /// Whether the first is the deepest of all.
+    with_deepest: bool,
+}
+
+impl List<'_> {
+    /// The local minimum of a settled node, if it has one.
+    fn of_node(&self, s: &Settled) -> Option<Candidate> {
+        if !s.local_minimum {
+            return None;
+        }
+        let brep = self.brep;
+        let (mut place, index, mut local) = place_of(brep, s)?;
+        let patch = &brep.double_double(place.face).patches[index];
+        if let Some(Source::Patch { face, .. }) = s.source {
+            // A foot beside the region is none: the border's own is.
+            if brep.region(face).side(place.uv).side == Some(Side::Outside) {
+                return None;
+            }
+            let at = [place.uv.x, place.uv.y];
+            local = [0, 1].map(|k| patch.maps[k].to_local(Ball::exact(at[k])));
+            place.spot = Locus::Patch {
+                patch: index,
+                local,
+                point: None,
+            };
+        }
+        // A piece that passes the border of its patch is known to be on it there, up to a slack: the ball holds the patch's own point.
+        for x in &mut local {
+            let inside = if x.mid < Dd::ZERO {
+                Dd::ZERO
+            } else if x.mid > Dd::ONE {
+                Dd::ONE
+            } else {
+                continue;
+            };
+            x.rad = (x.rad + (x.mid - inside).magnitude()) * (1.0 + 4.0 * f64::EPSILON);
+            x.mid = inside;
+        }
+        // Below: the bound of the node. Above: f at the point itself.
+        let f = self.objective.value(&patch.net, local);
+        let hi = f.mid + Dd::from(f.rad * (1.0 + 16.0 * f64::EPSILON));
+        let more = match s.flat {
+            true => (f.mid - s.lo).magnitude(),
+            false => 0.0,
+        };
+        Some(Candidate {
+            place,
+            range: [s.lo, hi],
+            value: Ball {
+                mid: f.mid,
+                rad: f.rad + more,
+            },
+        })
+    }
+
+    /// Adds one, if it is a minimum, near enough and a new one.
+    fn add(&self, candidate: Candidate, out: &mut Vec<Contact>) {
+        let Candidate {
+            place,
+            range,
+            value,
+        } = candidate;
+        let (brep, radius) = (self.brep, self.probe.radius());
+        // In material, too, it is the distance that counts.
+        let reach = Dd::from(radius) + Dd::from(self.options.prediction);
+        let most = if !self.objective.is_squared() {
+            reach
+        } else if reach > Dd::ZERO {
+            reach * reach
+        } else {
+            return;
+        };
+        if value.mid - Dd::from(value.rad) > most {
             return;
         }
-        let at = [place.uv.x, place.uv.y];
-        local = [0, 1].map(|k| patch.maps[k].to_local(Ball::exact(at[k])));
-        place.spot = Locus::Patch {
-            patch: index,
-            local,
-            point: None,
-        };
-    }
-    // A piece that passes the border of its patch is known to be on it there, up to a slack: the ball holds the patch's own point.
-    for x in &mut local {
-        let inside = if x.mid < Dd::ZERO {
-            Dd::ZERO
-        } else if x.mid > Dd::ONE {
-            Dd::ONE
-        } else {
-            continue;
-        };
-        x.rad = (x.rad + (x.mid - inside).magnitude()) * (1.0 + 4.0 * f64::EPSILON);
-        x.mid = inside;
-    }
-    // Below: the bound of the node. Above: f at the point itself.
-    let f = objective.value(&patch.net, local);
-    let hi = f.mid + Dd::from(f.rad * (1.0 + 16.0 * f64::EPSILON));
-    let radius = probe.radius();
-    // In material, too, it is the distance that counts.
-    let reach = Dd::from(radius) + Dd::from(options.prediction);
-    let most = if !objective.is_squared() {
-        reach
-    } else if reach > Dd::ZERO {
-        reach * reach
-    } else {
-        return;
-    };
-    if f.mid - Dd::from(f.rad) > most {
-        return;
-    }
-    let near = separation([s.lo, hi], objective, radius, material);
-    let c = make_contact(
-        brep,
-        probe,
-        &place,
-        near,
-        material == Some(true),
-        options.accuracy,
-        None,
-    );
-    let apart = SAME_CONTACT * brep.size();
-    // The first is the deepest of all: its separation is the answer's.
-    let same = out
-        .iter()
-        .position(|o| (o.on_brep - c.on_brep).norm() <= apart);
-    match same {
-        Some(0) if with_deepest => {}
-        // The lower one is the contact's foot. (With the centre in material the nearer one.)
-        Some(i) => {
-            if nearness(&c, material) < nearness(&out[i], material) {
-                out[i] = c;
-            }
-        }
-        None => {
-            let around = Surroundings { brep, objective };
-            let own = Spot {
-                face: place.face,
-                uv: place.uv,
-            };
-            let trim = place.trim.or_else(|| trim_at(brep, &place));
-            // Where all of a node is one value up to rounding, its minimum is elsewhere on it, and a way falls only if it falls by more.
-            let f = if s.flat {
-                let range = (f.mid - s.lo).magnitude();
-                Ball {
-                    mid: f.mid,
-                    rad: f.rad + range,
+        let near = separation(range, self.objective, radius, self.material);
+        let c = make_contact(
+            brep,
+            self.probe,
+            &place,
+            near,
+            self.material == Some(true),
+            self.options.accuracy,
+            None,
+        );
+        let apart = SAME_CONTACT * brep.size();
+        // The first is the deepest of all: its separation is the answer's.
+        let same = out
+            .iter()
+            .position(|o| (o.on_brep - c.on_brep).norm() <= apart);
+        match same {
+            Some(0) if self.with_deepest => {}
+            // The lower one is the contact's foot. (With the centre in material the nearer one.)
+            Some(i) => {
+                let both = [out[i].separation, c.separation];
+                if nearness(&c, self.material) < nearness(&out[i], self.material) {
+                    out[i] = c;
                 }
-            } else {
-                f
-            };
-            if around.is_minimum(own, trim, &c.on_brep, f) {
-                out.push(c);
+                out[i].separation = nearer(both, self.material);
+            }
+            None => {
+                let around = Surroundings {
+                    brep,
+                    objective: self.objective,
+                };
+                let own = Spot {
+                    face: place.face,
+                    uv: place.uv,
+                };
+                let trim = place.trim.or_else(|| trim_at(brep, &place));
+                if around.is_minimum(own, trim, &c.on_brep, value) {
+                    out.push(c);
+                }
             }
         }
     }

@@ -1,7 +1,7 @@
 //! Whether a point is a local minimum of the objective over all faces around it: of use for which contacts there
 //! are. No separation rests on it.
 
-use super::objective::Objective;
+use super::objective::{Objective, ball_around};
 use super::place::trims_near;
 use crate::numeric::{Ball, Dd};
 use crate::prepare::{Patch, PreparedBrep};
@@ -277,6 +277,10 @@ impl Surroundings<'_> {
     /// The value of `f`.
     pub(super) fn value(&self, at: Spot) -> Option<Ball<Dd>> {
         let uv = [at.uv.x, at.uv.y];
+        if let Some(form) = self.brep.closed(at.face) {
+            let point = form.surface.point(uv);
+            return Some(ball_around(self.objective.target().range_at(&point)));
+        }
         let mut patches = self.brep.double(at.face).patches.iter();
         let holds =
             |p: &Patch<f64>| (0..2).all(|k| p.maps[k].start <= uv[k] && uv[k] <= p.maps[k].end);

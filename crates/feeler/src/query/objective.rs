@@ -46,6 +46,15 @@ pub(crate) struct Guide {
 /// The bound on a sum of a few parts is itself rounded a few times.
 const BOUND_UP: f64 = 1.0 + 32.0 * f64::EPSILON;
 
+/// A ball that holds a range.
+pub(super) fn ball_around([low, high]: [Dd; 2]) -> Ball<Dd> {
+    let half = (high - low).half();
+    let mid = low + half;
+    // The difference, the sum and the half's leading part are off by a rounding each.
+    let rad = half.magnitude() * (1.0 + 4.0 * f64::EPSILON) + 4.0 * Dd::UNIT * mid.magnitude();
+    Ball { mid, rad }
+}
+
 impl Objective {
     /// The same for closed forms.
     pub(crate) fn target(&self) -> Target {

@@ -72,6 +72,18 @@ pub(crate) struct Settled {
     pub(crate) flat: bool,
 }
 
+/// What may be a local minimum, by the formula of a face in closed form or of a curve that bounds it.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct FormulaMinimum {
+    pub(crate) face: usize,
+    /// The trim, on a curve that is part of one.
+    pub(crate) trim: Option<usize>,
+    pub(crate) uv: Point2<f64>,
+    pub(crate) point: V3,
+    /// Proven bounds of `f`.
+    pub(crate) range: [Dd; 2],
+}
+
 /// Where on a settled node `f` can be as low as a given value.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Spread {
@@ -151,6 +163,8 @@ pub(crate) struct Outcome {
     pub(crate) rough: Option<Box<Rough>>,
     /// Nodes put aside with a bound near the minimum.
     pub(crate) settled: Vec<Settled>,
+    /// Where all minima are asked for: those of faces in closed form, and of their curves.
+    pub(crate) formulas: Vec<FormulaMinimum>,
     /// How many nodes were visited.
     pub(crate) nodes: usize,
     /// Whether the budget ended the search.

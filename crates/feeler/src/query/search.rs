@@ -140,6 +140,7 @@ impl<'a> Search<'a> {
                 foot: None,
                 rough: None,
                 settled: std::mem::take(&mut memory.settled),
+                formulas: Vec::new(),
                 nodes: 0,
                 budget_spent: false,
                 left_open: false,
