@@ -5,7 +5,7 @@ use super::leaf::LEAST_STEP;
 use super::outcome::Source;
 use super::search::Search;
 use crate::numeric::{Ball, Dd, Real};
-use crate::prepare::{Homogeneous, curve_jet, restrict};
+use crate::prepare::{Homogeneous, curve_jet};
 
 const UP: f64 = 1.0 + 64.0 * f64::EPSILON;
 
@@ -21,7 +21,7 @@ impl Search<'_> {
         let geometry = self.brep.double_double(face);
         let local = &geometry.piece(index).local;
         let slack = border_slack(local);
-        let part = restrict(local, range[0], range[1]);
+        let part = part_of(local, range);
         let exact = Ball::exact(slack);
         let off = (0..2).any(|c| {
             let below = |p: &Homogeneous<Dd, 3>| (p[c] + p[2] * exact).upper() < 0.0;
@@ -69,6 +69,35 @@ impl Search<'_> {
         let on = depth_at(local, at) >= -slack;
         Some((if on { at } else { part[0] }, part))
     }
+}
+
+/// The control points of a part of a curve: of what is up to its end that beyond its start, by de Casteljau twice. (Pieces that are kept are made by
+/// blossoms, which take more by the degree and have fewer roundings.)
+fn part_of(points: &[Homogeneous<Dd, 3>], [a, b]: [f64; 2]) -> Vec<Homogeneous<Dd, 3>> {
+    let mut d = points.to_vec();
+    let count = d.len();
+    let blend = |p: &Homogeneous<Dd, 3>, q: &Homogeneous<Dd, 3>, [y, x]: [Ball<Dd>; 2]| {
+        std::array::from_fn(|c| y * p[c] + x * q[c])
+    };
+    if b != 1.0 {
+        let x = Ball::exact(b);
+        let weights = [Ball::ONE - x, x];
+        for k in 1..count {
+            for i in (k..count).rev() {
+                d[i] = blend(&d[i - 1], &d[i], weights);
+            }
+        }
+    }
+    if a != 0.0 {
+        let whole = Ball::exact(b);
+        let weights = [Ball::difference(b, a) / whole, Ball::exact(a) / whole];
+        for k in 1..count {
+            for i in 0..count - k {
+                d[i] = blend(&d[i], &d[i + 1], weights);
+            }
+        }
+    }
+    d
 }
 
 /// The part of a range of a boundary piece where that is on its patch: what matters of a range that passes the border. `None` where both ends are off the
@@ -166,8 +195,8 @@ pub(super) struct PiecePlace {
 /// How far off its patch a boundary piece may be, in local parameters, and still be taken for on it: so far that what its control points are
 /// off does not matter.
 ///
-/// Let `|x| <= m w` for all coordinates of its control points, each known within `r w`. Those of a part over a range are averages of them, made in `p`
-/// levels of three roundings: off by at most `4 p u m + r` times the true ones' weights, and `s - w` by twice that. That is an eighth of the slack `e`. So a
+/// Let `|x| <= m w` for all coordinates of its control points, each known within `r w`. Those of a part over a range are averages of them, made in `2 p`
+/// levels of three roundings, whose factors are off by less than five more: off by at most `16 p u m + r` times the true ones' weights, and `s - w` by twice that. That is an eighth of the slack `e`. So a
 /// part that does not [leave](PiecePlace::leaves) its patch is within `9/4 e` of it; one that is [off](PiecePlace::off) is farther than `e` from
 /// it all along. What leaves and is not off is put aside by its bound alone. What is off is put aside without any: where the curve comes to it from a
 /// part that does not leave, the end that both share [is seen](Search::piece_may_end) to be as far off, and that part is not put aside by a slope towards
@@ -185,5 +214,5 @@ fn border_slack(local: &[Homogeneous<Dd, 3>]) -> f64 {
         }
     }
     let degree = local.len() as f64 - 1.0;
-    LEAST_STEP + 16.0 * (4.0 * degree * Dd::UNIT * most + known) * UP
+    LEAST_STEP + 16.0 * (16.0 * degree * Dd::UNIT * most + known) * UP
 }

@@ -4,7 +4,8 @@
 //! Where all local minima are asked for, one on a face in closed form is in the face's interior, where there is one at most (a curve, or all of it, where
 //! the formula is not unique: then any of its points stands for it), or on a curve that bounds the face. Where it is a local minimum on
 //! the face it is one along the curve. A squared distance along a segment is convex: it has one. Along an arc it is, as a height is, a sine of the
-//! angle: one where that is least, if it is on the arc, else and beside it the ends. A height along a segment is least at an end. Other curves are
+//! angle: one where that is least, if it is on the arc, else and beside it the ends. A height along a segment is least at an end. Of a curve that was moved
+//! into the domain only parts may be in the region; they end where others do: all ends count. Other curves are
 //! searched. Which of these candidates are minima is looked at where the list is made (module `local`).
 
 use super::outcome::{Foot, FormulaMinimum, Locus, Settled, Spread};
@@ -13,7 +14,7 @@ use super::task::{Arithmetic, Task};
 use super::upper::{NEIGHBOURS, step_ulp};
 use crate::numeric::{Dd, Real};
 use crate::prepare::PreparedBrep;
-use crate::prepare::closed::{Boxes, ClosedFace, Minimum, lead, widened};
+use crate::prepare::closed::{Boxes, ClosedCurve, ClosedFace, Minimum, lead, widened};
 use crate::trim::{BoxSide, Side};
 use nalgebra::Point2;
 use std::collections::BinaryHeap;
@@ -21,13 +22,10 @@ use std::collections::BinaryHeap;
 /// A bound that is off by a few roundings.
 const UP: f64 = 1.0 + 16.0 * f64::EPSILON;
 
-impl<'a> Search<'a> {
-    /// The closed form of a face, where it serves. (Where all minima are asked for, curves that were moved into the domain do not: of these the least value is
-    /// known, and nothing of which other points are in the region.)
-    pub(super) fn closed(&self, face: usize) -> Option<&'a ClosedFace> {
-        let form = self.brep.closed(face).filter(|_| self.goal.closed)?;
-        let serves = !self.is_listing() || !form.curves.iter().any(|c| c.moved);
-        serves.then_some(form)
+impl Search<'_> {
+    /// The closed form of a face, where it serves.
+    pub(super) fn closed(&self, face: usize) -> Option<&ClosedFace> {
+        self.brep.closed(face).filter(|_| self.goal.closed)
     }
 
     /// Whether all minima are asked for.
@@ -83,6 +81,7 @@ impl<'a> Search<'a> {
             }
         }
         let slack = form.surface.pole_slack();
+        let any_moved = form.curves.iter().any(|c| c.moved);
         for curve in &form.curves {
             let least = widened(&self.target, [curve.least(&self.target); 2], slack)[0];
             if self.hopeless(least) {
@@ -94,16 +93,9 @@ impl<'a> Search<'a> {
                 continue;
             }
             if self.is_listing() {
-                let mut all = curve.low_ends(&self.target).map_or(Vec::new(), Vec::from);
-                for end in &mut all {
-                    end.range = widened(&self.target, end.range, slack);
-                }
-                all.push(minimum);
-                for found in &all {
-                    self.list(face, curve.trim, found);
-                }
+                self.list_curve(face, curve, &minimum, (slack, any_moved));
             }
-            if !curve.moved || self.is_on_face(face, &minimum) {
+            if !curve.moved || self.place_on_face(face, &minimum) == BoxSide::Inside {
                 self.keep_closed(face, curve.trim, &minimum);
             } else {
                 self.try_closed_point(face, form, &minimum);
@@ -117,6 +109,29 @@ impl<'a> Search<'a> {
         }
         if !form.others.is_empty() {
             self.push_pieces::<T>(heap, face, lo, true, |c| form.others.contains(&c));
+        }
+    }
+
+    /// The same of a curve: its least, and its ends where they may be local minima; `any` asks for them all. What was moved into the domain counts where it may be
+    /// in the region.
+    fn list_curve(
+        &mut self,
+        face: usize,
+        curve: &ClosedCurve,
+        least: &Minimum,
+        (slack, any): (f64, bool),
+    ) {
+        let target = self.target;
+        let mut ends = curve.ends(&target);
+        let low = any || curve.may_end_low(&target, &ends);
+        for end in &mut ends {
+            end.range = widened(&target, end.range, slack);
+        }
+        let ends = ends.iter().filter(|_| low);
+        for found in ends.chain([least]) {
+            if !curve.moved || self.place_on_face(face, found) != BoxSide::Outside {
+                self.list(face, curve.trim, found);
+            }
         }
     }
 
@@ -148,20 +163,23 @@ impl<'a> Search<'a> {
         told || low >= self.near(high, QUARTER)
     }
 
-    /// Whether a point of a curve that was moved into the domain is proven to be in the region.
-    fn is_on_face(&self, face: usize, minimum: &Minimum) -> bool {
+    /// Where a point of a curve that was moved into the domain is.
+    fn place_on_face(&self, face: usize, minimum: &Minimum) -> BoxSide {
         let region = self.brep.region(face);
         let [u, v] = minimum.uv;
         if minimum.uv_off == [0.0; 2] {
-            let side = region.side(Point2::new(u, v)).side;
-            return matches!(side, Some(Side::Inside | Side::Boundary));
+            return match region.side(Point2::new(u, v)).side {
+                Some(Side::Inside | Side::Boundary) => BoxSide::Inside,
+                Some(Side::Outside) => BoxSide::Outside,
+                None => BoxSide::Mixed,
+            };
         }
         let domain = self.brep.brep().surface(face).domain();
         let b = [0, 1].map(|k| {
             let (x, off) = (minimum.uv[k], minimum.uv_off[k]);
             [(x - off).max(domain[k].start), (x + off).min(domain[k].end)]
         });
-        region.classify_box(b[0], b[1]) == BoxSide::Inside
+        region.classify_box(b[0], b[1])
     }
 
     /// Keeps the minimum of a face's interior or of a curve, which is within `slack` of its place if that is the only one.

@@ -365,27 +365,28 @@ impl ClosedCurve {
         }
     }
 
-    /// Its ends, as minima, where they may be local minima along the curve beside the [least](Self::minimum): of an arc, as it may turn beyond the point
-    /// farthest away, and of a segment on one level. (A squared distance on a segment is convex.)
-    pub(crate) fn low_ends(&self, target: &Target) -> Option<[Minimum; 2]> {
+    /// Its ends, as minima.
+    pub(crate) fn ends(&self, target: &Target) -> [Minimum; 2] {
         let (points, turn) = match &self.shape {
             CurveShape::Arc(arc) => (arc.ends, arc.turn.mid.hi),
             CurveShape::Segment(s) => ([s.a, s.b], 1.0),
         };
-        let ranges = points.each_ref().map(|p| target.range_at(p));
-        let apart = ranges[0][1] < ranges[1][0] || ranges[1][1] < ranges[0][0];
-        let level = matches!(target, Target::Height(..)) && !apart;
-        if matches!(self.shape, CurveShape::Segment(_)) && !level {
-            return None;
-        }
-        Some([0, 1].map(|k| Minimum {
-            range: ranges[k],
+        [0, 1].map(|k| Minimum {
+            range: target.range_at(&points[k]),
             point: points[k],
             uv: self.uv_at(k as f64, if k == 0 { 0.0 } else { turn }),
             uv_off: [0.0; 2],
             unique: true,
             extent: Extent::Root(0.0),
-        }))
+        })
+    }
+
+    /// Whether an end may be a local minimum along the curve beside the [least](Self::minimum): of an arc, as it may turn beyond the point
+    /// farthest away, and of a segment on one level. (A squared distance on a segment is convex.)
+    pub(crate) fn may_end_low(&self, target: &Target, ends: &[Minimum; 2]) -> bool {
+        let [a, b] = ends.each_ref().map(|m| m.range);
+        let level = matches!(target, Target::Height(..)) && !(a[1] < b[0] || b[1] < a[0]);
+        level || matches!(self.shape, CurveShape::Arc(_))
     }
 
     /// How far the parameters found may be off, if the part of the curve is by `off`: by so much of its length, and a few
