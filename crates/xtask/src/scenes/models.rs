@@ -4,8 +4,8 @@ use super::{Scene, Suite};
 use crate::generate::{Generator, NEAR};
 use crate::random::Random;
 use feeler::prepare::PreparedBrep;
-use feeler::query::{Contacts, HalfSpace, Options, Probe, Undecided, Workspace, contact};
-use feeler_corpus::{Ask, LineKindLine, LineLine, MODELS, Model, QueryLine, SphereLine, TrimLine};
+use feeler::query::{Contacts, HalfSpace, Options, Probe, Workspace, contact};
+use feeler_corpus::{LineKindLine, LineLine, MODELS, Model, QueryLine, SphereLine, TrimLine};
 use nalgebra::Vector3;
 use std::path::Path;
 
@@ -173,29 +173,6 @@ pub(crate) fn splits(corpus: &Path) -> Result<Suite, String> {
     })
 }
 
-/// Nodes that the kernel may spend on a list of contacts of a native part: half a second, about.
-const LIST_BUDGET: usize = 1000;
-
-/// Whether the kernel answers, within [`LIST_BUDGET`], a query that asks for all contacts (others are taken as they are). It
-/// searches native faces for them as if they were NURBS of high degree, and without this limit it spends up to two minutes a
-/// query, so that no gate would have the time; the oracle settles all but 5 of the 144 queries that are asked for.
-fn within_budget(prepared: &PreparedBrep, line: &QueryLine) -> bool {
-    let Ok(query) = line.query() else {
-        return true; // `scenes::write` leaves it out.
-    };
-    let (Ask::Contact(probe), Some(Contacts::All)) = (query.ask, query.contacts) else {
-        return true;
-    };
-    let options = Options {
-        contacts: Contacts::All,
-        prediction: query.prediction.unwrap_or(0.0),
-        node_budget: LIST_BUDGET,
-        ..Options::default()
-    };
-    let answer = contact(prepared, &probe, &options, &mut Workspace::default());
-    answer.undecided != Some(Undecided::Budget)
-}
-
 /// A suite for each kind of query.
 pub(crate) fn kinds(corpus: &Path) -> Result<Vec<Suite>, String> {
     let mut all = Vec::new();
@@ -207,21 +184,9 @@ pub(crate) fn kinds(corpus: &Path) -> Result<Vec<Suite>, String> {
             let name = format!("thesis/{part}.3dm");
             let model = load(corpus, &name)?;
             let mut generator = Generator::new(&model, &format!("{} {part}", plan.name));
-            let mut queries: Vec<_> = (0..each)
+            let queries = (0..each)
                 .map(|i| (plan.ask)(&mut generator, i % 2 == 0))
                 .collect();
-            if THESIS_NATIVE.contains(&part) {
-                let asked = queries.len();
-                let prepared = PreparedBrep::new(model.breps[0].clone());
-                queries.retain(|q| within_budget(&prepared, q));
-                if queries.len() < asked {
-                    let left_out = asked - queries.len();
-                    println!(
-                        "{}: {left_out} of {asked} lists about {name} left out",
-                        plan.name
-                    );
-                }
-            }
             scenes.push(Scene {
                 queries,
                 name,
