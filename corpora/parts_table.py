@@ -67,7 +67,7 @@ KINDS = [
     ("overlap", "overlaps"),
     ("undecided meeting", "undecided meetings"),
     ("touch", "touches"),
-    ("meeting more", "meetings more"),
+    ("unlisted meeting", "unlisted meetings"),
     ("loop turned", "loops turned"),
     ("edge against", "edges against"),
     ("non-manifold edge", "non-manifold edges"),
@@ -104,7 +104,7 @@ def health(bodies):
             counts["undecided meeting" if meeting["kind"] == "undecided" else meeting["kind"]] += 1
         vertices = sum(d.startswith("vertex ") for d in h["defects"])
         for one, count in {
-            "meeting more": sum(f["more_meetings"] for f in faces),
+            "unlisted meeting": sum(f["more_meetings"] for f in faces),
             "loop turned": sum(each["turned_wrong"] for each in loops),
             "edge against": sum(e["direction"] == "against" for e in edges),
             "non-manifold edge": sum(e["non_manifold"] for e in edges),
@@ -151,8 +151,12 @@ def row(path, args):
     cells += [f"{best * 1e3:.0f}", f"{peak / 1024:.0f}"]
     if not bodies:
         return cells + ["none"] + [""] * 5
+    # Loose surfaces are asked one by one.
+    loose = all(o["kind"] == "surface" for o in bodies)
+    alone = ["--object", str(objects.index(bodies[0]))] if loose else []
     for queries in [args.queries, args.fewer]:
-        code, text, _, _ = run([args.bin / "xtask", "agree", path, "--queries", str(queries)], args.seconds)
+        agree = [args.bin / "xtask", "agree", path, "--queries", str(queries), *alone]
+        code, text, _, _ = run(agree, args.seconds)
         if code is not None:
             break
     said = asked(text)
