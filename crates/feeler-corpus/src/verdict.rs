@@ -494,10 +494,12 @@ fn hits_verdict(asked: &Asked, claims: &[HitLine], truths: &[HitTruth]) -> Judge
             let reason = format!("{what}: {reason}");
             all = all.and(Judgement::wrong(Fault::Hits, reason));
         }
-        // The value of t is used as a point: in ulp of the farther of it and the direction's length.
-        let unit = ulp(truth.t.lo.approximate());
-        let ulps = distance(claim.t.value, &truth.t) / unit.max(ulp(1.0));
-        all.ulps = larger(all.ulps, Some(ulps));
+        let ends = claim.t_end.as_ref().zip(truth.t_end.as_ref());
+        for (t, truth) in [(&claim.t, &truth.t)].into_iter().chain(ends) {
+            // The value of t is used as a point: in ulp of the farther of it and the direction's length.
+            let unit = ulp(truth.lo.approximate()).max(ulp(1.0));
+            all.ulps = larger(all.ulps, Some(distance(t.value, truth) / unit));
+        }
         if let (Some(lo), Some(hi)) = (claim.t.lo, claim.t.hi)
             && let Accuracy::Length(a) = asked.accuracy
             && (hi - lo) * asked.scale > a

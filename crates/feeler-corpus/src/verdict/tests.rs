@@ -560,6 +560,35 @@ fn a_hit_of_unknown_kind_is_paired_with_any() {
     assert_eq!(verdict(both, &[cross]), Verdict::Wrong);
 }
 
+#[test]
+fn both_ends_of_a_run_have_errors() {
+    let t = Truth::Line {
+        hits: vec![HitTruth {
+            t_end: Some(truth("3p0", "3p0")),
+            ..hit(&truth("1p0", "1p0"), 0)
+        }],
+        crossings: None,
+        in_crack: None,
+    };
+    let claim = |value: f64| Claim {
+        value,
+        lo: Some(value.next_down()),
+        hi: Some(value.next_up()),
+    };
+    let ulps = |begin: f64, end: f64| {
+        let mut body = line(&[(begin, false)]);
+        if let Body::Line { hits, .. } = &mut body {
+            hits[0].t_end = Some(claim(end));
+        }
+        let j = judge(&ASKED, &body, &t);
+        assert_eq!(j.verdict, Verdict::Right);
+        j.ulps.unwrap()
+    };
+    assert_eq!(ulps(1.0, 3.0), 0.0);
+    assert_eq!(ulps(1.0f64.next_up(), 3.0), 1.0);
+    assert_eq!(ulps(1.0, 3.0f64.next_up()), 1.0);
+}
+
 /// An engine without certificates leaves out what it does not claim: only what it says is judged.
 #[test]
 fn what_is_left_out_is_not_judged() {
