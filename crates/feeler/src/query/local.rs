@@ -208,8 +208,8 @@ impl Surroundings<'_> {
     fn falls_from(&self, from: Spot, here: Ball<Dd>, f: Ball<Dd>) -> bool {
         let surface = self.brep.brep().surface(from.face);
         let domain = surface.domain();
-        let jet = surface.derivatives(from.uv.x, from.uv.y, 1);
-        let speeds: [Vector3<f64>; 2] = [jet.get(1, 0), jet.get(0, 1)];
+        let jet = surface.first_derivatives_with_bound(from.uv.x, from.uv.y);
+        let speeds: [Vector3<f64>; 2] = [jet.du, jet.dv];
         let first = FIRST_STEP * self.brep.size();
         // In uv per unit of length; none in a direction in which the whole surface is a point.
         let per_length: [f64; 2] = std::array::from_fn(|k| {
@@ -305,7 +305,7 @@ fn on_trim(brep: &PreparedBrep, trim: usize, s: f64) -> Spot {
 
 fn point(brep: &PreparedBrep, at: Spot) -> Point3<f64> {
     let surface = brep.brep().surface(at.face);
-    surface.derivatives(at.uv.x, at.uv.y, 0).get(0, 0).into()
+    surface.point(at.uv.x, at.uv.y)
 }
 
 /// Where a trim comes nearest to a point in space, roughly.

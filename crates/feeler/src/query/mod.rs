@@ -69,7 +69,7 @@ use nalgebra::Point2;
 /// **What is allocated all the same**, when workspace and BREP have been used about such places before: the lists of the answer, and
 /// - of a ball or a half-space nothing else where planes, native quadrics or recognised spheres answer; on NURBS and trimmed faces some tens of small
 ///   lists, where a trim is cut to be proven on its patch or the search goes on in double-double. A list of all contacts takes up to
-///   hundreds of thousands.
+///   some thousands.
 /// - of an overlap the same, but one list on a native sphere and up to some hundred of a half-space with polygons;
 /// - of a line a few for each native quadric, some tens for a NURBS face and hundreds where many boxes are cut;
 /// - of an arrival what its queries take, up to some hundreds;
