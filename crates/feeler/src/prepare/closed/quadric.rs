@@ -170,14 +170,30 @@ impl Quadric {
         touches.then(|| Ratio::new(-&b, a))
     }
 
-    /// Whether the line `from + t direction` meets the surface at `t`, exactly.
-    pub(super) fn is_root(&self, from: &[f64; 3], direction: &[f64; 3], t: &Ratio) -> Option<bool> {
+    /// Whether a root of the line `from + t direction` that is known in an enclosure is `t`, exactly: where `t` is one, and the other (the sum of both is `-2 B / A`) is
+    /// not in the enclosure. `None` where that may be.
+    pub(super) fn is_root(
+        &self,
+        [from, direction]: [&[f64; 3]; 2],
+        root: Ball<Dd>,
+        t: &Ratio,
+    ) -> Option<bool> {
         let [a, b, c] = self.on_line(from, direction, 0.0)?;
         let (top, bottom) = (&t.top, &t.bottom);
         let twice = &b + &b;
         let value =
             &(&(&a * top) * top) + &(&(&(&twice * top) * bottom) + &(&(&c * bottom) * bottom));
-        Some(value.signum() == 0)
+        if value.signum() != 0 {
+            return Some(false);
+        }
+        if a.signum() == 0 {
+            return Some(true);
+        }
+        let sum = -&(&twice * bottom);
+        let other = Ratio::new(&sum - &(&a * top), &a * bottom);
+        let off = root - other.enclosed();
+        let apart = off.is_above(0.0) || (-off).is_above(0.0);
+        (apart || other.cmp(t).is_eq()).then_some(true)
     }
 
     /// Where a root at `t` of the line `from + t direction`, whose enclosure holds `end`, is beside it; `None` where that is not known.
@@ -265,6 +281,44 @@ mod tests {
         assert_eq!(count([0.0, 1.0, 2.5], [0.5, 0.0, 1.0]), Some(1));
         // Tangent planes hold lines that meet the cone nowhere but in the ruling: parallels to it never.
         assert_eq!(count([1.0, 0.25, 2.0], [0.5, 0.0, 1.0]), Some(0));
+    }
+
+    /// A line through a point of the cylinder `x^2 + y^2 = 1` off its tangent by so little that no enclosure tells the second root from the first.
+    #[test]
+    fn a_root_is_told_from_its_neighbour() {
+        let turn = Interval::new(0.0, std::f64::consts::TAU).unwrap();
+        let cylinder = Quadric::new(&Revolution {
+            origin: Point3::origin(),
+            axis: Vector3::z(),
+            angle: turn,
+            angle_domain: turn,
+            profile: Curve3::Line(Line {
+                from: Point3::new(1.0, 0.0, 0.0),
+                to: Point3::new(1.0, 0.0, 1.0),
+                domain: Interval::new(0.0, 1.0).unwrap(),
+            }),
+            transposed: false,
+        });
+        let cylinder = cylinder.unwrap();
+        let zero = Ratio::from_f64(0.0).unwrap();
+        let asked = |slope: f64, root: Ball<Dd>| {
+            cylinder.is_root([&[1.0, 0.0, 0.5], &[slope, 1.0, 0.0]], root, &zero)
+        };
+        let near = |mid: f64, rad: f64| Ball {
+            mid: Dd::from(mid),
+            rad,
+        };
+        // The other root is at -2 slope, about.
+        assert_eq!(asked(1e-40, near(0.0, 1e-32)), None);
+        assert_eq!(asked(1e-40, near(0.0, 1e-41)), Some(true));
+        assert_eq!(asked(0.25, near(0.0, 1e-32)), Some(true));
+        // The double root of the tangent, and a line that does not meet the surface there.
+        assert_eq!(asked(0.0, near(0.0, 1e-32)), Some(true));
+        let beside = [&[1.0, 0.5, 0.5], &[0.25, 1.0, 0.0]];
+        assert_eq!(
+            cylinder.is_root(beside, near(0.0, 1e-32), &zero),
+            Some(false)
+        );
     }
 
     #[test]

@@ -3,8 +3,8 @@
 //! # What is exact
 //! Let `f(t)` be the dyadic polynomial of degree two of the module `quadric`, whose roots are where the line `o + t d` meets the surface of
 //! the second order. A plane `n.x = c` with dyadic `n`, `c` meets the line where the linear `l(t) = n.o - c + t n.d` is zero: everywhere if both
-//! numbers are, else at one quotient `t_0`. A hit, a root of `f` of which an enclosure holds no other, is on the plane if and only if `l` is zero everywhere,
-//! or `t_0` is in its enclosure and `f(t_0) = 0`.
+//! numbers are, else at one quotient `t_0`. A hit, a root of `f` in an enclosure, is on the plane if and only if `l` is zero everywhere,
+//! or it is `t_0`: so if `f(t_0) = 0` and the other root is not in the enclosure. (Where both are in it nothing is told.)
 //!
 //! - The points of the surface of the profile's parameter `v` are at one height: that of the profile's point `P(v)` along the axis `a`, a quotient where the
 //!   profile is a segment (whose height changes with `v`: so points of that height have that parameter), and the centre's where an arc's angle is
@@ -62,26 +62,32 @@ impl Rise {
 /// A linear function on the line: its value at zero and its rate.
 type Linear = [Dyadic; 2];
 
+/// Where a linear function on the line is zero, if it is at a hit.
+enum Zero {
+    No,
+    Everywhere,
+    At(Ratio),
+}
+
 impl RevolutionForm {
-    /// Whether a linear function is zero at a hit, and where on the line, if that is told by it; `None` where it is not zero.
-    fn zero_at(
-        &self,
-        line: &ClosedLine,
-        hit: &ClosedHit,
-        [value, rate]: &Linear,
-    ) -> Option<Option<Ratio>> {
+    /// Whether a linear function is zero at a hit; `None` where that is not known.
+    fn zero_at(&self, line: &ClosedLine, hit: &ClosedHit, [value, rate]: &Linear) -> Option<Zero> {
         if rate.signum() == 0 {
-            return (value.signum() == 0).then_some(None);
+            let everywhere = value.signum() == 0;
+            return Some(if everywhere {
+                Zero::Everywhere
+            } else {
+                Zero::No
+            });
         }
         let t = Ratio::new(-value, rate.clone());
         let off = hit.t - t.enclosed();
         if off.is_above(0.0) || (-off).is_above(0.0) {
-            return None;
+            return Some(Zero::No);
         }
         let [from, direction] = stored(line);
-        let quadric = self.quadric.as_ref()?;
-        let is_root = quadric.is_root(&from, &direction, &t)?;
-        is_root.then_some(Some(t))
+        let is_root = { self.quadric.as_ref()? }.is_root([&from, &direction], hit.t, &t)?;
+        Some(if is_root { Zero::At(t) } else { Zero::No })
     }
 
     /// The native parameter at angle zero, and the normal and a point of the plane of the profile, if the axis is in it.
@@ -172,16 +178,18 @@ impl ClosedSurface {
         r.quadric.as_ref()?;
         let mut out = Exactly::default();
         let (angular, along) = if r.transposed() { (1, 0) } else { (0, 1) };
-        let mut found = |zero: Option<Option<Ratio>>| {
-            if let Some(Some(t)) = &zero {
-                out.t.get_or_insert(When::Exact(t.clone()));
+        let mut found = |zero: Zero| match zero {
+            Zero::No => false,
+            Zero::Everywhere => true,
+            Zero::At(t) => {
+                out.t.get_or_insert(When::Exact(t));
+                true
             }
-            zero.is_some()
         };
         let mut at = [None; 2];
         if let Some((u, normal, origin)) = r.seam(s)
             && r.is_on_side(&hit.point)
-            && found(r.zero_at(line, hit, &linear(&normal, &origin, line)?))
+            && found(r.zero_at(line, hit, &linear(&normal, &origin, line)?)?)
         {
             at[angular] = Some(u);
         }
@@ -194,7 +202,7 @@ impl ClosedSurface {
             for v in isos {
                 let [top, bottom] = rise.at(*v)?;
                 let off = [&(&value * &bottom) - &top, &rate * &bottom];
-                if found(r.zero_at(line, hit, &off)) {
+                if found(r.zero_at(line, hit, &off)?) {
                     at[along] = Some(*v);
                 }
             }
@@ -216,7 +224,7 @@ impl ClosedSurface {
                 && isos.contains(&v)
             {
                 let center = vector(a.center.coords.as_slice())?;
-                if found(r.zero_at(line, hit, &linear(&axis, &center, line)?)) {
+                if found(r.zero_at(line, hit, &linear(&axis, &center, line)?)?) {
                     at[along] = Some(v);
                 }
             }
