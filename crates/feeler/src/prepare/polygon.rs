@@ -386,14 +386,17 @@ impl Polygon {
         }
         let side = if border {
             Side::Boundary
-        } else if let Some(inside) = self.is_on_run(&p, &s) {
-            if inside { Side::Inside } else { Side::Outside }
         } else if !self.is_plain() {
+            // Enclosures tell sooner, as a rule.
             let at = [0, 1].map(|k| {
                 let off = Ratio::new(p[k].clone(), s.clone()).enclosed();
                 Ball::exact(self.start[k]) + off
             });
-            otherwise(at)?
+            match otherwise(at) {
+                Some(side) => side,
+                None if self.is_on_run(&p, &s)? => Side::Inside,
+                None => Side::Outside,
+            }
         } else if odd {
             Side::Inside
         } else {
