@@ -750,8 +750,9 @@ pub(super) fn point<T: Real>(geometry: &FaceGeometry<T>, at: &Homogeneous<T, 3>)
 /// A bound on the derivative of a face's surface along u and v, in model units for one of uv; `None` where there is none.
 pub(super) fn steepest<T: Real>(geometry: &FaceGeometry<T>) -> Option<[f64; 2]> {
     let mut most: [f64; 2] = [0.0; 2];
-    for patch in geometry.patches.iter() {
-        let slope = slopes(patch)?;
+    for index in 0..geometry.patches.len() {
+        let patch = geometry.patches.lent(index);
+        let slope = slopes(&patch)?;
         for k in 0..2 {
             let m = &patch.maps[k];
             most[k] = most[k].max(slope[k] / least_length(m) * UP);
