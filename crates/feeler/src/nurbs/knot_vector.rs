@@ -96,6 +96,11 @@ impl KnotVector {
         &self.knots
     }
 
+    /// The same, shared.
+    pub(crate) fn shared(&self) -> Arc<[f64]> {
+        self.knots.clone()
+    }
+
     /// How many control points a spline over this knot vector has.
     pub fn control_points(&self) -> usize {
         self.knots.len() - self.degree - 1

@@ -357,7 +357,7 @@ fn composable(
     let mut open = vec![(from, to, 0)];
     while let Some((from, to, depth)) = open.pop() {
         let part = || to_local(&restrict(curve, from, to), &maps);
-        if depth < COMPOSE_HALVINGS && patches.wants_parts(patch, &part, Dd::UNIT) {
+        if depth < COMPOSE_HALVINGS && patches.wants_parts(patch, part, Dd::UNIT) {
             let middle = 0.5 * (from + to);
             open.extend([(middle, to, depth + 1), (from, middle, depth + 1)]);
         } else {

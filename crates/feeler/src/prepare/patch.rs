@@ -1,6 +1,6 @@
 //! Rational Bezier patches of a face's surface, with bounds.
 
-use super::circle::{Span, normalized, span_count, spans};
+use super::circle::{Span, Spans, degree, normalized, span_count};
 use super::compose::{compose, compose_bytes};
 use super::spline::{ArcPiece, BezierCurve, Blossom, curve_pieces, piece_count};
 use super::turned::Turned;
@@ -138,7 +138,9 @@ pub(crate) struct Turns<T> {
     transposed: bool,
     origin: Point3<f64>,
     axis: [Ball<T>; 3],
-    turns: Vec<Span<T>>,
+    turns: Spans,
+    /// Those that patches have been made of.
+    made: Box<[OnceLock<Box<Span<T>>>]>,
     profile: Vec<BezierCurve<T, 4>>,
 }
 
@@ -160,11 +162,13 @@ impl<T: Real> Source<T> {
                 let axis: [Ball<Dd>; 3] =
                     normalized(&std::array::from_fn(|c| Ball::exact(s.axis[c])));
                 let domain = s.angle_domain;
+                let turns = Spans::new(s.angle, domain, domain.start, domain.end);
                 Self::Revolution(Box::new(Turns {
                     transposed: s.transposed,
                     origin: s.origin,
                     axis: axis.map(|b| Ball::<T>::from_dd(b.mid, b.rad)),
-                    turns: spans(s.angle, domain, domain.start, domain.end),
+                    made: (0..turns.len()).map(|_| OnceLock::new()).collect(),
+                    turns,
                     profile: pieces(&s.profile),
                 }))
             }
@@ -185,7 +189,7 @@ impl<T: Real> Source<T> {
                 [0, 1].map(|c| spans[c].iter().map(map).collect())
             }
             Self::Revolution(s) => {
-                let turns = s.turns.iter().map(|t| map(t.range)).collect();
+                let turns = (0..s.turns.len()).map(|k| map(s.turns.range(k))).collect();
                 let profile = of_pieces(&s.profile);
                 if s.transposed {
                     [profile, turns]
@@ -205,8 +209,8 @@ impl<T: Real> Source<T> {
                 let map = |(_, start, end): KnotSpan| ParamMap::new(start, end);
                 [map(spans[0][i]), map(spans[1][j])]
             }
-            Self::Revolution(s) if s.transposed => [s.profile[i].map, map(s.turns[j].range)],
-            Self::Revolution(s) => [map(s.turns[i].range), s.profile[j].map],
+            Self::Revolution(s) if s.transposed => [s.profile[i].map, map(s.turns.range(j))],
+            Self::Revolution(s) => [map(s.turns.range(i)), s.profile[j].map],
             Self::Sum { pieces, .. } => [pieces[0][i].map, pieces[1][j].map],
         }
     }
@@ -246,14 +250,16 @@ impl<T: Real> Source<T> {
                 net((p + 1) * (q + 1)) + (q + 1) * column + span(p) + span(q)
             }
             Self::Revolution(s) => {
-                let (turn, piece) = if s.transposed { (j, i) } else { (i, j) };
+                let piece = if s.transposed { i } else { j };
                 let points = s.profile[piece].points.len();
                 let own = size_of::<Turned<T>>() + size_of::<ArcPiece<T, 4>>() + points * point;
-                net(s.turns[turn].cos.len() * points) + own
+                let turn = degree::<T>() + 1;
+                let of_turn = size_of::<Span<T>>() + 2 * turn * size_of::<Ball<T>>();
+                net(turn * points) + own + of_turn
             }
             Self::Sum { pieces, .. } => net(pieces[0][i].points.len() * pieces[1][j].points.len()),
         };
-        size_of::<Patch<T>>() + beside
+        size_of::<Kept<T>>() + beside
     }
 
     /// Bytes of its lists.
@@ -271,9 +277,12 @@ impl<T: Real> Source<T> {
                 size_of_val(&**surface) + spans * size_of::<KnotSpan>()
             }
             Self::Revolution(s) => {
-                let own: usize = s.turns.iter().map(|t| t.cos.len() + t.sin.len()).sum();
-                s.turns.capacity() * size_of::<Span<T>>()
-                    + own * size_of::<Ball<T>>()
+                let made = s.made.iter().filter_map(OnceLock::get);
+                let of_turn = |t: &Span<T>| (t.cos.len() + t.sin.len()) * size_of::<Ball<T>>();
+                let turns = made.map(|t| size_of::<Span<T>>() + of_turn(t));
+                size_of_val(&**s)
+                    + size_of_val(&*s.made)
+                    + turns.sum::<usize>()
                     + of_pieces(&s.profile)
             }
             Self::Sum { pieces, .. } => pieces.iter().map(of_pieces).sum(),
@@ -289,7 +298,8 @@ impl<T: Real> Turns<T> {
     /// `O + along + cos a r + sin a (axis x r)` for each point of the profile, split into its part along the
     /// axis and its part `r` across it: linear in homogeneous points, so it maps control points.
     fn patch(&self, turn: usize, piece: usize) -> Patch<T> {
-        let (turn, piece) = (&self.turns[turn], &self.profile[piece]);
+        let make = || Box::new(self.turns.span(turn));
+        let (turn, piece) = (self.made[turn].get_or_init(make), &self.profile[piece]);
         let (origin, axis) = (&self.origin, &self.axis);
         let point = |i: usize, p: &Homogeneous<T, 4>| -> Homogeneous<T, 4> {
             let q: [Ball<T>; 3] = std::array::from_fn(|c| p[c] - p[3] * Ball::exact(origin[c]));
@@ -482,6 +492,7 @@ pub(crate) struct Patches<T> {
 }
 
 /// A patch that is kept, or one that is not.
+#[derive(Debug)]
 pub(crate) enum Lent<'a, T> {
     Kept(&'a Patch<T>),
     Own(Box<Patch<T>>),
@@ -513,17 +524,15 @@ impl<T: Real> Patches<T> {
 
     /// The same with all of them made.
     fn all(surface: &Surface) -> Self {
-        let patches = Self::on_demand(surface);
-        let made = surface_patches(surface);
-        debug_assert_eq!(made.len(), patches.slots.len());
-        for (slot, patch) in patches.slots.iter().zip(made) {
-            slot.get_or_init(|| patches.keep(patch));
-        }
+        let mut patches = Self::on_demand(surface);
+        let made = surface_patches(surface).into_iter();
+        patches.slots = made.map(|p| OnceLock::from(patches.keep(p))).collect();
         patches
     }
 
     fn keep(&self, patch: Patch<T>) -> Box<Kept<T>> {
-        self.made.fetch_add(patch.bytes(), Ordering::Relaxed);
+        let bytes = size_of::<Kept<T>>() - size_of::<Patch<T>>() + patch.bytes();
+        self.made.fetch_add(bytes, Ordering::Relaxed);
         Box::new(Kept {
             patch,
             products: OnceLock::new(),
@@ -547,6 +556,11 @@ impl<T: Real> Patches<T> {
     /// All of them.
     pub(super) fn make_all(&self) -> impl Iterator<Item = &Patch<T>> {
         (0..self.len()).map(|i| &self[i])
+    }
+
+    /// Whether a patch takes far more than what it is made of.
+    pub(super) fn are_large(&self) -> bool {
+        matches!(self.source, Source::Revolution(_) | Source::Sum { .. })
     }
 
     /// A patch, made for this once where it has not been made: for those who look at all of them, once.
@@ -627,15 +641,18 @@ impl<T: Real> Patches<T> {
 }
 
 impl Patches<f64> {
-    /// Those of a face, and a box around each. Where they are many, large, or made of little, they are made when they are needed: of these only
-    /// the boxes are there from the start.
+    /// Those of a face, and a box around each. The large ones are made when they are needed: of these only the boxes are there from the start.
+    /// Those of a NURBS surface are made row by row, for less than one by one.
     pub(super) fn with_boxes(surface: &Surface) -> (Self, Arc<[Option<Box3>]>) {
-        let patches = match surface {
+        let mut patches = match surface {
             Surface::Nurbs(_) | Surface::Plane(_) => Self::all(surface),
             Surface::Revolution(_) | Surface::Sum(_) => Self::on_demand(surface),
         };
         let boxes = (0..patches.len()).map(|i| patches.lent(i).net.bounding_box());
         let boxes = boxes.collect();
+        if let Source::Revolution(s) = &mut patches.source {
+            s.made.iter_mut().for_each(|turn| *turn = OnceLock::new());
+        }
         (patches, boxes)
     }
 }
