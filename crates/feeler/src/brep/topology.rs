@@ -170,6 +170,26 @@ pub struct BrepParts {
     pub faces: Vec<Face>,
 }
 
+impl BrepParts {
+    /// Gives back what its lists have room for, as none grows any more.
+    fn shrink(&mut self) {
+        self.curves2.shrink_to_fit();
+        self.curves3.shrink_to_fit();
+        self.surfaces.shrink_to_fit();
+        self.vertices.shrink_to_fit();
+        self.edges.shrink_to_fit();
+        self.trims.shrink_to_fit();
+        self.loops.shrink_to_fit();
+        self.faces.shrink_to_fit();
+        let of_vertices = self.vertices.iter_mut().map(|v| &mut v.edges);
+        let of_edges = self.edges.iter_mut().map(|e| &mut e.trims);
+        let of_loops = self.loops.iter_mut().map(|l| &mut l.trims);
+        let of_faces = self.faces.iter_mut().filter_map(|f| f.loops.as_mut());
+        let lists = of_vertices.chain(of_edges).chain(of_loops).chain(of_faces);
+        lists.for_each(Vec::shrink_to_fit);
+    }
+}
+
 /// Why [`Brep::new`] refuses its parts.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum BrepError {
@@ -234,8 +254,9 @@ pub struct Brep {
 
 impl Brep {
     /// Checks the structure and keeps the parts. O(size).
-    pub fn new(parts: BrepParts) -> Result<Self, BrepError> {
+    pub fn new(mut parts: BrepParts) -> Result<Self, BrepError> {
         check(&parts)?;
+        parts.shrink();
         Ok(Self { parts })
     }
 

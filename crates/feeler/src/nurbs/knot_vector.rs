@@ -2,6 +2,7 @@
 
 use super::GeometryError;
 use crate::numeric::Interval;
+use std::sync::Arc;
 
 /// A non-decreasing knot vector with its degree: `n + p + 2` knots for `n + 1`
 /// control points (The NURBS Book, section 2.2). Not necessarily clamped.
@@ -11,7 +12,8 @@ use crate::numeric::Interval;
 #[derive(Clone, Debug, PartialEq)]
 pub struct KnotVector {
     degree: usize,
-    knots: Vec<f64>,
+    /// Shared by copies.
+    knots: Arc<[f64]>,
 }
 
 impl KnotVector {
@@ -70,7 +72,10 @@ impl KnotVector {
             }
             start += multiplicity;
         }
-        Ok(Self { degree, knots })
+        Ok(Self {
+            degree,
+            knots: knots.into(),
+        })
     }
 
     /// The degree p.
@@ -89,6 +94,11 @@ impl KnotVector {
     /// All knots, non-decreasing.
     pub fn knots(&self) -> &[f64] {
         &self.knots
+    }
+
+    /// The same, shared.
+    pub(crate) fn shared(&self) -> Arc<[f64]> {
+        self.knots.clone()
     }
 
     /// How many control points a spline over this knot vector has.

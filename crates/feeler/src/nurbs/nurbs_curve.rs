@@ -3,13 +3,15 @@
 use super::{GeometryError, KnotVector};
 use crate::numeric::Interval;
 use nalgebra::SVector;
+use std::sync::Arc;
 
 /// A NURBS curve with `H - 1` coordinates: the exact quotient of its
 /// homogeneous spline. Weights are positive.
 #[derive(Clone, Debug, PartialEq)]
 pub struct NurbsCurve<const H: usize> {
     knots: KnotVector,
-    control_points: Vec<SVector<f64, H>>,
+    /// Shared by copies, and by what is made of its spans.
+    control_points: Arc<[SVector<f64, H>]>,
 }
 
 /// A NURBS curve in uv: homogeneous `(wu, wv, w)`.
@@ -29,7 +31,7 @@ impl<const H: usize> NurbsCurve<H> {
         check_control_points(&control_points)?;
         Ok(Self {
             knots,
-            control_points,
+            control_points: control_points.into(),
         })
     }
 
@@ -41,10 +43,10 @@ impl<const H: usize> NurbsCurve<H> {
         &mut self,
         to: impl Fn(&SVector<f64, H>) -> SVector<f64, H>,
     ) -> Result<(), GeometryError> {
-        for p in &self.control_points {
+        for p in self.control_points.iter() {
             check_control_points(&[to(p)])?;
         }
-        self.control_points.iter_mut().for_each(|p| *p = to(p));
+        self.control_points = self.control_points.iter().map(to).collect();
         Ok(())
     }
 
@@ -61,6 +63,11 @@ impl<const H: usize> NurbsCurve<H> {
     /// Homogeneous control points.
     pub fn control_points(&self) -> &[SVector<f64, H>] {
         &self.control_points
+    }
+
+    /// The same, shared.
+    pub(crate) fn shared_points(&self) -> Arc<[SVector<f64, H>]> {
+        self.control_points.clone()
     }
 
     /// The parameter domain.

@@ -4,6 +4,7 @@ use super::nurbs_curve::{check_control_points, is_rational};
 use super::{GeometryError, KnotVector};
 use crate::numeric::Interval;
 use nalgebra::Vector4;
+use std::sync::Arc;
 
 /// A tensor-product NURBS surface: the exact quotient of its homogeneous
 /// spline. Weights are positive.
@@ -11,7 +12,8 @@ use nalgebra::Vector4;
 pub struct NurbsSurface {
     knots_u: KnotVector,
     knots_v: KnotVector,
-    control_net: Vec<Vector4<f64>>,
+    /// Shared by copies: patches are made from one.
+    control_net: Arc<[Vector4<f64>]>,
 }
 
 impl NurbsSurface {
@@ -37,7 +39,7 @@ impl NurbsSurface {
         Ok(Self {
             knots_u,
             knots_v,
-            control_net,
+            control_net: control_net.into(),
         })
     }
 

@@ -287,15 +287,8 @@ pub(crate) struct Cut {
 
 /// Cuts the boundary of face `face` at the patches, which stand in a grid.
 pub(crate) fn cut_boundary(brep: &Brep, face: usize, patches: &Patches<f64>) -> Vec<Cut> {
-    let Some(first) = patches.iter().next() else {
-        return Vec::new();
-    };
-    let count_v = patches
-        .iter()
-        .take_while(|p| p.maps[0] == first.maps[0])
-        .count();
-    let maps_u: Vec<_> = patches.iter().step_by(count_v).map(|p| p.maps[0]).collect();
-    let maps_v: Vec<_> = patches.iter().take(count_v).map(|p| p.maps[1]).collect();
+    let [maps_u, maps_v] = patches.maps();
+    let count_v = maps_v.len();
     let mut out = Vec::new();
     for (index, curve) in uv_curves::<f64>(brep, face).iter().enumerate() {
         let mut settled: Vec<(f64, f64, Cells)> = Vec::new();
@@ -336,7 +329,7 @@ pub(crate) fn cut_boundary(brep: &Brep, face: usize, patches: &Patches<f64>) -> 
             for iu in us {
                 for iv in vs.clone() {
                     let patch = iu * count_v + iv;
-                    for (from, to) in composable(&curve.points, from, to, &patches[patch]) {
+                    for (from, to) in composable(&curve.points, from, to, patches, patch) {
                         out.push(Cut {
                             curve: index,
                             from,
@@ -356,13 +349,15 @@ fn composable(
     curve: &[Homogeneous<f64, 3>],
     from: f64,
     to: f64,
-    patch: &Patch<f64>,
+    patches: &Patches<f64>,
+    patch: usize,
 ) -> Vec<(f64, f64)> {
+    let maps = patches.maps_of(patch);
     let mut settled = Vec::new();
     let mut open = vec![(from, to, 0)];
     while let Some((from, to, depth)) = open.pop() {
-        let part = || to_local(&restrict(curve, from, to), patch);
-        if depth < COMPOSE_HALVINGS && patch.wants_parts(&part(), Dd::UNIT) {
+        let part = || to_local(&restrict(curve, from, to), &maps);
+        if depth < COMPOSE_HALVINGS && patches.wants_parts(patch, part, Dd::UNIT) {
             let middle = 0.5 * (from + to);
             open.extend([(middle, to, depth + 1), (from, middle, depth + 1)]);
         } else {
@@ -373,8 +368,8 @@ fn composable(
 }
 
 /// A curve in the patch's local square.
-fn to_local<T: Real>(points: &[Homogeneous<T, 3>], patch: &Patch<T>) -> Vec<Homogeneous<T, 3>> {
-    let local = |p: &Homogeneous<T, 3>, c: usize| patch.maps[c].local_of(p[c], p[2]);
+fn to_local<T: Real>(points: &[Homogeneous<T, 3>], maps: &[ParamMap; 2]) -> Vec<Homogeneous<T, 3>> {
+    let local = |p: &Homogeneous<T, 3>, c: usize| maps[c].local_of(p[c], p[2]);
     let both = |p| [local(p, 0), local(p, 1), p[2]];
     points.iter().map(both).collect()
 }
@@ -431,7 +426,7 @@ fn merge(parts: &mut Vec<(f64, f64, Cells)>) {
 
 /// The piece of the boundary that a cut describes.
 pub(crate) fn lift<T: Real>(curve: &UvCurve<T>, cut: &Cut, surface: &Patch<T>) -> Piece<T> {
-    let local = to_local(&restrict(&curve.points, cut.from, cut.to), surface);
+    let local = to_local(&restrict(&curve.points, cut.from, cut.to), &surface.maps);
     let space = surface.compose(&local).map(|points| {
         let u = points.len() - 1;
         Net::new(Bidegree { u, v: 0 }, points, surface.net.origin)

@@ -1,7 +1,7 @@
 //! How much memory a prepared BREP holds.
 
 use super::box_tree::BoxTree;
-use super::{Box3, FaceGeometry, Image, Net, PreparedBrep, PreparedFace, Products, SideCells};
+use super::{Box3, FaceGeometry, Image, Net, PreparedBrep, PreparedFace, SideCells};
 use crate::numeric::Real;
 use std::sync::OnceLock;
 
@@ -10,27 +10,25 @@ fn list<T>(v: &Vec<T>) -> usize {
     v.capacity() * size_of::<T>()
 }
 
-fn products<T>(slots: &Vec<OnceLock<Products<T>>>) -> usize {
-    let made = slots.iter().filter_map(OnceLock::get);
-    let one = |p: &Products<T>| {
-        let own = list(&p.a.values) + list(&p.c.values);
-        own + p.b.iter().map(|b| list(&b.values)).sum::<usize>()
-    };
-    list(slots) + made.map(one).sum::<usize>()
-}
-
 fn geometry<T: Real>(g: &FaceGeometry<T>) -> usize {
-    let patches = g.patches.bytes();
     let curves: usize = g.curves.iter().map(|c| list(&c.points)).sum();
     let made = g.pieces.iter().filter_map(OnceLock::get);
-    let pieces: usize = made
-        .map(|p| list(&p.local) + p.space.as_ref().map_or(0, Net::bytes))
-        .sum();
-    let lists = list(&g.curves) + list(&g.cuts) + list(&g.pieces);
-    let products = products(&g.patch_products) + products(&g.piece_products);
-    let speeds = list(&g.patch_speeds) + list(&g.piece_speeds);
-    let seeds = g.seeds.get().map_or(0, list);
-    lists + list(&g.patch_boxes) + patches + curves + pieces + products + speeds + seeds
+    let pieces = made.map(|kept| {
+        let space = kept.piece.space.as_ref();
+        let products = kept.products.get();
+        size_of_val(&**kept)
+            + list(&kept.piece.local)
+            + space.map_or(0, Net::bytes)
+            + products.map_or(0, |p| p.bytes())
+    });
+    let lists = size_of_val(&*g.curves) + size_of_val(&*g.pieces);
+    let seeds = g.seeds.get().map_or(0, |s| size_of_val(&**s));
+    size_of_val(g) + lists + g.patches.bytes() + curves + pieces.sum::<usize>() + seeds
+}
+
+/// What all arithmetics share.
+fn shared(g: &FaceGeometry<f64>) -> usize {
+    size_of_val(&*g.cuts) + size_of_val(&*g.patch_boxes)
 }
 
 fn images<T>(slots: &Vec<OnceLock<Option<Image<T>>>>) -> usize {
@@ -62,11 +60,11 @@ impl FaceBytes {
         let closed = f.closed.get().and_then(Option::as_ref);
         Self {
             at_once: size_of::<PreparedFace>() + size_of::<Option<Box3>>(),
-            region: f.region.get().map_or(0, |r| r.bytes()),
-            closed: closed.map_or(0, |c| list(&c.curves) + size_of_val(&c.surface)),
-            patches: f.double.get().map_or(0, geometry),
-            fine_patches: f.double_double.get().map_or(0, geometry)
-                + f.triple_double.get().map_or(0, geometry),
+            region: f.region.get().map_or(0, |r| size_of_val(&**r) + r.bytes()),
+            closed: closed.map_or(0, |c| list(&c.curves) + size_of_val(&**c)),
+            patches: f.double.get().map_or(0, |g| geometry(g) + shared(g)),
+            fine_patches: f.double_double.get().map_or(0, |g| geometry(g))
+                + f.triple_double.get().map_or(0, |g| geometry(g)),
         }
     }
 

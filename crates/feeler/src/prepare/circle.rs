@@ -9,7 +9,7 @@ use crate::numeric::sin_cos;
 use crate::numeric::{Ball, Dd, Interval, Real, TINY};
 use crate::nurbs::Arc;
 
-/// Degree of the Taylor polynomials: what they leave out (see [`spans`]) is a fourth of a unit in f64 and below one in
+/// Degree of the Taylor polynomials: what they leave out (see [`Spans`]) is a fourth of a unit in f64 and below one in
 /// double-double.
 pub(crate) const fn degree<T: Real>() -> usize {
     if T::UNIT < f64::UNIT { 19 } else { 11 }
@@ -40,42 +40,65 @@ pub(crate) struct Span<T> {
 /// (with the composed degree for `n`). `e' <= h^n/n!` and `e'' <= h^(n-1)/(n-1)!` in `x`, so in the local parameter
 /// (`dx = 2 ds`) `2 (n+1) |e|` and `4 n (n+1) |e|`: less than what is allowed if `r >= 4 |e|`. Products and compositions
 /// keep the relation, since they multiply both sides by the same factors.
-pub(crate) fn spans<T: Real>(
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Spans {
     angle: Interval,
     domain: Interval,
     from: f64,
     to: f64,
-) -> Vec<Span<T>> {
-    let at = angle_at(angle, domain);
-    let count = span_count(angle, domain, from, to);
-    let cut = |k: usize| {
-        if k == 0 {
-            from
-        } else if k == count {
-            to
-        } else {
-            let s = k as f64 / count as f64;
-            ((1.0 - s) * from + s * to).clamp(from, to)
+    count: usize,
+}
+
+impl Spans {
+    pub(crate) fn new(angle: Interval, domain: Interval, from: f64, to: f64) -> Self {
+        Self {
+            angle,
+            domain,
+            from,
+            to,
+            count: span_count(angle, domain, from, to),
         }
-    };
-    (0..count)
-        .map(|k| {
-            let range = Interval {
-                start: cut(k),
-                end: cut(k + 1),
-            };
-            let (a, b) = (at(range.start), at(range.end));
-            let middle = (a + b).half();
-            let half = (b - a).half();
-            let (sin, cos) = sin_cos(middle);
-            Span {
-                cos: taylor(cos, -sin, half),
-                sin: taylor(sin, cos, half),
-                range,
-                angle: [a, b - a],
+    }
+
+    /// How many there are.
+    pub(crate) fn len(&self) -> usize {
+        self.count
+    }
+
+    /// The native parameters that one covers.
+    pub(crate) fn range(&self, k: usize) -> Interval {
+        let (from, to) = (self.from, self.to);
+        let cut = |k: usize| {
+            if k == 0 {
+                from
+            } else if k == self.count {
+                to
+            } else {
+                let s = k as f64 / self.count as f64;
+                ((1.0 - s) * from + s * to).clamp(from, to)
             }
-        })
-        .collect()
+        };
+        Interval {
+            start: cut(k),
+            end: cut(k + 1),
+        }
+    }
+
+    /// One of them.
+    pub(crate) fn span<T: Real>(&self, k: usize) -> Span<T> {
+        let at = angle_at(self.angle, self.domain);
+        let range = self.range(k);
+        let (a, b) = (at(range.start), at(range.end));
+        let middle = (a + b).half();
+        let half = (b - a).half();
+        let (sin, cos) = sin_cos(middle);
+        Span {
+            cos: taylor(cos, -sin, half),
+            sin: taylor(sin, cos, half),
+            range,
+            angle: [a, b - a],
+        }
+    }
 }
 
 /// The angle at a parameter.
@@ -91,7 +114,7 @@ fn angle_at(angle: Interval, domain: Interval) -> impl Fn(f64) -> Ball<Dd> {
     }
 }
 
-/// How many [`spans`] there are.
+/// How many [`Spans`] there are.
 pub(crate) fn span_count(angle: Interval, domain: Interval, from: f64, to: f64) -> usize {
     let at = angle_at(angle, domain);
     let total = (at(to) - at(from)).mid.hi;
@@ -115,13 +138,13 @@ fn taylor<T: Real>(f: Ball<Dd>, g: Ball<Dd>, half: Ball<Dd>) -> Vec<Ball<T>> {
         terms.push(c * power);
         power = power * half / Ball::exact((i + 1) as f64);
     }
-    // `power` is now h^(n+1) / (n+1)!; the fourfold of it, see `spans`.
+    // `power` is now h^(n+1) / (n+1)!; the fourfold of it, see `Spans`.
     let left_out = 4.0 * power.magnitude();
     bernstein(&terms, left_out)
 }
 
 /// Bernstein coefficients over `[0, 1]` of a polynomial in powers of `x = 2 t - 1`, with a radius for what it leaves out. See
-/// [`spans`] for the formula: no coefficient of a power of `x` is above 1.
+/// [`Spans`] for the formula: no coefficient of a power of `x` is above 1.
 pub(super) fn bernstein<T: Real>(powers: &[Ball<Dd>], left_out: f64) -> Vec<Ball<T>> {
     let n = powers.len() - 1;
     // The row of `j = 0` holds the binomials, with signs.
@@ -255,7 +278,8 @@ pub(crate) fn arc_pieces<T: Real, const D: usize, const H: usize>(
     let coordinates = |of: &dyn Fn(usize) -> Ball<T>, last: Ball<T>| -> Homogeneous<T, H> {
         std::array::from_fn(|c| if c < D { of(c) } else { last })
     };
-    for span in spans::<T>(arc.angle, arc.domain, from, to) {
+    let spans = Spans::new(arc.angle, arc.domain, from, to);
+    for span in (0..spans.len()).map(|k| spans.span::<T>(k)) {
         let points: Vec<Homogeneous<T, H>> = (0..=degree::<T>())
             .map(|j| {
                 std::array::from_fn(|c| {

@@ -11,12 +11,14 @@ use super::compose::compose;
 use super::matching::Pair;
 use super::net::curve_jet;
 use super::patch::COMPOSE_HALVINGS;
+use super::patch::Lent;
 use super::spline::curve_pieces;
 use super::{Box3, FaceGeometry, Homogeneous, Net, ParamMap, Patch, Patches};
 use crate::brep::Brep;
 use crate::numeric::bernstein::{Bidegree, evaluate};
 use crate::numeric::{Ball, Dd, Enclosure, Interval, Real};
 use crate::nurbs::Curve3;
+use std::sync::OnceLock;
 
 /// A bound that is off by a few roundings.
 const UP: f64 = 1.0 + 64.0 * f64::EPSILON;
@@ -171,6 +173,8 @@ enum Cell {
 /// The cells of a grid of patches.
 struct Grid<'a, T> {
     patches: &'a Patches<T>,
+    /// Patches that are made for the image alone; of some surfaces they are kept instead.
+    own: Box<[OnceLock<Lent<'a, T>>]>,
     maps: [Vec<ParamMap>; 2],
     most: usize,
     /// How near a border a curve may wander, in roundings.
@@ -178,11 +182,15 @@ struct Grid<'a, T> {
 }
 
 impl<'a, T: Real> Grid<'a, T> {
-    /// `most`: how many bytes the patches that are made, an image and the work for it may take; beyond there is none.
+    /// `most`: how many bytes the patches that are made, an image and the work for it may take; beyond there is none. Large
+    /// patches are made for this once, where it does not matter how much they take: few queries come near where an image is needed.
     fn new(patches: &'a Patches<T>, most: usize) -> Option<Self> {
         let maps = patches.maps();
-        maps.iter().all(|m| !m.is_empty()).then_some(Self {
+        let alone = most == usize::MAX && patches.are_large();
+        let own = if alone { patches.len() } else { 0 };
+        maps.iter().all(|m| !m.is_empty()).then(|| Self {
             patches,
+            own: (0..own).map(|_| OnceLock::new()).collect(),
             maps,
             most,
             roundings: ROUNDINGS[0],
@@ -197,6 +205,9 @@ impl<'a, T: Real> Grid<'a, T> {
 
     /// A patch, where there is room to make it.
     fn made(&self, index: usize, beside: usize) -> Option<&Patch<T>> {
+        if let Some(own) = self.own.get(index) {
+            return Some(own.get_or_init(|| self.patches.lent(index)));
+        }
         (self.patches.bytes_to_make(index) <= self.room(beside)).then(|| &self.patches[index])
     }
 
@@ -753,8 +764,9 @@ pub(super) fn point<T: Real>(geometry: &FaceGeometry<T>, at: &Homogeneous<T, 3>)
 /// A bound on the derivative of a face's surface along u and v, in model units for one of uv; `None` where there is none.
 pub(super) fn steepest<T: Real>(geometry: &FaceGeometry<T>) -> Option<[f64; 2]> {
     let mut most: [f64; 2] = [0.0; 2];
-    for patch in geometry.patches.iter() {
-        let slope = slopes(patch)?;
+    for index in 0..geometry.patches.len() {
+        let patch = geometry.patches.lent(index);
+        let slope = slopes(&patch)?;
         for k in 0..2 {
             let m = &patch.maps[k];
             most[k] = most[k].max(slope[k] / least_length(m) * UP);
@@ -845,7 +857,8 @@ fn image_of<T: Real>(
         for curve in curves.iter().filter(|c| own(c)) {
             builder.curve(&grid, &curve.points, levels, COMPOSE_HALVINGS)?;
         }
-        let image = builder.image;
+        let mut image = builder.image;
+        image.stretches.shrink_to_fit();
         (!image.stretches.is_empty() && image.extra.is_finite()).then_some(image)
     };
     ROUNDINGS.into_iter().find_map(&mut with)

@@ -125,7 +125,7 @@ pub(crate) fn jet2(net: &Net<f64>, s: f64, t: f64) -> [[f64; 4]; 6] {
 fn jet2_of_curve<const N: usize>(net: &Net<f64>, p: usize, s: f64) -> [[f64; 4]; 6] {
     let b = Basis::<N>::new(p, s, 2);
     let mut out = [[0.0; 4]; 6];
-    for (i, p) in net.plain.iter().enumerate() {
+    for (i, p) in net.plain().iter().enumerate() {
         add(&mut out[0], b.value[i], p);
         add(&mut out[1], b.slope[i], p);
         add(&mut out[3], b.curvature[i], p);
@@ -137,7 +137,7 @@ fn jet2_of_curve<const N: usize>(net: &Net<f64>, p: usize, s: f64) -> [[f64; 4];
 fn jet2_of<const N: usize>(net: &Net<f64>, p: usize, q: usize, s: f64, t: f64) -> [[f64; 4]; 6] {
     let (bu, bv) = (Basis::<N>::new(p, s, 2), Basis::<N>::new(q, t, 2));
     let mut out = [[0.0; 4]; 6];
-    for (i, row) in net.plain.chunks_exact(q + 1).enumerate() {
+    for (i, row) in net.plain().chunks_exact(q + 1).enumerate() {
         let mut r = [[0.0; 4]; 3];
         for (j, p) in row.iter().enumerate() {
             add(&mut r[0], bv.value[j], p);
@@ -163,7 +163,7 @@ pub(crate) fn value(net: &Net<f64>, s: f64, t: f64) -> [f64; 4] {
 fn value_of_curve<const N: usize>(net: &Net<f64>, p: usize, s: f64) -> [f64; 4] {
     let b = Basis::<N>::new(p, s, 0);
     let mut out = [0.0; 4];
-    for (i, p) in net.plain.iter().enumerate() {
+    for (i, p) in net.plain().iter().enumerate() {
         add(&mut out, b.value[i], p);
     }
     out
@@ -173,7 +173,7 @@ fn value_of_curve<const N: usize>(net: &Net<f64>, p: usize, s: f64) -> [f64; 4] 
 fn value_of<const N: usize>(net: &Net<f64>, p: usize, q: usize, s: f64, t: f64) -> [f64; 4] {
     let (bu, bv) = (Basis::<N>::new(p, s, 0), Basis::<N>::new(q, t, 0));
     let mut out = [0.0; 4];
-    for (i, row) in net.plain.chunks_exact(q + 1).enumerate() {
+    for (i, row) in net.plain().chunks_exact(q + 1).enumerate() {
         let mut r = [0.0; 4];
         for (j, p) in row.iter().enumerate() {
             add(&mut r, bv.value[j], p);
@@ -204,7 +204,7 @@ pub(crate) fn jet1(net: &Net<f64>, s: f64, t: f64) -> [[f64; 4]; 3] {
 fn jet1_of_curve<const N: usize>(net: &Net<f64>, p: usize, s: f64) -> [[f64; 4]; 3] {
     let b = Basis::<N>::new(p, s, 1);
     let mut out = [[0.0; 4]; 3];
-    for (i, p) in net.plain.iter().enumerate() {
+    for (i, p) in net.plain().iter().enumerate() {
         add(&mut out[0], b.value[i], p);
         add(&mut out[1], b.slope[i], p);
     }
@@ -213,7 +213,7 @@ fn jet1_of_curve<const N: usize>(net: &Net<f64>, p: usize, s: f64) -> [[f64; 4];
 
 #[inline(always)]
 fn jet1_of<const N: usize>(net: &Net<f64>, p: usize, q: usize, s: f64, t: f64) -> [[f64; 4]; 3] {
-    sums_of::<N, 4>(&net.plain, p, q, s, t)
+    sums_of::<N, 4>(net.plain(), p, q, s, t)
 }
 
 /// Value, `_s` and `_t` of two polynomials at once, given pairs of their coefficients, without a bound.
@@ -493,7 +493,7 @@ mod tests {
                     holds(value[c], truth.value[c], 1.0);
                     if c < 2 {
                         let pairs: Vec<[f64; 2]> =
-                            coarse.plain.iter().map(|p| [p[0], p[1]]).collect();
+                            coarse.plain().iter().map(|p| [p[0], p[1]]).collect();
                         let plain = pair_jet1(&pairs, coarse.degree, s, t)[0][c];
                         let rad = pair_error(coarse.degree) * coarse.largest[c] + coarse.spread[c];
                         let plain = Ball {

@@ -95,24 +95,39 @@ fn widened(b: &Box3, by: f64) -> Box3 {
 #[derive(Debug)]
 pub(crate) struct FaceGeometry<T> {
     pub(crate) patches: Patches<T>,
-    curves: Vec<UvCurve<T>>,
-    cuts: Vec<Cut>,
-    pieces: Vec<OnceLock<Piece<T>>>,
+    curves: Box<[UvCurve<T>]>,
+    cuts: Arc<[Cut]>,
+    pieces: Box<[OnceLock<Box<KeptPiece<T>>>]>,
     /// The patches' boxes in space; `None` where a weight is not proven to be positive.
-    pub(crate) patch_boxes: Vec<Option<Box3>>,
-    patch_products: Vec<OnceLock<Products<T>>>,
-    piece_products: Vec<OnceLock<Products<T>>>,
-    patch_speeds: Vec<OnceLock<[f64; 2]>>,
-    piece_speeds: Vec<OnceLock<[f64; 2]>>,
-    seeds: OnceLock<Vec<Seed>>,
+    pub(crate) patch_boxes: Arc<[Option<Box3>]>,
+    seeds: OnceLock<Box<[Seed]>>,
+}
+
+/// A boundary piece, and what is made of it when it is first asked for.
+#[derive(Debug)]
+struct KeptPiece<T> {
+    piece: Piece<T>,
+    products: OnceLock<Box<Products<T>>>,
+    speeds: OnceLock<[f64; 2]>,
 }
 
 /// A point of a patch: where a descent may start.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Seed {
     pub(crate) point: Point3<f64>,
-    pub(crate) patch: usize,
-    pub(crate) local: [f64; 2],
+    /// Of all places on all patches.
+    place: usize,
+}
+
+impl Seed {
+    pub(crate) fn patch(&self) -> usize {
+        self.place / (SEEDS * SEEDS)
+    }
+
+    pub(crate) fn local(&self) -> [f64; 2] {
+        let k = self.place % (SEEDS * SEEDS);
+        [k / SEEDS, k % SEEDS].map(|k| (k as f64 + 0.5) / SEEDS as f64)
+    }
 }
 
 /// So many seeds a patch along u and along v.
@@ -125,18 +140,14 @@ impl<T: Real> FaceGeometry<T> {
         brep: &Brep,
         face: usize,
         patches: Patches<T>,
-        patch_boxes: Vec<Option<Box3>>,
-        cuts: Vec<Cut>,
+        patch_boxes: Arc<[Option<Box3>]>,
+        cuts: Arc<[Cut]>,
     ) -> Self {
         Self {
-            patch_products: patch_boxes.iter().map(|_| OnceLock::new()).collect(),
-            piece_products: cuts.iter().map(|_| OnceLock::new()).collect(),
-            patch_speeds: patch_boxes.iter().map(|_| OnceLock::new()).collect(),
             patch_boxes,
-            piece_speeds: cuts.iter().map(|_| OnceLock::new()).collect(),
             seeds: OnceLock::new(),
             pieces: cuts.iter().map(|_| OnceLock::new()).collect(),
-            curves: boundary::uv_curves(brep, face),
+            curves: boundary::uv_curves(brep, face).into(),
             patches,
             cuts,
         }
@@ -159,31 +170,43 @@ impl<T: Real> FaceGeometry<T> {
 
     /// A boundary piece; made at the first call.
     pub(crate) fn piece(&self, index: usize) -> &Piece<T> {
+        &self.kept_piece(index).piece
+    }
+
+    fn kept_piece(&self, index: usize) -> &KeptPiece<T> {
         self.pieces[index].get_or_init(|| {
             let cut = &self.cuts[index];
-            boundary::lift(&self.curves[cut.curve], cut, &self.patches[cut.patch])
+            let patch = self.patches.lent(cut.patch);
+            Box::new(KeptPiece {
+                piece: boundary::lift(&self.curves[cut.curve], cut, &patch),
+                products: OnceLock::new(),
+                speeds: OnceLock::new(),
+            })
         })
     }
 
     pub(crate) fn patch_products(&self, index: usize) -> &Products<T> {
-        self.patch_products[index].get_or_init(|| self.patches[index].net.products())
+        self.patches.products(index)
     }
 
     /// See [`Net::speeds`].
     pub(crate) fn patch_speeds(&self, index: usize) -> [f64; 2] {
-        *self.patch_speeds[index].get_or_init(|| self.patches[index].net.speeds())
+        self.patches.speeds(index)
     }
 
     /// The same of a boundary piece.
     pub(crate) fn piece_speeds(&self, index: usize) -> [f64; 2] {
-        let space = self.piece(index).space.as_ref();
-        *self.piece_speeds[index].get_or_init(|| space.map_or([f64::INFINITY; 2], Net::speeds))
+        let kept = self.kept_piece(index);
+        let space = kept.piece.space.as_ref();
+        let make = || space.map_or([f64::INFINITY; 2], Net::speeds);
+        *kept.speeds.get_or_init(make)
     }
 
     /// `None` where the piece's degree is too high to be composed.
     pub(crate) fn piece_products(&self, index: usize) -> Option<&Products<T>> {
-        let space = self.piece(index).space.as_ref()?;
-        Some(self.piece_products[index].get_or_init(|| space.products()))
+        let kept = self.kept_piece(index);
+        let space = kept.piece.space.as_ref()?;
+        Some(kept.products.get_or_init(|| Box::new(space.products())))
     }
 }
 
@@ -192,25 +215,26 @@ impl FaceGeometry<f64> {
     pub(crate) fn seeds(&self) -> &[Seed] {
         self.seeds.get_or_init(|| {
             if self.patches.len() > MOST_SEEDED {
-                return Vec::new();
+                return Box::default();
             }
             let mut out = Vec::with_capacity(self.patches.len() * SEEDS * SEEDS);
-            let at = |k: usize| (k as f64 + 0.5) / SEEDS as f64;
-            for (patch, p) in self.patches.iter().enumerate() {
+            for patch in 0..self.patches.len() {
+                let p = self.patches.lent(patch);
                 if !jet::fits(p.net.degree) {
                     continue;
                 }
-                for local in (0..SEEDS * SEEDS).map(|k| [at(k / SEEDS), at(k % SEEDS)]) {
-                    let h = jet::value(&p.net, local[0], local[1]);
-                    let x = |c: usize| h[c] / h[3] + p.net.origin[c];
-                    out.push(Seed {
-                        point: Point3::new(x(0), x(1), x(2)),
-                        patch,
-                        local,
-                    });
+                for k in 0..SEEDS * SEEDS {
+                    let mut seed = Seed {
+                        point: Point3::origin(),
+                        place: patch * SEEDS * SEEDS + k,
+                    };
+                    let [s, t] = seed.local();
+                    let h = jet::value(&p.net, s, t);
+                    seed.point = Point3::from([0, 1, 2].map(|c| h[c] / h[3] + p.net.origin[c]));
+                    out.push(seed);
                 }
             }
-            out
+            out.into()
         })
     }
 }
@@ -218,13 +242,13 @@ impl FaceGeometry<f64> {
 /// What is kept of one face.
 #[derive(Debug)]
 struct PreparedFace {
-    region: OnceLock<TrimRegion>,
-    closed: OnceLock<Option<ClosedFace>>,
-    shell: OnceLock<Option<Shell>>,
-    polygon: OnceLock<Option<Polygon>>,
-    double: OnceLock<FaceGeometry<f64>>,
-    double_double: OnceLock<FaceGeometry<Dd>>,
-    triple_double: OnceLock<FaceGeometry<Td>>,
+    region: OnceLock<Box<TrimRegion>>,
+    closed: OnceLock<Option<Box<ClosedFace>>>,
+    shell: OnceLock<Option<Box<Shell>>>,
+    polygon: OnceLock<Option<Box<Polygon>>>,
+    double: OnceLock<Box<FaceGeometry<f64>>>,
+    double_double: OnceLock<Box<FaceGeometry<Dd>>>,
+    triple_double: OnceLock<Box<FaceGeometry<Td>>>,
 }
 
 /// A BREP made ready for queries: immutable and `Sync`.
@@ -577,7 +601,8 @@ impl PreparedBrep {
     /// The trimmed region of a face.
     pub(crate) fn region(&self, face: usize) -> &TrimRegion {
         let slot = &self.faces[face].region;
-        slot.get_or_init(|| TrimRegion::with_cells(&self.brep, face, self.shortcuts.trim_cells))
+        let cells = self.shortcuts.trim_cells;
+        slot.get_or_init(|| Box::new(TrimRegion::with_cells(&self.brep, face, cells)))
     }
 
     /// The closed form of a face, if it has one and it is wanted.
@@ -588,7 +613,7 @@ impl PreparedBrep {
         let slot = &self.faces[face].closed;
         let recognise = self.shortcuts.recognition;
         let make = || ClosedFace::new(&self.brep, face, self.region(face), self.size, recognise);
-        slot.get_or_init(make).as_ref()
+        slot.get_or_init(|| make().map(Box::new)).as_deref()
     }
 
     /// The sphere that the BREP's only face is on, if it has no other and that is on one.
@@ -600,7 +625,8 @@ impl PreparedBrep {
     /// A face as a polygon, if it is one: for what double-double does not tell.
     pub(crate) fn polygon(&self, face: usize) -> Option<&Polygon> {
         let slot = &self.faces[face].polygon;
-        slot.get_or_init(|| Polygon::new(self, face)).as_ref()
+        slot.get_or_init(|| Polygon::new(self, face).map(Box::new))
+            .as_deref()
     }
 
     /// The shell around a face's surface, if that is seen to be round.
@@ -609,22 +635,21 @@ impl PreparedBrep {
             return None;
         }
         let slot = &self.faces[face].shell;
-        slot.get_or_init(|| Shell::new(self, face)).as_ref()
+        slot.get_or_init(|| Shell::new(self, face).map(Box::new))
+            .as_deref()
     }
 
     pub(crate) fn double(&self, face: usize) -> &FaceGeometry<f64> {
         let make = || {
-            let patches = Patches::all(self.brep.surface(face));
-            let boxes = patches.iter().map(|p| p.net.bounding_box()).collect();
-            let cuts = boundary::cut_boundary(&self.brep, face, &patches);
-            FaceGeometry::new(&self.brep, face, patches, boxes, cuts)
+            let (patches, boxes) = Patches::with_boxes(self.brep.surface(face));
+            let cuts = boundary::cut_boundary(&self.brep, face, &patches).into();
+            Box::new(FaceGeometry::new(&self.brep, face, patches, boxes, cuts))
         };
         let slot = &self.faces[face].double;
         slot.get_or_init(make)
     }
 
-    /// The same patches and pieces as [`double`](Self::double), by index; those of a NURBS surface are made when they are first
-    /// asked for.
+    /// The same patches and pieces as [`double`](Self::double), by index.
     pub(crate) fn double_double(&self, face: usize) -> &FaceGeometry<Dd> {
         let slot = &self.faces[face].double_double;
         slot.get_or_init(|| self.finer(face))
@@ -636,10 +661,10 @@ impl PreparedBrep {
         slot.get_or_init(|| self.finer(face))
     }
 
-    fn finer<T: Real>(&self, face: usize) -> FaceGeometry<T> {
+    fn finer<T: Real>(&self, face: usize) -> Box<FaceGeometry<T>> {
         let double = self.double(face);
         let patches = Patches::on_demand(self.brep.surface(face));
         let (boxes, cuts) = (double.patch_boxes.clone(), double.cuts.clone());
-        FaceGeometry::new(&self.brep, face, patches, boxes, cuts)
+        Box::new(FaceGeometry::new(&self.brep, face, patches, boxes, cuts))
     }
 }

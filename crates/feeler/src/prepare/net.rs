@@ -6,6 +6,7 @@ use crate::numeric::bernstein::{
     Bidegree, border, greater, lesser, product, product_units, split_error, split_off,
 };
 use crate::numeric::{Ball, Real, TINY};
+use std::sync::OnceLock;
 
 /// `origin + X / w`, a patch (or, with `degree.v = 0`, a curve) in space.
 #[derive(Clone, Debug)]
@@ -16,8 +17,8 @@ pub struct Net<T> {
     pub points: Vec<Homogeneous<T, 4>>,
     /// Where the net's zero is.
     pub origin: [f64; 3],
-    /// The points, rounded.
-    pub(crate) plain: Vec<[f64; 4]>,
+    /// See [`plain`](Self::plain).
+    plain: OnceLock<Box<[[f64; 4]]>>,
     /// The largest magnitude of each coordinate.
     pub(crate) largest: [f64; 4],
     /// The largest bound on the error of each coordinate.
@@ -106,6 +107,13 @@ pub(crate) struct Products<T> {
 }
 
 impl<T: Real> Products<T> {
+    /// Bytes that it takes, as large as its lists were reserved.
+    pub(super) fn bytes(&self) -> usize {
+        let lists = [&self.a, &self.c].into_iter().chain(&self.b);
+        let values: usize = lists.map(|c| c.values.capacity()).sum();
+        size_of::<Self>() + values * size_of::<T>()
+    }
+
     /// The same over a box that halving reaches; `None` for any other.
     pub(crate) fn restricted(&self, u: [f64; 2], v: [f64; 2]) -> Option<Self> {
         let mut out = self.clone();
@@ -226,10 +234,7 @@ impl<T: Real> Net<T> {
             }
         }
         Self {
-            plain: points
-                .iter()
-                .map(|p| p.map(|x| x.mid.approximate()))
-                .collect(),
+            plain: OnceLock::new(),
             largest,
             spread,
             reach,
@@ -240,6 +245,14 @@ impl<T: Real> Net<T> {
             points,
             origin,
         }
+    }
+
+    /// The points, rounded: made when first asked for, as many nets are searched by their products alone.
+    pub(crate) fn plain(&self) -> &[[f64; 4]] {
+        self.plain.get_or_init(|| {
+            let points = self.points.iter();
+            points.map(|p| p.map(|x| x.mid.approximate())).collect()
+        })
     }
 
     /// One coordinate of all points.
@@ -409,7 +422,7 @@ impl<T: Real> Net<T> {
     /// Bytes of its lists, as large as they were reserved.
     pub(super) fn bytes(&self) -> usize {
         self.points.capacity() * size_of::<Homogeneous<T, 4>>()
-            + self.plain.capacity() * size_of::<[f64; 4]>()
+            + self.plain.get().map_or(0, |p| size_of_val(&**p))
     }
 
     /// The homogeneous point and first derivatives (relative to the origin) at local `(s, t)`,

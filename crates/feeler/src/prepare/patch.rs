@@ -1,16 +1,16 @@
 //! Rational Bezier patches of a face's surface, with bounds.
 
-use super::circle::{Span, normalized, span_count, spans};
+use super::circle::{Span, Spans, degree, normalized, span_count};
 use super::compose::{compose, compose_bytes};
 use super::spline::{ArcPiece, BezierCurve, Blossom, curve_pieces, piece_count};
 use super::turned::Turned;
-use super::{Box3, Homogeneous, Net, ParamMap};
+use super::{Box3, Homogeneous, Net, ParamMap, Products};
 use crate::numeric::bernstein::Bidegree;
 use crate::numeric::{Ball, Dd, Interval, Real};
 use crate::nurbs::{Curve3, KnotVector, NurbsSurface, Plane, Surface};
 use nalgebra::{Point3, Vector3};
-use std::sync::OnceLock;
 use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::{Arc, OnceLock};
 
 /// A rational Bezier patch on the unit square, and the native parameters it covers.
 #[derive(Clone, Debug)]
@@ -138,7 +138,9 @@ pub(crate) struct Turns<T> {
     transposed: bool,
     origin: Point3<f64>,
     axis: [Ball<T>; 3],
-    turns: Vec<Span<T>>,
+    turns: Spans,
+    /// Those that patches have been made of.
+    made: Box<[OnceLock<Box<Span<T>>>]>,
     profile: Vec<BezierCurve<T, 4>>,
 }
 
@@ -160,11 +162,13 @@ impl<T: Real> Source<T> {
                 let axis: [Ball<Dd>; 3] =
                     normalized(&std::array::from_fn(|c| Ball::exact(s.axis[c])));
                 let domain = s.angle_domain;
+                let turns = Spans::new(s.angle, domain, domain.start, domain.end);
                 Self::Revolution(Box::new(Turns {
                     transposed: s.transposed,
                     origin: s.origin,
                     axis: axis.map(|b| Ball::<T>::from_dd(b.mid, b.rad)),
-                    turns: spans(s.angle, domain, domain.start, domain.end),
+                    made: (0..turns.len()).map(|_| OnceLock::new()).collect(),
+                    turns,
                     profile: pieces(&s.profile),
                 }))
             }
@@ -185,7 +189,7 @@ impl<T: Real> Source<T> {
                 [0, 1].map(|c| spans[c].iter().map(map).collect())
             }
             Self::Revolution(s) => {
-                let turns = s.turns.iter().map(|t| map(t.range)).collect();
+                let turns = (0..s.turns.len()).map(|k| map(s.turns.range(k))).collect();
                 let profile = of_pieces(&s.profile);
                 if s.transposed {
                     [profile, turns]
@@ -194,6 +198,20 @@ impl<T: Real> Source<T> {
                 }
             }
             Self::Sum { pieces, .. } => [0, 1].map(|c| of_pieces(&pieces[c])),
+        }
+    }
+
+    /// Those of one patch.
+    fn maps_of(&self, [i, j]: [usize; 2]) -> [ParamMap; 2] {
+        match self {
+            Self::Plane(s) => s.domain.map(map),
+            Self::Nurbs { spans, .. } => {
+                let map = |(_, start, end): KnotSpan| ParamMap::new(start, end);
+                [map(spans[0][i]), map(spans[1][j])]
+            }
+            Self::Revolution(s) if s.transposed => [s.profile[i].map, map(s.turns.range(j))],
+            Self::Revolution(s) => [map(s.turns.range(i)), s.profile[j].map],
+            Self::Sum { pieces, .. } => [pieces[0][i].map, pieces[1][j].map],
         }
     }
 
@@ -232,14 +250,16 @@ impl<T: Real> Source<T> {
                 net((p + 1) * (q + 1)) + (q + 1) * column + span(p) + span(q)
             }
             Self::Revolution(s) => {
-                let (turn, piece) = if s.transposed { (j, i) } else { (i, j) };
+                let piece = if s.transposed { i } else { j };
                 let points = s.profile[piece].points.len();
                 let own = size_of::<Turned<T>>() + size_of::<ArcPiece<T, 4>>() + points * point;
-                net(s.turns[turn].cos.len() * points) + own
+                let turn = degree::<T>() + 1;
+                let of_turn = size_of::<Span<T>>() + 2 * turn * size_of::<Ball<T>>();
+                net(turn * points) + own + of_turn
             }
             Self::Sum { pieces, .. } => net(pieces[0][i].points.len() * pieces[1][j].points.len()),
         };
-        size_of::<Patch<T>>() + beside
+        size_of::<Kept<T>>() + beside
     }
 
     /// Bytes of its lists.
@@ -252,13 +272,17 @@ impl<T: Real> Source<T> {
         match self {
             Self::Plane(_) => size_of::<Plane>(),
             Self::Nurbs { surface, spans } => {
-                let knots: usize = spans.iter().map(Vec::capacity).sum();
-                size_of_val(surface.control_net()) + knots * size_of::<KnotSpan>()
+                // (Its lists are the BREP's.)
+                let spans: usize = spans.iter().map(Vec::capacity).sum();
+                size_of_val(&**surface) + spans * size_of::<KnotSpan>()
             }
             Self::Revolution(s) => {
-                let own: usize = s.turns.iter().map(|t| t.cos.len() + t.sin.len()).sum();
-                s.turns.capacity() * size_of::<Span<T>>()
-                    + own * size_of::<Ball<T>>()
+                let made = s.made.iter().filter_map(OnceLock::get);
+                let of_turn = |t: &Span<T>| (t.cos.len() + t.sin.len()) * size_of::<Ball<T>>();
+                let turns = made.map(|t| size_of::<Span<T>>() + of_turn(t));
+                size_of_val(&**s)
+                    + size_of_val(&*s.made)
+                    + turns.sum::<usize>()
                     + of_pieces(&s.profile)
             }
             Self::Sum { pieces, .. } => pieces.iter().map(of_pieces).sum(),
@@ -274,7 +298,8 @@ impl<T: Real> Turns<T> {
     /// `O + along + cos a r + sin a (axis x r)` for each point of the profile, split into its part along the
     /// axis and its part `r` across it: linear in homogeneous points, so it maps control points.
     fn patch(&self, turn: usize, piece: usize) -> Patch<T> {
-        let (turn, piece) = (&self.turns[turn], &self.profile[piece]);
+        let make = || Box::new(self.turns.span(turn));
+        let (turn, piece) = (self.made[turn].get_or_init(make), &self.profile[piece]);
         let (origin, axis) = (&self.origin, &self.axis);
         let point = |i: usize, p: &Homogeneous<T, 4>| -> Homogeneous<T, 4> {
             let q: [Ball<T>; 3] = std::array::from_fn(|c| p[c] - p[3] * Ball::exact(origin[c]));
@@ -448,31 +473,48 @@ fn of_columns<T: Real>(
     }
 }
 
-/// The patches of a surface in order of u, then v: a grid.
+/// A patch, and what is made of it when it is first asked for.
 #[derive(Debug)]
-pub(crate) enum Patches<T> {
-    /// All of them.
-    Made(Vec<Patch<T>>),
-    /// Each made when it is first asked for.
-    OnDemand {
-        source: Source<T>,
-        count_v: usize,
-        slots: Vec<OnceLock<Box<Patch<T>>>>,
-        /// Bytes of those that are made.
-        made: AtomicUsize,
-    },
+struct Kept<T> {
+    patch: Patch<T>,
+    products: OnceLock<Box<Products<T>>>,
+    speeds: OnceLock<[f64; 2]>,
+}
+
+/// The patches of a surface in order of u, then v: a grid. Each is made when it is first asked for.
+#[derive(Debug)]
+pub(crate) struct Patches<T> {
+    source: Source<T>,
+    count_v: usize,
+    slots: Box<[OnceLock<Box<Kept<T>>>]>,
+    /// Bytes of those that are made, but for what is made of them.
+    made: AtomicUsize,
+}
+
+/// A patch that is kept, or one that is not.
+#[derive(Debug)]
+pub(crate) enum Lent<'a, T> {
+    Kept(&'a Patch<T>),
+    Own(Box<Patch<T>>),
+}
+
+impl<T> std::ops::Deref for Lent<'_, T> {
+    type Target = Patch<T>;
+
+    fn deref(&self) -> &Patch<T> {
+        match self {
+            Self::Kept(patch) => patch,
+            Self::Own(patch) => patch,
+        }
+    }
 }
 
 impl<T: Real> Patches<T> {
-    pub(super) fn all(surface: &Surface) -> Self {
-        Self::Made(surface_patches(surface))
-    }
-
     /// Patches that are made when they are needed.
     pub(super) fn on_demand(surface: &Surface) -> Self {
         let source = Source::new(surface);
         let [count_u, count_v] = source.counts();
-        Self::OnDemand {
+        Self {
             source,
             count_v,
             slots: (0..count_u * count_v).map(|_| OnceLock::new()).collect(),
@@ -480,72 +522,138 @@ impl<T: Real> Patches<T> {
         }
     }
 
+    /// The same with all of them made.
+    fn all(surface: &Surface) -> Self {
+        let mut patches = Self::on_demand(surface);
+        let made = surface_patches(surface).into_iter();
+        patches.slots = made.map(|p| OnceLock::from(patches.keep(p))).collect();
+        patches
+    }
+
+    fn keep(&self, patch: Patch<T>) -> Box<Kept<T>> {
+        let bytes = size_of::<Kept<T>>() - size_of::<Patch<T>>() + patch.bytes();
+        self.made.fetch_add(bytes, Ordering::Relaxed);
+        Box::new(Kept {
+            patch,
+            products: OnceLock::new(),
+            speeds: OnceLock::new(),
+        })
+    }
+
+    fn kept(&self, index: usize) -> &Kept<T> {
+        self.slots[index].get_or_init(|| self.keep(self.source.patch(self.place(index))))
+    }
+
+    /// The row and the column of a patch.
+    fn place(&self, index: usize) -> [usize; 2] {
+        [index / self.count_v, index % self.count_v]
+    }
+
     pub(crate) fn len(&self) -> usize {
-        match self {
-            Self::Made(all) => all.len(),
-            Self::OnDemand { slots, .. } => slots.len(),
+        self.slots.len()
+    }
+
+    /// All of them.
+    pub(super) fn make_all(&self) -> impl Iterator<Item = &Patch<T>> {
+        (0..self.len()).map(|i| &self[i])
+    }
+
+    /// Whether a patch takes far more than what it is made of.
+    pub(super) fn are_large(&self) -> bool {
+        matches!(self.source, Source::Revolution(_) | Source::Sum { .. })
+    }
+
+    /// A patch, made for this once where it has not been made: for those who look at all of them, once.
+    pub(crate) fn lent(&self, index: usize) -> Lent<'_, T> {
+        match self.slots[index].get() {
+            Some(kept) => Lent::Kept(&kept.patch),
+            None => Lent::Own(Box::new(self.source.patch(self.place(index)))),
         }
     }
 
-    pub(crate) fn iter(&self) -> impl DoubleEndedIterator<Item = &Patch<T>> + ExactSizeIterator {
-        (0..self.len()).map(|i| &self[i])
+    /// Native parameters of a patch, which need not be made for this.
+    pub(crate) fn maps_of(&self, index: usize) -> [ParamMap; 2] {
+        self.source.maps_of(self.place(index))
+    }
+
+    /// The first patch that holds a point, given in native parameters.
+    pub(crate) fn holding(&self, uv: [f64; 2]) -> Option<usize> {
+        (0..self.len()).find(|index| {
+            let maps = self.maps_of(*index);
+            (0..2).all(|k| maps[k].start <= uv[k] && uv[k] <= maps[k].end)
+        })
+    }
+
+    /// See [`Patch::wants_parts`].
+    pub(super) fn wants_parts(
+        &self,
+        index: usize,
+        curve: impl FnOnce() -> Vec<Homogeneous<T, 3>>,
+        unit: f64,
+    ) -> bool {
+        // Of no other surface are the patches turned.
+        let turned = matches!(self.source, Source::Revolution(_));
+        turned && self.lent(index).wants_parts(&curve(), unit)
+    }
+
+    /// See [`Net::products`].
+    pub(super) fn products(&self, index: usize) -> &Products<T> {
+        let kept = self.kept(index);
+        let make = || Box::new(kept.patch.net.products());
+        kept.products.get_or_init(make)
+    }
+
+    /// See [`Net::speeds`].
+    pub(super) fn speeds(&self, index: usize) -> [f64; 2] {
+        let kept = self.kept(index);
+        *kept.speeds.get_or_init(|| kept.patch.net.speeds())
     }
 
     /// Native parameters of the patches along u and v.
     pub(super) fn maps(&self) -> [Vec<ParamMap>; 2] {
-        match self {
-            Self::Made(all) => {
-                let first = all.first().map(|p| p.maps[0]);
-                let same = |p: &&Patch<T>| Some(p.maps[0]) == first;
-                let count_v = all.iter().take_while(same).count();
-                let maps_u = all.iter().step_by(count_v.max(1)).map(|p| p.maps[0]);
-                let maps_v = all.iter().take(count_v).map(|p| p.maps[1]);
-                [maps_u.collect(), maps_v.collect()]
-            }
-            Self::OnDemand { source, .. } => source.maps(),
-        }
+        self.source.maps()
     }
 
-    /// Bytes of its lists, and of the patches that have been made.
+    /// Bytes of its lists, of the patches that have been made, and of their products.
     pub(super) fn bytes(&self) -> usize {
-        match self {
-            Self::Made(all) => {
-                let unused = all.capacity() - all.len();
-                all.iter().map(Patch::bytes).sum::<usize>() + unused * size_of::<Patch<T>>()
-            }
-            Self::OnDemand {
-                source,
-                slots,
-                made,
-                ..
-            } => {
-                let own = slots.capacity() * size_of::<OnceLock<Box<Patch<T>>>>();
-                source.bytes() + own + made.load(Ordering::Relaxed)
-            }
-        }
+        let made = self.slots.iter().filter_map(OnceLock::get);
+        let made = made.map(|kept| {
+            let products = kept.products.get();
+            size_of::<Kept<T>>() - size_of::<Patch<T>>()
+                + kept.patch.bytes()
+                + products.map_or(0, |p| p.bytes())
+        });
+        size_of_val(&*self.slots) + self.source.bytes() + made.sum::<usize>()
     }
 
     /// Bytes that it takes to make a patch; none of one that is there.
     pub(super) fn bytes_to_make(&self, index: usize) -> usize {
-        match self {
-            Self::OnDemand {
-                source,
-                count_v,
-                slots,
-                ..
-            } if slots[index].get().is_none() => {
-                source.bytes_to_make([index / count_v, index % count_v])
-            }
-            _ => 0,
+        match self.slots[index].get() {
+            Some(_) => 0,
+            None => self.source.bytes_to_make(self.place(index)),
         }
     }
 
-    /// Bytes of the patches that were made on demand.
+    /// Bytes of the patches that were made.
     pub(super) fn made(&self) -> usize {
-        match self {
-            Self::Made(_) => 0,
-            Self::OnDemand { made, .. } => made.load(Ordering::Relaxed),
+        self.made.load(Ordering::Relaxed)
+    }
+}
+
+impl Patches<f64> {
+    /// Those of a face, and a box around each. The large ones are made when they are needed: of these only the boxes are there from the start.
+    /// Those of a NURBS surface are made row by row, for less than one by one.
+    pub(super) fn with_boxes(surface: &Surface) -> (Self, Arc<[Option<Box3>]>) {
+        let mut patches = match surface {
+            Surface::Nurbs(_) | Surface::Plane(_) => Self::all(surface),
+            Surface::Revolution(_) | Surface::Sum(_) => Self::on_demand(surface),
+        };
+        let boxes = (0..patches.len()).map(|i| patches.lent(i).net.bounding_box());
+        let boxes = boxes.collect();
+        if let Source::Revolution(s) = &mut patches.source {
+            s.made.iter_mut().for_each(|turn| *turn = OnceLock::new());
         }
+        (patches, boxes)
     }
 }
 
@@ -553,19 +661,7 @@ impl<T: Real> std::ops::Index<usize> for Patches<T> {
     type Output = Patch<T>;
 
     fn index(&self, index: usize) -> &Patch<T> {
-        match self {
-            Self::Made(all) => &all[index],
-            Self::OnDemand {
-                source,
-                count_v,
-                slots,
-                made,
-            } => slots[index].get_or_init(|| {
-                let patch = source.patch([index / count_v, index % count_v]);
-                made.fetch_add(patch.bytes(), Ordering::Relaxed);
-                Box::new(patch)
-            }),
-        }
+        &self.kept(index).patch
     }
 }
 
@@ -753,8 +849,12 @@ mod tests {
                 assert_eq!(format!("{:?}", alone[k]), format!("{:?}", all[k]));
             }
             let maps = alone.maps();
+            let maps_of = |k| alone.maps_of(k);
             assert_eq!(maps.each_ref().map(Vec::len), [u, v]);
-            assert_eq!(Patches::Made(all).maps(), maps);
+            for k in 0..all.len() {
+                assert_eq!(maps_of(k), all[k].maps);
+                assert_eq!([maps[0][k / v], maps[1][k % v]], all[k].maps);
+            }
         }
     }
 

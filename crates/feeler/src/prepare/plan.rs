@@ -81,9 +81,13 @@ impl PreparedBrep {
             },
             None => Form::Searched(self.why_searched(face)),
         };
-        let nets: Vec<&Net<f64>> = self.double(face).patches.iter().map(|p| &p.net).collect();
-        // Those that are made one by one, too.
-        self.double_double(face).patches.iter().for_each(drop);
+        let nets: Vec<&Net<f64>> = self
+            .double(face)
+            .patches
+            .make_all()
+            .map(|p| &p.net)
+            .collect();
+        self.double_double(face).patches.make_all().for_each(drop);
         let most = |of: fn(&Net<f64>) -> usize| nets.iter().map(|n| of(n)).max().unwrap_or(0);
         FacePlan {
             surface: surface.type_name(),

@@ -90,10 +90,17 @@ pub(super) fn recognise(geometry: &FaceGeometry<f64>) -> Option<Round> {
         return None;
     }
     let mut samples = Vec::with_capacity(seeds.len());
+    let mut lent = None;
     for s in &seeds {
-        let net = &geometry.patches[s.patch].net;
+        // Of one patch some follow one another.
+        let patch = match lent.take() {
+            Some((index, patch)) if index == s.patch() => patch,
+            _ => geometry.patches.lent(s.patch()),
+        };
+        let (_, patch) = lent.insert((s.patch(), patch));
+        let [u, v] = s.local();
         // Seeds are on patches whose degree fits alone.
-        let [h, along_s, along_t, ..] = jet::jet2(net, s.local[0], s.local[1]);
+        let [h, along_s, along_t, ..] = jet::jet2(&patch.net, u, v);
         let x = |d: &[f64; 4]| Vector3::from_fn(|c, _| d[c] - d[3] * h[c] / h[3]);
         let normal = x(&along_s).cross(&x(&along_t)).try_normalize(0.0);
         samples.push(Sample {

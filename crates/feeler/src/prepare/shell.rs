@@ -83,8 +83,9 @@ impl Shell {
             return None;
         }
         let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
-        for patch in brep.double_double(face).patches.iter() {
-            let [a, b] = round.range(&patch.net)?;
+        let patches = &brep.double_double(face).patches;
+        for index in 0..patches.len() {
+            let [a, b] = round.range(&patches.lent(index).net)?;
             low = low.min(a);
             high = high.max(b);
         }

@@ -62,8 +62,10 @@ fn strays(brep: &PreparedBrep, face: usize, out: &mut Vec<Box3>) -> Option<()> {
             }
             let [low, high] = domain[1 - k];
             let along = piece.hull[1 - k].map(|x| x.clamp(low, high));
-            for patch in brep.double(face).patches.iter() {
-                let (across, own) = (patch.maps[k], patch.maps[1 - k]);
+            let patches = &brep.double(face).patches;
+            for index in 0..patches.len() {
+                let maps = patches.maps_of(index);
+                let (across, own) = (maps[k], maps[1 - k]);
                 let around = own.around();
                 let range = [along[0].max(around[0]), along[1].min(around[1])];
                 if [across.start, across.end][end] != side || !(range[0] <= range[1]) {
@@ -71,6 +73,7 @@ fn strays(brep: &PreparedBrep, face: usize, out: &mut Vec<Box3>) -> Option<()> {
                 }
                 let local = range.map(|x| own.to_local(Ball::<f64>::exact(x)));
                 let (a, b) = (local[0].lower().max(0.0), local[1].upper().min(1.0));
+                let patch = patches.lent(index);
                 let row = patch.net.side(k == 0, end == 1);
                 let count = 1 + (BOXES as f64 * (b - a)) as usize;
                 let cut = |i: usize| {

@@ -69,11 +69,14 @@ impl<T: Real> Blossom<T> {
         point: impl Fn(usize) -> Homogeneous<T, H>,
     ) -> Vec<Homogeneous<T, H>> {
         let p = self.degree;
-        let own: Vec<_> = (0..=p).map(|j| point(self.index - p + j)).collect();
-        let mut d = own.clone();
+        // The points, and room to go on from them.
+        let mut both = Vec::with_capacity(2 * (p + 1));
+        both.extend((0..=p).map(|j| point(self.index - p + j)));
+        both.extend_from_within(..);
+        let (own, d) = both.split_at_mut(p + 1);
         (0..=p)
             .map(|k| {
-                d.copy_from_slice(&own);
+                d.copy_from_slice(own);
                 let mut at = 0;
                 for r in 1..=p {
                     let weights = &self.weights[usize::from(r > p - k)];

@@ -21,7 +21,7 @@
 //!
 //! The radius put into the coefficients is `R = 4 E q^M / (1 - q)^3`. The search allows `2 n R` and `4 n (n - 1) R` for the
 //! derivatives in the local parameter `(x + 1) / 2`, whose derivatives are twice and four times those above (see
-//! [`circle::spans`](super::circle)): `2 M <= 8 n` holds, and `4 (M^2 + M + 2) <= 16 n (n - 1)` for `n >= 3`. A polynomial that
+//! [`circle::Spans`](super::circle)): `2 M <= 8 n` holds, and `4 (M^2 + M + 2) <= 16 n (n - 1)` for `n >= 3`. A polynomial that
 //! is exact, the angle being constant, leaves nothing out. Sine likewise.
 
 use super::circle::{bernstein, next_row, row};

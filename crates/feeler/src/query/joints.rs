@@ -99,7 +99,7 @@ fn one_of(brep: &PreparedBrep, stab: &Stabber, hits: &[RawHit], index: usize) ->
     }
     // The half sides of `B`, in native parameters.
     let length = |b: &Beside, k: usize| {
-        let length: Ball<f64> = patches[b.patch].maps[k].length();
+        let length: Ball<f64> = patches.maps_of(b.patch)[k].length();
         length.mid
     };
     let sides = [0, 1].map(|k| {
@@ -178,7 +178,7 @@ fn star(
     rho: f64,
 ) -> Option<Vec<Beside>> {
     let patches = &brep.double(face).patches;
-    let own = &patches[patch].maps;
+    let own = patches.maps_of(patch);
     let off = Dd::from(rho * UP);
     let mut ends = [None; 2];
     for k in 0..2 {
@@ -214,8 +214,9 @@ fn star(
         };
         meets.then_some((Some(!end), place(!end)))
     };
-    let around = patches.iter().enumerate().filter_map(|(patch, p)| {
-        let [(a, u), (b, v)] = [beside(&p.maps[0], 0)?, beside(&p.maps[1], 1)?];
+    let around = (0..patches.len()).filter_map(|patch| {
+        let maps = patches.maps_of(patch);
+        let [(a, u), (b, v)] = [beside(&maps[0], 0)?, beside(&maps[1], 1)?];
         Some(Beside {
             patch,
             middle: [u, v],

@@ -4,7 +4,7 @@
 use super::objective::{Objective, ball_around};
 use super::place::trims_near;
 use crate::numeric::{Ball, Dd};
-use crate::prepare::{Patch, PreparedBrep};
+use crate::prepare::PreparedBrep;
 use crate::trim::Side;
 use nalgebra::{Point, Point2, Point3, Vector3};
 
@@ -281,10 +281,7 @@ impl Surroundings<'_> {
             let point = form.surface.point(uv);
             return Some(ball_around(self.objective.target().range_at(&point)));
         }
-        let mut patches = self.brep.double(at.face).patches.iter();
-        let holds =
-            |p: &Patch<f64>| (0..2).all(|k| p.maps[k].start <= uv[k] && uv[k] <= p.maps[k].end);
-        let index = patches.position(holds)?;
+        let index = self.brep.double(at.face).patches.holding(uv)?;
         let patch = &self.brep.double_double(at.face).patches[index];
         let [s, t] = [0, 1].map(|k| patch.maps[k].to_local(Ball::exact(uv[k])));
         Some(self.objective.value(&patch.net, [s, t]))

@@ -417,7 +417,8 @@ impl Search<'_> {
     fn open(&mut self, face: usize, free: f64) {
         let brep = self.brep;
         let geometry = brep.double(face);
-        for (patch, Patch { net, .. }) in geometry.patches.iter().enumerate() {
+        for patch in 0..geometry.patches.len() {
+            let Patch { net, .. } = &geometry.patches[patch];
             let flat = self.line.across(net);
             let beside = Quotient::squared_distance(&Point3::origin(), &flat, &flat.products());
             let height = |sign: f64| {

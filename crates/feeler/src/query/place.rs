@@ -52,7 +52,7 @@ pub(super) fn place_of(brep: &PreparedBrep, s: &Settled) -> Option<(Place, usize
             let piece = geometry.piece(index);
             let (p, _) = curve_jet(&piece.local, Ball::exact(s.at[0]));
             let local = [p[0] / p[2], p[1] / p[2]];
-            let maps = &geometry.patches[piece.patch].maps;
+            let maps = geometry.patches.maps_of(piece.patch);
             let uv = Point2::new(
                 maps[0].nearest_native(local[0].mid),
                 maps[1].nearest_native(local[1].mid),

@@ -334,12 +334,12 @@ impl Search<'_> {
         let half = shell.near_half_space(q, squared, b)?;
         let geometry = self.brep.double(face);
         let mut near = ArrayVec::new();
-        for (index, patch) in geometry.patches.iter().enumerate() {
+        for index in 0..geometry.patches.len() {
             let own = geometry.patch_boxes[index].as_ref();
             if own.is_some_and(|b| self.box_bound(b).hi > squared) {
                 continue;
             }
-            let (c, error) = linear(&patch.net, &half)?;
+            let (c, error) = linear(&geometry.patches[index].net, &half)?;
             if is_above(&c, error) {
                 continue;
             }

@@ -434,13 +434,12 @@ impl Row {
 
 /// The patch that native parameters are on, and where.
 fn local(brep: &PreparedBrep, face: usize, uv: [f64; 2]) -> Option<(usize, [f64; 2])> {
-    let mut patches = brep.double(face).patches.iter().enumerate();
-    patches.find_map(|(index, patch)| {
-        let on = |k: usize| patch.maps[k].start <= uv[k] && uv[k] <= patch.maps[k].end;
-        let local = |k: usize| {
-            let x: Ball<f64> = patch.maps[k].to_local(Ball::exact(uv[k]));
-            x.mid.clamp(0.0, 1.0)
-        };
-        (on(0) && on(1)).then(|| (index, [local(0), local(1)]))
-    })
+    let patches = &brep.double(face).patches;
+    let index = patches.holding(uv)?;
+    let maps = patches.maps_of(index);
+    let local = [0, 1].map(|k| {
+        let x: Ball<f64> = maps[k].to_local(Ball::exact(uv[k]));
+        x.mid.clamp(0.0, 1.0)
+    });
+    Some((index, local))
 }

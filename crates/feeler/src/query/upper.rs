@@ -7,7 +7,7 @@ use super::outcome::{Foot, Locus, Rough, Source};
 use super::search::Search;
 use super::trail::Hint;
 use crate::numeric::{Ball, Dd, Td};
-use crate::prepare::{Homogeneous, Net, Patch, Patches, Seed, jet};
+use crate::prepare::{Homogeneous, Net, Patches, Seed, jet};
 use crate::trim::{BoxSide, Side};
 use nalgebra::Point2;
 
@@ -104,9 +104,9 @@ impl Search<'_> {
         if let Some(best) = seeds.get(best) {
             let source = Source::Patch {
                 face,
-                index: best.patch,
+                index: best.patch(),
             };
-            self.look_down(source, best.local, ([[0.0, 1.0]; 2], f64::NEG_INFINITY));
+            self.look_down(source, best.local(), ([[0.0, 1.0]; 2], f64::NEG_INFINITY));
         }
     }
 
@@ -262,14 +262,13 @@ impl Search<'_> {
     }
 
     fn try_patch_point(&mut self, face: usize, patch: usize, p: [Dd; 2], trim: Option<usize>) {
-        let geometry = self.brep.double_double(face);
-        let surface = &geometry.patches[patch];
-        let at = |k: usize| surface.maps[k].nearest_native(p[k]);
+        let maps = self.brep.double_double(face).patches.maps_of(patch);
+        let at = |k: usize| maps[k].nearest_native(p[k]);
         let center = [at(0), at(1)];
         // The point itself, then its neighbours in f64, for points on a trim.
         for (du, dv) in NEIGHBOURS {
             let uv = [step_ulp(center[0], du), step_ulp(center[1], dv)];
-            let within = |k: usize| surface.maps[k].start <= uv[k] && uv[k] <= surface.maps[k].end;
+            let within = |k: usize| maps[k].start <= uv[k] && uv[k] <= maps[k].end;
             if !(within(0) && within(1)) {
                 continue;
             }
@@ -277,10 +276,10 @@ impl Search<'_> {
             if !matches!(side, Some(Side::Inside | Side::Boundary)) {
                 continue;
             }
-            let local = [0, 1].map(|k| surface.maps[k].to_local(Ball::<Dd>::exact(uv[k])));
+            let local = [0, 1].map(|k| maps[k].to_local(Ball::<Dd>::exact(uv[k])));
             let source = Source::Patch { face, index: patch };
             let value = self.fine_value(source, local, || {
-                [0, 1].map(|k| surface.maps[k].to_local(Ball::exact(uv[k])))
+                [0, 1].map(|k| maps[k].to_local(Ball::exact(uv[k])))
             });
             let foot = Foot {
                 face,
@@ -364,7 +363,7 @@ impl Search<'_> {
         if !(depth(&point) >= 0.0) {
             return Err(local.map(|x| x.mid));
         }
-        let maps = &geometry.patches[piece.patch].maps;
+        let maps = geometry.patches.maps_of(piece.patch);
         let uv = [0, 1].map(|k| maps[k].nearest_native(local[k].mid));
         Ok(Foot {
             face,
@@ -413,13 +412,10 @@ impl Search<'_> {
 /// The first patch that holds a place, and the local parameters there.
 pub(super) fn patch_at(patches: &Patches<f64>, uv: Point2<f64>) -> Option<(usize, [f64; 2])> {
     let uv = [uv.x, uv.y];
-    let holds = |p: &Patch<f64>| {
-        let within = |k: usize| p.maps[k].start <= uv[k] && uv[k] <= p.maps[k].end;
-        within(0) && within(1)
-    };
-    let index = patches.iter().position(holds)?;
+    let index = patches.holding(uv)?;
+    let maps = patches.maps_of(index);
     let local = [0, 1].map(|k| {
-        let local: Ball<f64> = patches[index].maps[k].to_local(Ball::exact(uv[k]));
+        let local: Ball<f64> = maps[k].to_local(Ball::exact(uv[k]));
         local.mid.clamp(0.0, 1.0)
     });
     Some((index, local))

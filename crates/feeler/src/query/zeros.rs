@@ -148,13 +148,14 @@ fn patches_hits(
     (rows, out): (&mut Rows, &mut FaceHits),
 ) {
     let geometry = brep.double(face);
-    for (index, patch) in geometry.patches.iter().enumerate() {
+    for index in 0..geometry.patches.len() {
         if geometry.patch_boxes[index]
             .as_ref()
             .is_some_and(|b| !stab.meets(b))
         {
             continue;
         }
+        let patch = &geometry.patches[index];
         if *budget > 0 {
             *budget -= 1;
             match whole_patch(brep, stab, (face, index), &patch.net, digits) {

@@ -1,7 +1,6 @@
 //! The pieces of a region's boundary as they are, exactly: for what lies in the region's plane.
 
 use super::circle::Blur;
-use super::piece::Piece;
 use super::region::TrimRegion;
 use super::source::{Ball3, Exact3, Source};
 use crate::numeric::Dyadic;
@@ -35,8 +34,7 @@ fn blur(b: &Blur) -> Option<ExactPoint> {
     Some([u?, v?, number(1.0)?])
 }
 
-fn piece(piece: &Piece) -> ExactPiece {
-    let source = &piece.source;
+fn piece(source: &Source) -> ExactPiece {
     let points: Option<Vec<ExactPoint>> = source.exact().map(|p| p.iter().map(dyadics).collect());
     let ends = match (source, &points) {
         (_, Some(points)) => [points.first().cloned(), points.last().cloned()],
@@ -58,6 +56,10 @@ fn piece(piece: &Piece) -> ExactPiece {
 impl TrimRegion {
     /// What [`pieces`](Self::pieces) are, in their order.
     pub(crate) fn exact_pieces(&self) -> impl Iterator<Item = ExactPiece> {
-        self.trim_pieces().iter().map(piece)
+        let of_loops = self.trim_pieces();
+        // The domain's border comes last: its sides are no more than their ends.
+        let border = self.pieces()[of_loops.len()..].iter();
+        let border = border.filter_map(|p| Some(piece(&Source::Segment(p.segment()?))));
+        of_loops.iter().map(|p| piece(&p.source)).chain(border)
     }
 }

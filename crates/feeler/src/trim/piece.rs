@@ -6,28 +6,28 @@ use crate::numeric::roots;
 use crate::numeric::{Ball, Dd, Dyadic, Real};
 use dashu_int::IBig;
 use std::cmp::Ordering;
-use std::sync::OnceLock;
+use std::sync::{Arc, OnceLock};
 
 /// A piece and everything made from its source.
 #[derive(Debug)]
 pub(super) struct Piece {
     pub(super) source: Source,
     /// Bezier control points, homogeneous, in f64.
-    pub(super) bezier: Vec<[f64; 3]>,
+    pub(super) bezier: Arc<[[f64; 3]]>,
     /// Proven error of each homogeneous coordinate of every control point.
     pub(super) radius: [f64; 3],
     /// Box of the piece, rounded outward: `[axis][lo, hi]`.
     pub(super) hull: [[f64; 2]; 2],
     coarse: Horner<f64>,
-    fine: OnceLock<Horner<Dd>>,
-    exact: OnceLock<Option<Exact>>,
+    fine: OnceLock<Box<Horner<Dd>>>,
+    exact: OnceLock<Option<Box<Exact>>>,
 }
 
 /// Coefficients `C(p, i) b_i`, and a bound on the error of each coordinate that
 /// [`eval`](Self::eval) returns.
 #[derive(Debug)]
 pub(super) struct Horner<T> {
-    coefficients: Vec<[T; 3]>,
+    coefficients: Arc<[[T; 3]]>,
     /// Bound on the error of each coordinate, infinite where the arithmetic's range is left.
     pub(super) error: [f64; 2],
     /// What a relative error of 2 units in the parameter can move each coordinate by.
@@ -102,7 +102,7 @@ impl<T: Real> Horner<T> {
         let d = 2.0 * unit + T::DIV_UNIT;
         let shift = [0, 1].map(|i| 4.0 * p as f64 * d * largest[i] * INFLATE);
         Self {
-            coefficients,
+            coefficients: coefficients.into(),
             error,
             shift,
         }
@@ -168,8 +168,14 @@ impl Piece {
                 *side = [f64::NEG_INFINITY, f64::INFINITY];
             }
         }
+        let mut coarse = Horner::new(balls);
+        let bezier = Arc::from(bezier);
+        if p <= 1 {
+            // The binomials are 1.
+            coarse.coefficients = Arc::clone(&bezier);
+        }
         Self {
-            coarse: Horner::new(balls),
+            coarse,
             source,
             bezier,
             radius,
@@ -187,7 +193,13 @@ impl Piece {
 
     /// In double-double; made at the first call.
     pub(super) fn fine(&self) -> &Horner<Dd> {
-        self.fine.get_or_init(|| Horner::new(&self.source.balls()))
+        self.fine
+            .get_or_init(|| Box::new(Horner::new(&self.source.balls())))
+    }
+
+    /// Gives back what is made again when it is asked for.
+    pub(super) fn forget(&mut self) {
+        self.fine = OnceLock::new();
     }
 
     /// In integers; made at the first call. `None` where the data are not rational.
@@ -200,14 +212,14 @@ impl Piece {
                 };
                 let constant =
                     [0, 1].map(|i: usize| b.iter().all(|p| &p[i] * &b[0][2] == &b[0][i] * &p[2]));
-                Some(Exact {
+                Some(Box::new(Exact {
                     u: column(0),
                     v: column(1),
                     w: column(2),
                     constant,
-                })
+                }))
             })
-            .as_ref()
+            .as_deref()
     }
 
     /// An enclosure of the point at `t`, `[axis][lo, hi]`, given the source's control points.

@@ -11,7 +11,7 @@ use crate::brep::Brep;
 use crate::numeric::Interval;
 use arrayvec::ArrayVec;
 use nalgebra::Point2;
-use std::sync::OnceLock;
+use std::sync::{Arc, OnceLock};
 
 /// The answer of [`TrimRegion::side`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -63,7 +63,7 @@ pub struct BoundaryPiece {
     /// Where it comes from.
     pub origin: PieceOrigin,
     /// Homogeneous control points `(wu, wv, w)`, `w > 0`; the parameter t runs over [0, 1].
-    pub control_points: Vec<[f64; 3]>,
+    pub control_points: Arc<[[f64; 3]]>,
     /// Proven: the exact control points, up to one common factor, differ by at most this in each
     /// homogeneous coordinate. Zero where they are exact.
     pub radius: [f64; 3],
@@ -80,7 +80,7 @@ pub struct BoundaryPiece {
 impl BoundaryPiece {
     /// The ends of a straight piece of f64, in uv.
     pub(crate) fn segment(&self) -> Option<[[f64; 2]; 2]> {
-        let [p, q] = self.control_points.as_slice() else {
+        let [p, q] = &*self.control_points else {
             return None;
         };
         let plain = self.radius == [0.0; 3] && p[2] == 1.0 && q[2] == 1.0;
@@ -99,7 +99,9 @@ impl BoundaryPiece {
 pub struct TrimRegion {
     domain: [Interval; 2],
     pub(super) untrimmed: bool,
+    /// Those of the loops: no question about the domain's border needs more than `boundary` has.
     pieces: Vec<Piece>,
+    /// The same, then the domain's border.
     boundary: Vec<BoundaryPiece>,
     parts: Vec<Part>,
     /// Whether no two ends had to be joined.
@@ -113,7 +115,7 @@ pub struct TrimRegion {
 
 fn push_piece(region: &mut TrimRegion, origin: PieceOrigin, source: Source, params: [f64; 2]) {
     let balls = source.balls();
-    let piece = Piece::with_balls(source, &balls);
+    let mut piece = Piece::with_balls(source, &balls);
     let within = |axis: usize| {
         region.domain[axis].start <= piece.hull[axis][0]
             && piece.hull[axis][1] <= region.domain[axis].end
@@ -149,8 +151,10 @@ fn push_piece(region: &mut TrimRegion, origin: PieceOrigin, source: Source, para
             let part = Part::new(own, join, *trends, hull, &piece);
             region.parts.push(part);
         }
+        // Most pieces are never asked again for what the ends of their parts took.
+        piece.forget();
+        region.pieces.push(piece);
     }
-    region.pieces.push(piece);
 }
 
 impl TrimRegion {
@@ -250,7 +254,7 @@ impl TrimRegion {
         }
     }
 
-    /// What `pieces` are made of.
+    /// What `pieces` are made of, but for those of the domain's border, which come last.
     pub(super) fn trim_pieces(&self) -> &[Piece] {
         &self.pieces
     }
@@ -344,14 +348,15 @@ impl TrimRegion {
 
     /// Bytes that its lists hold, arithmetic beyond f64 aside.
     pub(crate) fn bytes(&self) -> usize {
-        let bezier = |n: usize| n * size_of::<[f64; 3]>();
-        let pieces = self.pieces.iter().map(|p| bezier(2 * p.bezier.capacity()));
-        let boundary = self.boundary.iter();
-        let boundary = boundary.map(|b| bezier(b.control_points.capacity()));
+        // Those that both lists share; a curve's once more in another form.
+        let pieces = self.boundary.iter().map(|p| match p.control_points.len() {
+            ..=2 => size_of_val(&*p.control_points),
+            _ => 2 * size_of_val(&*p.control_points),
+        });
         self.pieces.capacity() * size_of::<Piece>()
             + self.boundary.capacity() * size_of::<BoundaryPiece>()
             + self.parts.capacity() * (size_of::<Part>() + size_of::<Own>())
-            + pieces.chain(boundary).sum::<usize>()
+            + pieces.sum::<usize>()
             + self.cells.get().map_or(0, Cells::bytes)
     }
 

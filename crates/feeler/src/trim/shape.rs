@@ -83,7 +83,7 @@ fn segment(piece: &Piece) -> Option<[[f64; 2]; 2]> {
     if let Source::Segment(ends) = &piece.source {
         return Some(*ends);
     }
-    let [a, b] = piece.bezier.as_slice() else {
+    let [a, b] = &*piece.bezier else {
         return None;
     };
     let exact = piece.radius == [0.0; 3] && a[2] == 1.0 && b[2] == 1.0;

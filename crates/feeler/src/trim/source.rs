@@ -7,6 +7,7 @@ use crate::numeric::{Ball, Dd, Dyadic};
 use crate::nurbs::{Curve2, NurbsCurve2, PolyCurve};
 use dashu_int::IBig;
 use dashu_int::ops::BitTest;
+use nalgebra::Vector3;
 
 /// Homogeneous `(wu, wv, w)` up to a positive factor common to all control points.
 pub(super) type Exact3 = [IBig; 3];
@@ -322,8 +323,12 @@ fn point_on(points: [[f64; 2]; 2], w: [f64; 2], x: &Param) -> End {
     }
     // A line is a spline of degree 1.
     let span = SplineSpan {
-        knots: w.to_vec(),
-        points: points.iter().map(|p| [p[0], p[1], 1.0]).collect(),
+        all: (
+            [w[0], w[0], w[1], w[1]].into(),
+            points.map(|p| Vector3::new(p[0], p[1], 1.0)).into(),
+        ),
+        degree: 1,
+        index: 1,
         from: x.clone(),
         to: Param::f64(w[1]),
     };
@@ -410,13 +415,12 @@ fn nurbs_run(curve: &NurbsCurve2, from: &Param, to: &Param) -> Option<Run> {
         } else {
             Param::f64(hi)
         };
-        let knots = curve.knots().knots().get(i + 1 - p..=i + p)?.to_vec();
-        let points = curve.control_points().get(i - p..=i)?;
         pieces.push(SourcePiece {
             params: [a.near, b.near],
             source: Source::Spline(Box::new(SplineSpan {
-                knots,
-                points: points.iter().map(|c| [c[0], c[1], c[2]]).collect(),
+                all: (curve.knots().shared(), curve.shared_points()),
+                degree: p,
+                index: i,
                 from: a,
                 to: b,
             })),

@@ -5,14 +5,17 @@ use crate::numeric::gcd;
 use crate::numeric::{Ball, Dd};
 use dashu_int::ops::UnsignedAbs;
 use dashu_int::{IBig, UBig};
+use nalgebra::Vector3;
+use std::sync::Arc;
 
 /// Part of one span of a spline.
 #[derive(Clone, Debug)]
 pub(super) struct SplineSpan {
-    /// `2p` knots, `knots[p - 1] <= .. <= knots[p]` the span.
-    pub(super) knots: Vec<f64>,
-    /// `p + 1` homogeneous control points.
-    pub(super) points: Vec<[f64; 3]>,
+    /// All knots and control points of the spline.
+    pub(super) all: (Arc<[f64]>, Arc<[Vector3<f64>]>),
+    pub(super) degree: usize,
+    /// Of the knot that the span starts at.
+    pub(super) index: usize,
     /// Parameter at t = 0.
     pub(super) from: Param,
     /// Parameter at t = 1.
@@ -96,8 +99,16 @@ impl Param {
 }
 
 impl SplineSpan {
-    fn degree(&self) -> usize {
-        self.points.len() - 1
+    /// `2p` knots, `knots[p - 1] <= .. <= knots[p]` the span.
+    fn knots(&self) -> &[f64] {
+        let (i, p) = (self.index, self.degree);
+        &self.all.0[i + 1 - p..=i + p]
+    }
+
+    /// `p + 1` homogeneous control points.
+    fn points(&self) -> impl Iterator<Item = [f64; 3]> {
+        let (i, p) = (self.index, self.degree);
+        self.all.1[i - p..=i].iter().map(|x| (*x).into())
     }
 
     /// Bezier control points by blossoms: `b_k = f(from^(p-k), to^k)` (Ramshaw; *The NURBS Book*
@@ -105,17 +116,17 @@ impl SplineSpan {
     /// `d_j` by `((hi - x) d_(j-1) + (x - lo) d_j) / (hi - lo)` with `lo` and `hi` the knots p + 1 - r apart around it;
     /// every factor is >= 0, so weights stay positive.
     pub(super) fn balls(&self) -> Vec<Ball3> {
-        let p = self.degree();
+        let (p, all_knots) = (self.degree, self.knots());
         let mut out = Vec::with_capacity(p + 1);
         let mut d = Vec::with_capacity(p + 1);
         for k in 0..=p {
             d.clear();
-            d.extend(self.points.iter().map(|c| c.map(Ball::exact)));
+            d.extend(self.points().map(|c| c.map(Ball::exact)));
             for r in 1..=p {
                 // The last k arguments are `to`, taken last: earlier levels see the same values.
                 let x = if r > p - k { &self.to } else { &self.from };
                 for j in (r..=p).rev() {
-                    let (lo, hi) = (self.knots[j - 1], self.knots[j + p - r]);
+                    let (lo, hi) = (all_knots[j - 1], all_knots[j + p - r]);
                     if x.is(lo) {
                         d[j] = d[j - 1];
                         continue;
@@ -137,9 +148,9 @@ impl SplineSpan {
     /// The same in integers, up to a common positive factor: at each level all points are multiplied
     /// by the least common multiple of the knot differences, which do not depend on x.
     pub(super) fn exact(&self) -> Option<Vec<Exact3>> {
-        let p = self.degree();
+        let p = self.degree;
         // Everything is multiplied by `unit`, and by the denominators of the two ends.
-        let mut line: Vec<[f64; 3]> = self.knots.iter().map(|k| [*k, 0.0, 0.0]).collect();
+        let mut line: Vec<[f64; 3]> = self.knots().iter().map(|k| [*k, 0.0, 0.0]).collect();
         let near = |x: &Param| if x.ratio.is_none() { x.near } else { 0.0 };
         line.push([near(&self.from), near(&self.to), 1.0]);
         let mut line = integers(&line)?;
@@ -158,7 +169,7 @@ impl SplineSpan {
         };
         let from = &value(&self.from, &ends[0][0], &dens[1]);
         let to = &value(&self.to, &ends[0][1], &dens[0]);
-        let points = integers(&self.points)?;
+        let points = integers(&self.points().collect::<Vec<_>>())?;
         // multipliers[r - 1][j - r] = lcm / (hi - lo).
         let mut multipliers = Vec::with_capacity(p);
         for r in 1..=p {
@@ -200,14 +211,15 @@ impl SplineSpan {
 impl SplineSpan {
     /// The end point at t = 0 or at t = 1, exactly.
     pub(super) fn end(&self, last: bool) -> Option<End> {
-        let p = self.degree();
+        let (p, knots) = (self.degree, self.knots());
+        let mut points = self.points();
         let x = if last { &self.to } else { &self.from };
         // Clamped: the last p knots at or before the span's start (or after its end) coincide.
-        if self.knots[..p].iter().all(|k| x.is(*k)) {
-            return Some(End::weighted(self.points[0]));
+        if knots[..p].iter().all(|k| x.is(*k)) {
+            return Some(End::weighted(points.next()?));
         }
-        if self.knots[p..].iter().all(|k| x.is(*k)) {
-            return Some(End::weighted(self.points[p]));
+        if knots[p..].iter().all(|k| x.is(*k)) {
+            return Some(End::weighted(points.last()?));
         }
         let mut exact = self.exact()?;
         let k = if last { exact.len() - 1 } else { 0 };

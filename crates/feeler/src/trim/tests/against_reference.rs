@@ -63,7 +63,7 @@ fn queries(region: &TrimRegion, brep: &Brep, random: &mut Random, count: usize) 
             0 => random.below(9) as f64 / 8.0,
             _ => random.unit(),
         };
-        let mut d = p.control_points.clone();
+        let mut d = p.control_points.to_vec();
         while d.len() > 1 {
             d = d
                 .windows(2)

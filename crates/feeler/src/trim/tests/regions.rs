@@ -131,10 +131,10 @@ fn bytes_are_those_of_the_lists() {
     let brep = face([-9.0, 9.0, -9.0, 9.0], Some(vec![circle([0.0, 0.0], 2.0)]));
     let region = TrimRegion::new(&brep, 0);
     let (pieces, parts) = (region.trim_pieces().len(), region.parts().len());
-    // Quarters of three control points, in two lists of the piece and one of the boundary.
+    // Quarters of three control points, in a list that piece and boundary share and another of the piece.
     let lists = pieces * (size_of::<Piece>() + size_of::<BoundaryPiece>())
         + parts * size_of::<Part>()
-        + pieces * 3 * 3 * size_of::<[f64; 3]>();
+        + pieces * 3 * 2 * size_of::<[f64; 3]>();
     let bytes = region.bytes();
     assert!(lists <= bytes && bytes <= 2 * lists, "{lists} {bytes}");
     // A reference point for each of at least 256 cells, and a place in the list.

@@ -191,7 +191,7 @@ pub(crate) fn near(
     let at = |_| {
         let p = &region.pieces()[random.below(region.pieces().len())];
         let t = random.between(0.0, 1.0);
-        let mut d = p.control_points.clone();
+        let mut d = p.control_points.to_vec();
         while d.len() > 1 {
             let mix = |w: &[[f64; 3]]| [0, 1, 2].map(|i| w[0][i] * (1.0 - t) + w[1][i] * t);
             d = d.windows(2).map(mix).collect();
