@@ -222,7 +222,8 @@ impl Surroundings<'_> {
         });
         let mut direction = [1.0, 0.0];
         (0..DIRECTIONS).any(|_| {
-            let [c, s] = direction;
+            // Along u and v exactly: on the border of the domain what is beside it is beyond.
+            let [c, s] = direction.map(|x: f64| if x.abs() < 0.5 * TURN[1] { 0.0 } else { x });
             direction = [c * TURN[0] - s * TURN[1], c * TURN[1] + s * TURN[0]];
             let step = [c * per_length[0], s * per_length[1]];
             if step == [0.0; 2] {

@@ -214,9 +214,6 @@ impl ArcShape {
         if self.turn.lower() >= WHOLE.next_up() {
             return Known::Yes;
         }
-        if self.turn.upper() > WHOLE {
-            return Known::Unsure;
-        }
         let sign = |x: Ball<Dd>| {
             if x.lower() > 0.0 {
                 Known::Yes
@@ -239,7 +236,8 @@ impl ArcShape {
         if self.turn.lower() > HALF {
             return match (after_start, before_end) {
                 (Known::Yes, _) | (_, Known::Yes) => Known::Yes,
-                (Known::No, Known::No) => Known::No,
+                // It may turn past its start by a rounding: then nothing is off it.
+                (Known::No, Known::No) if self.turn.upper() <= WHOLE => Known::No,
                 _ => Known::Unsure,
             };
         }

@@ -306,7 +306,7 @@ pub(crate) fn octant() -> Surface {
 }
 
 /// What is of it between two latitudes, turned by so much.
-fn part_of_sphere(latitudes: [f64; 2], turn: f64) -> Surface {
+pub(crate) fn part_of_sphere(latitudes: [f64; 2], turn: f64) -> Surface {
     let interval = |a, b| Interval::new(a, b).unwrap();
     let profile = Arc {
         center: Point3::origin(),
