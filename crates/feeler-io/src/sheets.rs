@@ -161,7 +161,7 @@ fn widen(range: &mut [f64; 2], curves: &[(&Curve2, Interval)], c: usize) {
     }
 }
 
-/// A range, and how much farther out a bound on it is at each end: nothing where polygons reach that far.
+/// A range, and how much farther out a bound on it is at each end: nothing where there are polygons alone.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Reach {
     pub(crate) range: [f64; 2],
@@ -190,7 +190,11 @@ pub(crate) fn reach<'c>(
     let margin = MARGIN * (range[1] - range[0]);
     (range[0] <= range[1]).then(|| Reach {
         range,
-        margin: [0, 1].map(|i| if range[i] == polygons[i] { 0.0 } else { margin }),
+        margin: if curved.is_empty() {
+            [0.0; 2]
+        } else {
+            [margin; 2]
+        },
         winds: false,
     })
 }

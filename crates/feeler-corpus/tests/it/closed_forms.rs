@@ -1,8 +1,7 @@
-//! Closed forms of native surfaces against the search: a query for all contacts searches patches and boundary pieces, one
-//! for the separation alone uses formulas. Both prove what they say, so their enclosures must meet.
+//! Closed forms of native surfaces against the search, with the formulas switched off. Both prove what they say, so their enclosures must meet.
 
 use feeler::nurbs::Surface;
-use feeler::prepare::PreparedBrep;
+use feeler::prepare::{Form, PreparedBrep, Shortcuts};
 use feeler::query::*;
 use feeler_corpus::Model;
 use nalgebra::{Point3, Vector3};
@@ -55,17 +54,15 @@ fn centers(brep: &PreparedBrep, random: &mut Random) -> Vec<Point3<f64>> {
     out
 }
 
-fn meet(brep: &PreparedBrep, probe: &Probe) {
+fn meet([by_formula, searched]: [&PreparedBrep; 2], probe: &Probe) {
     let mut workspace = Workspace::default();
-    let mut ask = |contacts: Contacts| {
-        let options = Options {
-            prediction: 0.0,
-            contacts,
-            ..Options::default()
-        };
-        contact(brep, probe, &options, &mut workspace)
+    let options = Options {
+        prediction: 0.0,
+        contacts: Contacts::None,
+        ..Options::default()
     };
-    let (formula, search) = (ask(Contacts::None), ask(Contacts::All));
+    let mut ask = |brep: &PreparedBrep| contact(brep, probe, &options, &mut workspace);
+    let (formula, search) = (ask(by_formula), ask(searched));
     let (a, b) = (formula.separation.bounds, search.separation.bounds);
     assert!(a.lo <= a.hi, "{probe:?}: {a:?}");
     assert!(
@@ -81,17 +78,23 @@ fn meet(brep: &PreparedBrep, probe: &Probe) {
 
 fn compare(model: &str) {
     let brep = load(model);
+    let off = Shortcuts {
+        closed_forms: false,
+        ..Shortcuts::ALL
+    };
+    let searched = PreparedBrep::with_shortcuts(brep.brep().clone(), off);
+    let both = [&brep, &searched];
     let mut random = Random(0x1234_5678_9abc_def1);
     for center in centers(&brep, &mut random) {
         // No radius that reaches anything: all minima would be sought.
         let sphere = Sphere::new(center, 0.0).expect("a sphere");
-        meet(&brep, &Probe::Sphere(sphere));
+        meet(both, &Probe::Sphere(sphere));
     }
     let mut normals: Vec<Vector3<f64>> = (0..4).map(|_| random.direction()).collect();
     normals.extend([Vector3::x(), -Vector3::y(), Vector3::z()]);
     for normal in normals {
         let half_space = HalfSpace::new(normal, -10.0 * brep.size()).expect("a unit normal");
-        meet(&brep, &Probe::HalfSpace(half_space));
+        meet(both, &Probe::HalfSpace(half_space));
     }
 }
 
@@ -119,6 +122,54 @@ fn trimmed_parts() {
     compare("thesis/cube_corner_sphere_cut.3dm");
     compare("thesis/ball_joint_socket.3dm");
     compare("thesis/geneva4_wheel.3dm");
+}
+
+/// Discs whose circle touches the border of their plane's domain, and a cone whose generator ends on the axis: formulas alone.
+#[test]
+fn caps_and_apexes_are_answered_by_formula() {
+    for model in [
+        "analytic/cone.json.gz",
+        "analytic/frustum.json.gz",
+        "analytic/cylinder.json.gz",
+        "thesis/cylinder.3dm",
+    ] {
+        for face in load(model).plan() {
+            let searched = match face.form {
+                Form::Closed {
+                    searched_curves, ..
+                } => searched_curves,
+                Form::Searched(_) => usize::MAX,
+            };
+            assert_eq!(searched, 0, "{model}: {face:?}");
+        }
+    }
+}
+
+/// The cone's apex is `(0, 0, 4)`, and its normals `(4 cos, 4 sin, 3) / 5`: it is the nearest to what is above it by more than 3/4 of what it is beside it.
+/// The distances are those of Pythagorean quadruples, at every scale that f64 holds beside 4.
+#[test]
+fn next_to_an_apex() {
+    let cone = load("analytic/cone.json.gz");
+    let mut workspace = Workspace::default();
+    for exponent in 4..=47 {
+        let scale = 2f64.powi(-exponent);
+        for ([x, y, z], length) in [
+            ([0.0, 0.0, 1.0], 1.0),
+            ([1.0, 2.0, 2.0], 3.0),
+            ([-2.0, -1.0, 2.0], 3.0),
+            ([0.0, -3.0, 4.0], 5.0),
+            ([2.0, -3.0, 6.0], 7.0),
+        ] {
+            let center = Point3::new(x * scale, y * scale, 4.0 + z * scale);
+            let probe = Probe::Sphere(Sphere::new(center, 0.0).expect("a sphere"));
+            let answer = contact(&cone, &probe, &Options::default(), &mut workspace);
+            let bounds = answer.separation.bounds;
+            assert!(
+                answer.undecided.is_none() && bounds.contains(length * scale),
+                "{center}: {answer:?}"
+            );
+        }
+    }
 }
 
 /// The hits of a line with a native sphere, cylinder and plane, where they are known: at distances from the axis

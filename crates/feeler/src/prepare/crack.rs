@@ -32,7 +32,11 @@ pub(super) fn width<'a, T: Real + 'a>(
     let mut widest: f64 = 0.0;
     for (i, &s) in trims.iter().enumerate() {
         for &t in &trims[i + 1..] {
-            if let Some(found) = apart_in_closed_form(brep, s, t) {
+            let by_formula = apart_in_closed_form(brep, s, t);
+            // Arcs that are off by roundings alone are nearer than the formula's sum of bounds says, which digits beyond f64 are for.
+            if let Some(found) = by_formula
+                && T::UNIT >= f64::UNIT
+            {
                 widest = widest.max(found);
                 continue;
             }
@@ -41,7 +45,10 @@ pub(super) fn width<'a, T: Real + 'a>(
                 (Some(a), Some(b)) => apart(a, b, against),
                 _ => None,
             };
-            let found = found.unwrap_or_else(|| diameter(brep, [face(s), face(t)]));
+            let found = match (found, by_formula) {
+                (Some(a), Some(b)) => a.min(b),
+                (a, b) => (a.or(b)).unwrap_or_else(|| diameter(brep, [face(s), face(t)])),
+            };
             widest = widest.max(found);
         }
     }

@@ -27,8 +27,10 @@ use crate::trim::BoxSide;
 
 /// A bound that is off by a few roundings.
 const UP: f64 = 1.0 + 64.0 * f64::EPSILON;
-/// Boxes are not split below this width in local parameters.
+/// Boxes are not split below this width in local parameters: in f64, where little is told of boxes that narrow...
 const LEAST_WIDTH: f64 = 1.0 / (1u64 << 40) as f64;
+/// ...and in double-double, which tells zeros apart that f64 hardly has numbers for, as next to a tangency of a surface that is off by roundings.
+const LEAST_FINE_WIDTH: f64 = 1.0 / (1u64 << 50) as f64;
 /// Forms that change this many times as much along one side of a box as along the other are even along the other.
 const UNEVEN: f64 = 8.0;
 /// A patch whose hits are not settled with so many boxes is looked at for rows that lie in the line.
@@ -256,6 +258,11 @@ fn patch_hits<T: Real>(
         )
     };
     let mut solved: Vec<Solved> = Vec::new();
+    let least_width = if T::UNIT < f64::UNIT {
+        LEAST_FINE_WIDTH
+    } else {
+        LEAST_WIDTH
+    };
     // Combinations of the two forms, used again and again.
     let mut turned: [Vec<T>; 2] = Default::default();
     let mut stack: Vec<_> = starts.into_iter().map(|r| (r, false)).collect();
@@ -345,19 +352,19 @@ fn patch_hits<T: Real>(
         // Along the longer side, but where the forms hardly change along it: along a ruling that the line is parallel to nothing
         // is gained by halves.
         let [wide_u, wide_v] = [node.u, node.v].map(|r| r[1] - r[0]);
-        if look.noise || wide_u.max(wide_v) <= LEAST_WIDTH {
+        if look.noise || wide_u.max(wide_v) <= least_width {
             out.open.push((patch, node.u, node.v));
             continue;
         }
         let across = poles::split_across(&node, change);
-        if across.is_some_and(|u| if u { wide_u } else { wide_v } <= LEAST_WIDTH) {
+        if across.is_some_and(|u| if u { wide_u } else { wide_v } <= least_width) {
             out.open.push((patch, node.u, node.v));
             continue;
         }
         let along_u = if let Some(along_u) = across {
             along_u
-        } else if wide_u.min(wide_v) <= LEAST_WIDTH {
-            wide_u > LEAST_WIDTH
+        } else if wide_u.min(wide_v) <= least_width {
+            wide_u > least_width
         } else if change[0].max(change[1]) > UNEVEN * change[0].min(change[1]) {
             change[0] > change[1]
         } else {

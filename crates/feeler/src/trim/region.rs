@@ -116,45 +116,52 @@ pub struct TrimRegion {
 fn push_piece(region: &mut TrimRegion, origin: PieceOrigin, source: Source, params: [f64; 2]) {
     let balls = source.balls();
     let mut piece = Piece::with_balls(source, &balls);
-    let within = |axis: usize| {
-        region.domain[axis].start <= piece.hull[axis][0]
-            && piece.hull[axis][1] <= region.domain[axis].end
-    };
-    region.boundary.push(BoundaryPiece {
-        origin,
-        control_points: piece.bezier.clone(),
-        radius: piece.radius,
-        params,
-        hull: piece.hull,
-        inside_domain: within(0) && within(1),
-    });
+    let mut hull = piece.hull;
+    let bezier = piece.bezier.clone();
+    let radius = piece.radius;
     if origin != PieceOrigin::Domain {
+        // Its parts together are a narrower box than that of its control points.
+        hull = [[f64::INFINITY, f64::NEG_INFINITY]; 2];
         let index = region.pieces.len() as u32;
         let parts = split(&piece, &balls);
         let ends = parts.t.iter().map(|t| piece.enclosure(*t, &balls));
         let ends: Vec<_> = ends.collect();
         for (i, trends) in parts.trends.iter().enumerate() {
             let (a, b) = (ends[i], ends[i + 1]);
-            let hull = [0, 1].map(|axis| {
+            let part_hull = [0, 1].map(|axis| {
                 if trends[axis] == Trend::Mixed {
                     piece.sub_hull(axis, parts.t[i], parts.t[i + 1])
                 } else {
                     [a[axis][0].min(b[axis][0]), a[axis][1].max(b[axis][1])]
                 }
             });
+            for axis in 0..2 {
+                hull[axis][0] = hull[axis][0].min(part_hull[axis][0]);
+                hull[axis][1] = hull[axis][1].max(part_hull[axis][1]);
+            }
             let own = Own {
                 piece: index,
                 t: [parts.t[i], parts.t[i + 1]],
                 ends: [a, b],
             };
             let join = matches!(origin, PieceOrigin::Join { .. });
-            let part = Part::new(own, join, *trends, hull, &piece);
+            let part = Part::new(own, join, *trends, part_hull, &piece);
             region.parts.push(part);
         }
         // Most pieces are never asked again for what the ends of their parts took.
         piece.forget();
         region.pieces.push(piece);
     }
+    let domain = &region.domain;
+    let within = |k: usize| domain[k].start <= hull[k][0] && hull[k][1] <= domain[k].end;
+    region.boundary.push(BoundaryPiece {
+        origin,
+        control_points: bezier,
+        radius,
+        params,
+        hull,
+        inside_domain: within(0) && within(1),
+    });
 }
 
 impl TrimRegion {

@@ -61,6 +61,12 @@ impl ClosedFace {
     /// nearest points in the domain. A straight segment stays one if it is moved as a whole; others that leave the
     /// domain are not in closed form, and then nor is the face. What was moved need not be in the region: such
     /// curves give lower bounds, and upper ones only where a test says so.
+    ///
+    /// *Ends on the border up to rounding.* Let an end of a segment be known within a ball that reaches across the border (an end of an arc that touches it, in
+    /// double-double). A point of the moved segment has the coordinate `min(x, e)`, `x = (1 - s) a + s b`, `e` the border. If `x > e`, then
+    /// `(1 - s) min(a, e) + s min(b, e) <= e < x`; between these two the ends may be chosen so that it is `e`, in their balls, as balls are convex and hold
+    /// `min(a, e)` where they reach across. So each point moved is on a segment between some points of both balls, and a bound from below that holds for
+    /// all of these, as the image under an affine map, holds for it. The curve counts as moved.
     pub(crate) fn new(
         brep: &Brep,
         face: usize,
@@ -113,14 +119,14 @@ impl ClosedFace {
                 continue;
             };
             let moved = ends.map(|p| [0, 1].map(|k| clamp(p[k], domain[k])));
+            // On a plane a ball may reach across the border (see above).
+            let is_plane = matches!(out.surface, ClosedSurface::Plane(_));
             let proven = |x: Ball<Dd>, d: Interval| {
                 let [low, high] = limits(x);
                 low >= Dd::from(d.start) && high <= Dd::from(d.end)
             };
-            if !moved
-                .iter()
-                .all(|p| (0..2).all(|k| proven(p[k], domain[k])))
-            {
+            let all_proven = { moved.iter() }.all(|p| (0..2).all(|k| proven(p[k], domain[k])));
+            if !(all_proven || is_plane && !whole_domain) {
                 return None;
             }
             let was_moved = (0..2).any(|e| (0..2).any(|k| moved[e][k].mid != ends[e][k].mid));
@@ -139,7 +145,7 @@ impl ClosedFace {
             }
             match out.surface.image(moved, c.trim) {
                 Some(mut curve) if whole => {
-                    curve.moved = was_moved;
+                    curve.moved = was_moved || !all_proven;
                     curve.after = c.after;
                     out.curves.push(curve);
                 }

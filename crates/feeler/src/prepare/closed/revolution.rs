@@ -311,7 +311,15 @@ impl RevolutionForm {
             let (i, j) = ((c + 1) % 3, (c + 2) % 3);
             axis[i] * e[j] - axis[j] * e[i]
         });
-        let coordinates = |v: &V3| [dot(v, &e), dot(v, &b), dot(v, &axis)];
+        // `e` and `b` are orthogonal to the axis, whatever their balls hold: what of a vector is along it does not count.
+        let coordinates = |v: &V3| {
+            let (h, w) = across(v);
+            let narrower = |d: &V3| {
+                let [a, b] = [dot(v, d), dot(&w, d)];
+                if b.rad < a.rad { b } else { a }
+            };
+            [narrower(&e), narrower(&b), h]
+        };
         let (profile, skew, least_a, poles) = match &s.profile {
             Curve3::Line(l) => {
                 let ends = [&l.from, &l.to]
@@ -346,7 +354,8 @@ impl RevolutionForm {
             }
             _ => return None,
         };
-        let (twist, slack, pole_slack) = if 2.0 * skew <= MOST_TWIST * least_a {
+        // (Of a pole with no skew at all the first would hold, and say nothing.)
+        let (twist, slack, pole_slack) = if least_a > 0.0 && 2.0 * skew <= MOST_TWIST * least_a {
             (2.2 * skew / least_a, 3.1 * skew, 0.0)
         } else if poles && skew <= NO_SKEW * size && least_a >= -ON_AXIS * size {
             (POLE_TWIST, POLE * size, POLE * size)
@@ -807,6 +816,10 @@ impl RevolutionForm {
                 let square = length.square();
                 let t = ((rho - p[0]) * *da + (h - p[2]) * *dh) / square;
                 let off = off / square.lower() * (1.0 + 8.0 * f64::EPSILON);
+                // Past an end by less than parameters in f64 tell, as next to the apex of a cone.
+                if (t - Ball::ONE).lower() > off || (-t).lower() > off {
+                    return None;
+                }
                 Some(OnProfile {
                     range: [(t.lower() - off).next_down(), (t.upper() + off).next_up()],
                     at: t.mid.approximate(),

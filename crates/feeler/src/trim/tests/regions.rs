@@ -36,6 +36,30 @@ fn beside_a_curve_that_hardly_rises() {
     }
 }
 
+/// An arch that ends on the domain's border and whose control points are beyond it, though none of its points is: the border bounds nothing.
+#[test]
+fn a_curve_within_a_domain_that_its_control_points_leave() {
+    let arch = bezier(&[
+        [1.0, 0.0, 1.0],
+        [1.0, 1.25, 1.0],
+        [0.0, 1.25, 1.0],
+        [0.0, 0.0, 1.0],
+    ]);
+    for (top, inside) in [(1.0, true), (0.93751, true), (0.93749, false)] {
+        let sides = vec![arch.clone().into(), line([0.0, 0.0], [1.0, 0.0]).into()];
+        let region = TrimRegion::new(&face([0.0, 1.0, 0.0, top], Some(vec![sides])), 0);
+        let pieces = region.pieces();
+        assert_eq!(pieces.iter().all(|p| p.inside_domain), inside, "{top}");
+        assert_eq!(pieces.len(), if inside { 2 } else { 6 }, "{top}");
+        // Its greatest height is 15/16, at the middle.
+        let [low, high] = pieces[0].hull[1];
+        assert!(
+            low == 0.0 && (0.9375..0.9376).contains(&high),
+            "{low} {high}"
+        );
+    }
+}
+
 /// A poly-curve that is cut at a third of a segment, which no f64 is: its point there is one, `(1, 1)` of `(3 s, 9 s^2)`.
 #[test]
 fn cut_at_a_third() {
