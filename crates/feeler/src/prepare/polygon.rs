@@ -73,8 +73,13 @@ pub(crate) struct Meeting {
 }
 
 impl Meeting {
-    /// The part of it from one parameter to another, if there is one; an end that is not finite is none. `None` where that is not known.
-    pub(crate) fn within(mut self, range: [f64; 2]) -> Option<Option<Self>> {
+    /// The part of it from one parameter to another, if there is one; an end that is not finite is none. `None` where that is not known. `uv_at` says where the
+    /// line is at a parameter.
+    pub(crate) fn within(
+        mut self,
+        range: [f64; 2],
+        uv_at: impl FnOnce(&When) -> [f64; 2],
+    ) -> Option<Option<Self>> {
         if let Some(low) = Ratio::from_f64(range[0]) {
             let low = When::Exact(low);
             let last = self.end.as_ref().unwrap_or(&self.t);
@@ -82,6 +87,7 @@ impl Meeting {
                 return Some(None);
             }
             if self.t.cmp(&low)? == Ordering::Less {
+                self.uv = uv_at(&low);
                 self.t = low;
                 self.on.clear();
             }
@@ -98,7 +104,16 @@ impl Meeting {
                 self.end_on.clear();
             }
         }
+        self.joined();
         Some(Some(self))
+    }
+
+    /// An interval of which one point is left is none.
+    fn joined(&mut self) {
+        if self.end.as_ref().is_some_and(|e| e.is(&self.t)) {
+            self.end = None;
+            self.on.append(&mut self.end_on);
+        }
     }
 }
 
@@ -298,6 +313,7 @@ impl Polygon {
         &self,
         o: &Point3<f64>,
         d: &Vector3<f64>,
+        range: [f64; 2],
         side: impl FnOnce([Ball<Dd>; 2]) -> Option<Side>,
     ) -> Option<Vec<Meeting>> {
         let (o, d) = (vector(o.coords.as_slice())?, vector(d.as_slice())?);
@@ -309,7 +325,7 @@ impl Polygon {
             if height.signum() != 0 {
                 return Some(Vec::new());
             }
-            return self.along(&from, &d);
+            return self.along(&from, &d, range);
         }
         // m (o + t d) - origin = from + t m d, t = -height / (m rate): times the rate.
         let t = When::Exact(Ratio::new(-&height, &self.m * &rate));
@@ -321,14 +337,15 @@ impl Polygon {
             return Some(Vec::new());
         }
         let uv = self.rounded(&p, &bottom);
-        Some(vec![Meeting {
+        let meeting = Meeting {
             t,
             end: None,
             touches: false,
             on,
             end_on: Vec::new(),
             uv,
-        }])
+        };
+        Some(meeting.within(range, |_| uv)?.into_iter().collect())
     }
 
     /// `A` and `B` of a vector in the plane, times the normal's square.
@@ -340,7 +357,8 @@ impl Polygon {
     }
 
     fn rounded(&self, p: &D2, bottom: &Dyadic) -> [f64; 2] {
-        [0, 1].map(|k| self.start[k] + p[k].approximate() / bottom.approximate())
+        // Both may be beyond all f64 where the quotient is not.
+        [0, 1].map(|k| self.start[k] + Ratio::new(p[k].clone(), bottom.clone()).enclosed().mid.hi)
     }
 
     /// The side of `p / s`, and the trims that it is on: off all that is exact, it is what is said of an enclosure where there are curved pieces.
@@ -424,9 +442,16 @@ impl Polygon {
     }
 
     /// For a line in the plane.
-    fn along(&self, from: &D3, d: &D3) -> Option<Vec<Meeting>> {
+    fn along(&self, from: &D3, d: &D3, range: [f64; 2]) -> Option<Vec<Meeting>> {
         let (p, q) = (self.parameters(from), self.parameters(&scale(d, &self.m)));
-        self.runs(&p, &q, &self.square)
+        let runs = self.runs(&p, &q, &self.square)?.into_iter();
+        let kept = runs.map(|m| m.within(range, |t| self.uv_at((&p, &q, &self.square), t)));
+        Some(
+            kept.collect::<Option<Vec<_>>>()?
+                .into_iter()
+                .flatten()
+                .collect(),
+        )
     }
 
     /// Where the line in the plane that is at `(p + t q) / square` at `t` meets the closed region.
@@ -583,10 +608,7 @@ impl Polygon {
                 m.end = Some(high.clone());
                 m.end_on.clear();
             }
-            // What is left is one point.
-            if m.end.as_ref().is_some_and(|e| e.is(&m.t)) {
-                m.end = None;
-            }
+            m.joined();
             out.push(m);
         }
         Some(out)
@@ -597,7 +619,7 @@ impl Polygon {
             When::Exact(t) => t,
             When::Known(t) => {
                 return [0, 1].map(|k| {
-                    let part = |x: &Dyadic| x.approximate() / square.approximate();
+                    let part = |x: &Dyadic| Ratio::new(x.clone(), square.clone()).enclosed().mid.hi;
                     self.start[k] + (part(&p[k]) + part(&q[k]) * t.mid.hi)
                 });
             }

@@ -375,7 +375,7 @@ fn contacts(
             probe,
             &place,
             separation,
-            material == Some(true),
+            (material == Some(true), !(found.lo > Dd::ZERO)),
             options.accuracy,
             found.rough.as_deref(),
         );
@@ -530,7 +530,10 @@ impl List<'_> {
         let (brep, radius) = (self.brep, self.probe.radius());
         // In material, too, it is the distance that counts.
         let reach = Dd::from(radius) + Dd::from(self.options.prediction);
-        let most = if !self.objective.is_squared() {
+        let most = if self.options.prediction == f64::INFINITY {
+            // Sums and products with it are no numbers.
+            Dd::from(f64::INFINITY)
+        } else if !self.objective.is_squared() {
             reach
         } else if reach > Dd::ZERO {
             reach * reach
@@ -546,7 +549,7 @@ impl List<'_> {
             self.probe,
             &place,
             near,
-            self.material == Some(true),
+            (self.material == Some(true), !(range[0] > Dd::ZERO)),
             self.options.accuracy,
             None,
         );

@@ -151,6 +151,17 @@ impl Surroundings<'_> {
             let mut all = all.map(|s| self.on_trim(trim, s));
             return all.any(|at| self.value(at).is_some_and(|v| self.falls_from(at, v, f)));
         }
+        // Where a trim closes it is left from both of its ends.
+        let ends = [0.0, 1.0].into_iter().filter(|end| {
+            *end != s && (self.point(self.on_trim(trim, *end)) - point).norm() <= first
+        });
+        [s].into_iter()
+            .chain(ends)
+            .any(|s| self.falls_along(trim, s, f))
+    }
+
+    /// Whether a way leads down from a place of a trim, across the face or along the trim.
+    fn falls_along(&self, trim: usize, s: f64, f: Ball<Dd>) -> bool {
         let at = self.on_trim(trim, s);
         let Some(here) = self.value(at) else {
             return false;
@@ -158,7 +169,6 @@ impl Surroundings<'_> {
         if self.falls_from(at, here, f) {
             return true;
         }
-        // Along the trim.
         [-1.0, 1.0].into_iter().any(|sign| {
             let along = |length: f64| {
                 let to = self.along_trim(trim, (s, sign), length)?;

@@ -598,7 +598,7 @@ impl Search<'_> {
             &Probe::Sphere(ball),
             &place,
             near,
-            false,
+            (false, !(lower > Dd::ZERO)),
             Accuracy::Full,
             None,
         );

@@ -159,14 +159,14 @@ fn point_of(brep: &PreparedBrep, place: &Place) -> V3 {
     }
 }
 
-/// What is told of a contact at a place; without bounds on foot and normal.
+/// What is told of a contact at a place; without bounds on foot and normal. `touches`: the centre of a ball may be on the surface.
 #[inline]
 pub(super) fn make_contact(
     brep: &PreparedBrep,
     probe: &Probe,
     place: &Place,
     separation: Separation,
-    material: bool,
+    (material, touches): (bool, bool),
     accuracy: Accuracy,
     rough: Option<&Rough>,
 ) -> Contact {
@@ -181,9 +181,15 @@ pub(super) fn make_contact(
         Probe::Sphere(s) => {
             let off: V3 = std::array::from_fn(|c| Ball::exact(s.center[c]) - point[c]);
             let to_center = Vector3::from_fn(|c, _| off[c].mid.hi);
-            // Within its own error it points nowhere.
+            // Within its own error it points nowhere, nor where the centre may be on the surface: then what is found of the foot is off by more than
+            // the centre is.
             let error = Vector3::from_fn(|c, _| off[c].rad).norm();
-            let (normal, is_choice) = if to_center.norm() > error
+            let near = if touches {
+                ON_VERTEX * brep.size()
+            } else {
+                0.0
+            };
+            let (normal, is_choice) = if to_center.norm() > error.max(near)
                 && let Some(apart) = unit(to_center)
             {
                 (if material { -apart } else { apart }, false)

@@ -360,9 +360,10 @@ fn hit(
         touches: !point,
         on: Vec::new(),
         end_on: Vec::new(),
+        // Looked for below.
         uv: [0.0; 2],
     };
-    let meeting = meeting.within(stab.range)??;
+    let meeting = meeting.within(stab.range, |_| [0.0; 2])??;
     let When::Exact(start) = &meeting.t else {
         return None;
     };

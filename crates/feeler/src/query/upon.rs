@@ -287,16 +287,24 @@ pub(super) fn ruling_hits(
             let point = run[0] == run[1];
             let uv = first.1.uv.map(|x| x.mid.hi);
             let meeting = Meeting {
-                t: When::Exact(first.0),
-                end: (!point).then_some(When::Exact(last.0)),
+                t: When::Exact(first.0.clone()),
+                end: (!point).then_some(When::Exact(last.0.clone())),
                 touches: true,
                 on: first.1.trims(region),
                 end_on: last.1.trims(region),
                 uv,
             };
-            let Some(meeting) = meeting.within(stab.range)? else {
+            let last_uv = last.1.uv.map(|x| x.mid.hi);
+            let whole = [&first.0, &last.0].map(|t| t.enclosed());
+            // Along a ruling parameters are linear in each other.
+            let uv_at = |t: &When| {
+                let part = ((t.enclosed() - whole[0]) / (whole[1] - whole[0])).mid.hi;
+                [0, 1].map(|k| uv[k] + part * (last_uv[k] - uv[k]))
+            };
+            let Some(meeting) = meeting.within(stab.range, uv_at)? else {
                 continue;
             };
+            let uv = meeting.uv;
             let t = meeting.t.enclosed();
             out.push(RawHit {
                 face,

@@ -206,9 +206,8 @@ pub(super) fn polygon_hits(
     let side = |uv| brep.region(face).side_of_ball(uv);
     let found = brep
         .polygon(face)?
-        .meetings(&stab.origin, &stab.direction, side)?;
-    let kept: Option<Vec<_>> = found.into_iter().map(|m| m.within(stab.range)).collect();
-    let hits = kept?.into_iter().flatten().map(|m| {
+        .meetings(&stab.origin, &stab.direction, stab.range, side)?;
+    let hits = found.into_iter().map(|m| {
         let t = m.t.enclosed();
         let point = std::array::from_fn(|c| {
             Ball::exact(stab.origin[c]) + t * Ball::exact(stab.direction[c])
