@@ -74,7 +74,7 @@ pub(crate) struct Meeting {
 
 impl Meeting {
     /// The part of it from one parameter to another, if there is one; an end that is not finite is none. `None` where that is not known. `uv_at` says where the
-    /// line is at a parameter.
+    /// line is at a parameter. An interval of which one point is left stays one: the line runs in the face there.
     pub(crate) fn within(
         mut self,
         range: [f64; 2],
@@ -104,16 +104,7 @@ impl Meeting {
                 self.end_on.clear();
             }
         }
-        self.joined();
         Some(Some(self))
-    }
-
-    /// An interval of which one point is left is none.
-    fn joined(&mut self) {
-        if self.end.as_ref().is_some_and(|e| e.is(&self.t)) {
-            self.end = None;
-            self.on.append(&mut self.end_on);
-        }
     }
 }
 
@@ -608,7 +599,10 @@ impl Polygon {
                 m.end = Some(high.clone());
                 m.end_on.clear();
             }
-            m.joined();
+            // What is left is one point.
+            if m.end.as_ref().is_some_and(|e| e.is(&m.t)) {
+                m.end = None;
+            }
             out.push(m);
         }
         Some(out)

@@ -12,6 +12,7 @@ use super::outcome::{Foot, FormulaMinimum, Locus, Settled, Spread};
 use super::search::{QUARTER, Search};
 use super::task::{Arithmetic, Task};
 use super::upper::{NEIGHBOURS, step_ulp};
+use super::whole_faces::place_inside;
 use crate::numeric::{Dd, Real};
 use crate::prepare::PreparedBrep;
 use crate::prepare::closed::{Boxes, ClosedCurve, ClosedFace, Minimum, lead, widened};
@@ -152,8 +153,21 @@ impl Search<'_> {
             return Some((form.surface.sharpened(target, &rough), side));
         }
         let fine = form.surface.critical_fine(target)?;
-        let side = boxes_side(self.brep, face, &fine.boxes);
+        let side = match boxes_side(self.brep, face, &fine.boxes) {
+            BoxSide::Mixed if fine.minimum.unique => self.side_of_foot(face, form, &fine.minimum),
+            side => side,
+        };
         Some((fine.minimum, side))
+    }
+
+    /// Whether a foot is in the region, where boxes of f64 do not tell: by its parameters in double-double.
+    fn side_of_foot(&self, face: usize, form: &ClosedFace, foot: &Minimum) -> BoxSide {
+        let places = form.surface.places(&foot.point);
+        match places.and_then(|p| place_inside(self.brep, face, &p)) {
+            Some(Some(_)) => BoxSide::Inside,
+            Some(None) => BoxSide::Outside,
+            None => BoxSide::Mixed,
+        }
     }
 
     /// Whether the value of a minimum is known well enough for what is asked.

@@ -172,7 +172,7 @@ fn hit_at(face: usize, at: HitAt, t: Ball<Dd>, touches: bool) -> RawHit {
 }
 
 /// Of the copies of one point's parameters the one that is in the region, rounded, if one is; `None` where that is not known.
-fn place_inside(
+pub(super) fn place_inside(
     brep: &PreparedBrep,
     face: usize,
     places: &[[Ball<Dd>; 2]],

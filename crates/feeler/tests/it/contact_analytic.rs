@@ -539,3 +539,37 @@ fn a_trim_that_hardly_reaches_the_border() {
         assert!(bounds.hi - bounds.lo <= slack, "{bounds:?}");
     }
 }
+
+/// A triangle with a side on `x + 3 y = 3`: next to that, within roundings, above the plane by little more.
+#[test]
+fn feet_within_a_rounding_of_a_side() {
+    let mut b = feeler::brep::BrepBuilder::new();
+    let corners = [[0.0, 0.0, 0.0], [3.0, 0.0, 0.0], [0.0, 1.0, 0.0]].map(|p| b.vertex(p));
+    b.planar_face(&corners).unwrap();
+    let brep = PreparedBrep::new(b.build().unwrap());
+    let mut workspace = Workspace::default();
+    for k in 1..64 {
+        let y = f64::from(k) / 64.0;
+        let on = 3.0 - 3.0 * y;
+        for x in [on.next_down(), on.next_up()] {
+            for height in [1.0, 2f64.powi(-20), 2f64.powi(-40), 2f64.powi(-50)] {
+                let probe = Sphere::new(Point3::new(x, y, height), 0.0).unwrap();
+                let probe = Probe::Sphere(probe);
+                let answer = contact(&brep, &probe, &Options::default(), &mut workspace);
+                assert_eq!(answer.undecided, None, "{probe:?} {answer:?}");
+                let beside = (x - on).max(0.0) / 10f64.sqrt();
+                let truth = height.hypot(beside);
+                let bounds = answer.separation.bounds;
+                let slack = if beside == 0.0 {
+                    0.0
+                } else {
+                    4.0 * f64::EPSILON * truth
+                };
+                assert!(
+                    bounds.lo <= truth + slack && truth - slack <= bounds.hi,
+                    "{probe:?} {answer:?}"
+                );
+            }
+        }
+    }
+}

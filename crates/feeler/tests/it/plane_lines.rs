@@ -69,22 +69,6 @@ fn uv_is_that_of_the_point_where_a_ruling_is_cut() {
     }
 }
 
-/// A segment that ends where a run begins meets the face in one point: no interval.
-#[test]
-fn a_run_of_one_point_is_no_interval() {
-    let part = square();
-    let probe =
-        LineProbe::new([-2., 2., 0.].into(), [2., 0., 0.].into(), LineKind::Segment).unwrap();
-    let a = line(
-        &part,
-        &probe,
-        &Options::default(),
-        &mut Workspace::default(),
-    );
-    assert_eq!(a.hits.len(), 1, "{a:?}");
-    assert!(a.hits[0].t_end.is_none(), "{a:?}");
-}
-
 /// Coordinates are at most 1e60: no NaN in an answer.
 #[test]
 fn no_nan_on_large_planes() {
