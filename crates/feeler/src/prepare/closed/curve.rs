@@ -120,6 +120,8 @@ const WHOLE: f64 = std::f64::consts::TAU;
 /// length has underflowed it is no place worth telling.)
 const SHARP: f64 = 1.0 / (1u64 << 40) as f64;
 const HALF: f64 = std::f64::consts::PI;
+/// A segment is short beside a distance of which it is this part.
+const SHORT: f64 = 1.0 / (1u64 << 20) as f64;
 
 impl CurveShape {
     pub(super) fn segment(a: V3, b: V3) -> Self {
@@ -516,7 +518,20 @@ fn segment_minimum(target: &Target, segment: &SegmentShape) -> (Minimum, f64, f6
                 w[i] * d[j] - w[j] * d[i]
             });
             let size = dot(&cross, &cross).sqrt();
-            let found = distance_range(size / length, 0.0);
+            let mut found = distance_range(size / length, 0.0);
+            // A segment as short as a rounding, as it joins the ends of trims, hardly has a direction; along it there is little to take off from the square of
+            // how far its start is.
+            let square = dot(&w, &w);
+            if length.mid.hi <= SHORT * square.mid.hi.sqrt() {
+                let across = square - (dot(&w, d) / length).square();
+                let other = distance_range(across.sqrt(), 0.0);
+                if other[0] > found[0] {
+                    found[0] = other[0];
+                }
+                if other[1] < found[1] {
+                    found[1] = other[1];
+                }
+            }
             if !inside {
                 return at_end(false, Extent::Root(1.0), Some(found[0]));
             }
