@@ -573,3 +573,48 @@ fn feet_within_a_rounding_of_a_side() {
         }
     }
 }
+
+/// A ball about the centre of a round hole, whose rim begins and ends a rounding apart: no place along what joins them is nearer than the rim.
+#[test]
+fn about_the_centre_of_a_hole() {
+    use feeler::nurbs::Curve2;
+    use nalgebra::{Point2, Vector2};
+    let unit = Interval::new(0.0, 1.0).unwrap();
+    let square = [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]].map(Point2::from);
+    let outer = (0..4).map(|k| {
+        let line = Line::new(square[k], square[(k + 1) % 4], unit).unwrap();
+        Curve2::Line(line)
+    });
+    for radius in [0.25, 0.3, 0.7] {
+        let hole = Arc::new(Arc {
+            center: Point2::origin(),
+            x: Vector2::x(),
+            y: -Vector2::y(),
+            z: Vector2::zeros(),
+            radius,
+            angle: Interval::new(0.0, std::f64::consts::TAU).unwrap(),
+            domain: unit,
+        });
+        let wide = Interval::new(-1.0, 1.0).unwrap();
+        let plane = Plane::new(Plane {
+            origin: Point3::origin(),
+            x: Vector3::x(),
+            y: Vector3::y(),
+            domain: [wide; 2],
+            extents: [wide; 2],
+        });
+        let loops = vec![outer.clone().collect(), vec![Curve2::Arc(hole.unwrap())]];
+        let brep = crate::scenes::loops::face_of(Surface::Plane(plane.unwrap()), loops);
+        let brep = PreparedBrep::new(brep);
+        for ball in [0.0, radius / 2.0, radius] {
+            let probe = Probe::Sphere(Sphere::new(Point3::origin(), ball).unwrap());
+            let mut workspace = Workspace::default();
+            let answer = contact(&brep, &probe, &Options::default(), &mut workspace);
+            assert_eq!(answer.undecided, None, "{answer:?}");
+            assert!(
+                answer.separation.bounds.contains(radius - ball),
+                "{answer:?}"
+            );
+        }
+    }
+}

@@ -120,6 +120,8 @@ const WHOLE: f64 = std::f64::consts::TAU;
 /// length has underflowed it is no place worth telling.)
 const SHARP: f64 = 1.0 / (1u64 << 40) as f64;
 const HALF: f64 = std::f64::consts::PI;
+/// A bound that is off by a few roundings.
+const UP: f64 = 1.0 + 16.0 * f64::EPSILON;
 /// A segment is short beside a distance of which it is this part.
 const SHORT: f64 = 1.0 / (1u64 << 20) as f64;
 
@@ -525,8 +527,13 @@ fn segment_minimum(target: &Target, segment: &SegmentShape) -> (Minimum, f64, f6
             if length.mid.hi <= SHORT * square.mid.hi.sqrt() {
                 let across = square - (dot(&w, d) / length).square();
                 let other = distance_range(across.sqrt(), 0.0);
-                if other[0] > found[0] {
-                    found[0] = other[0];
+                // |w - s d|^2 >= |w|^2 - 2 max(0, w.d) on it.
+                let off = (square.rad + 2.0 * dot(&w, d).upper().max(0.0)) * UP;
+                let most = off + 4.0 * Dd::UNIT * square.mid.magnitude();
+                for low in [other[0], square.mid - Dd::from(most)] {
+                    if low > found[0] {
+                        found[0] = low;
+                    }
                 }
                 if other[1] < found[1] {
                     found[1] = other[1];
