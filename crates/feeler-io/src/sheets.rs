@@ -188,7 +188,7 @@ pub(crate) fn reach<'c>(
     let mut range = polygons;
     widen(&mut range, &curved, c);
     let margin = MARGIN * (range[1] - range[0]);
-    (range[0] <= range[1]).then(|| Reach {
+    (range[0] <= range[1]).then_some(Reach {
         range,
         margin: if curved.is_empty() {
             [0.0; 2]
