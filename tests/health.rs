@@ -1,7 +1,7 @@
 //! Health reports of all parts there are: proven bounds against samples, counts against the lists of defects.
 
 use feeler::brep::{Brep, Defect, LoopKind};
-use feeler::prepare::{Health, PreparedBrep, Turn};
+use feeler::prepare::{Direction, Health, PreparedBrep, Turn};
 use feeler_io::{ObjectKind, read_file};
 use nalgebra::Point3;
 use std::path::{Path, PathBuf};
@@ -195,6 +195,23 @@ fn sound_parts() {
             let h = PreparedBrep::new(brep).health();
             assert_eq!(h.undefined, [], "{name}");
             assert!(h.is_closed, "{name}");
+        }
+    }
+}
+
+/// The normals of hits along lines through them turn out and in by turns. (Some have circles for edges, whose ends are together but for roundings.)
+#[test]
+fn no_face_of_the_thesis_parts_is_inside_out() {
+    let mut parts = Vec::new();
+    let thesis = Path::new(env!("CARGO_MANIFEST_DIR")).join("../corpora/models/thesis");
+    find(&thesis, &mut parts);
+    assert!(parts.len() > 20, "{parts:?}");
+    for path in parts {
+        for brep in breps(&path) {
+            let h = PreparedBrep::new(brep).health();
+            let mut edges = h.edges.iter();
+            let inside_out = edges.find(|e| e.direction == Direction::Against);
+            assert!(inside_out.is_none(), "{}: {inside_out:?}", path.display());
         }
     }
 }

@@ -84,7 +84,7 @@ pub(super) fn health(
         offsets: offsets(brep, edge, &e.trims, defects),
         reach,
         tolerance: e.tolerance,
-        direction: direction(brep, edge, &ends, faces),
+        direction: direction(brep, (edge, reach), &ends, faces),
         is_tiny: reach <= (TINY * brep.size()).max(e.tolerance.unwrap_or(0.0)),
     }
 }
@@ -221,6 +221,9 @@ const LEAST_LOOKED_AT: f64 = 1.0 / (1u64 << 30) as f64;
 /// One direction of two must be this many times better than the other to count.
 const BETTER: f64 = 64.0;
 
+/// Ends this far from each other, as a part of what the edge reaches, tell its direction.
+const FAR: f64 = 1.0 / 64.0;
+
 /// Whether two images run against each other, where their ends do not tell (circles): as the bounds of their distances in both
 /// directions say.
 fn by_images(brep: &PreparedBrep, s: usize, t: usize) -> Option<bool> {
@@ -239,7 +242,7 @@ fn by_images(brep: &PreparedBrep, s: usize, t: usize) -> Option<bool> {
 /// Whether material stays on one side: as the images run where they tell the direction, else as the file says.
 fn direction(
     brep: &PreparedBrep,
-    edge: usize,
+    (edge, reach): (usize, f64),
     ends: &[Option<[Box3; 2]>],
     faces: &[FaceHealth],
 ) -> Direction {
@@ -260,9 +263,11 @@ fn direction(
     let opposite = match ends {
         [Some(a), Some(b)] => {
             let [with, turned] = end_distances(a, b);
-            if with.hi < turned.lo {
+            // The ends of a closed edge are together: roundings tell them apart, and no direction.
+            let told = |near: Enclosure, far: Enclosure| near.hi < far.lo && far.lo > FAR * reach;
+            if told(with, turned) {
                 false
-            } else if turned.hi < with.lo {
+            } else if told(turned, with) {
                 true
             } else {
                 by_images(brep, s, t).unwrap_or(stored)
