@@ -120,10 +120,12 @@ fn push_piece(region: &mut TrimRegion, origin: PieceOrigin, source: Source, para
     let bezier = piece.bezier.clone();
     let radius = piece.radius;
     if origin != PieceOrigin::Domain {
-        // Its parts together are a narrower box than that of its control points.
-        hull = [[f64::INFINITY, f64::NEG_INFINITY]; 2];
         let index = region.pieces.len() as u32;
         let parts = split(&piece, &balls);
+        if !parts.trends.is_empty() {
+            // They are together a narrower box than that of its control points.
+            hull = [[f64::INFINITY, f64::NEG_INFINITY]; 2];
+        }
         let ends = parts.t.iter().map(|t| piece.enclosure(*t, &balls));
         let ends: Vec<_> = ends.collect();
         for (i, trends) in parts.trends.iter().enumerate() {
