@@ -161,11 +161,11 @@ fn widen(range: &mut [f64; 2], curves: &[(&Curve2, Interval)], c: usize) {
     }
 }
 
-/// A range, and how much farther out a bound on it is at each end: nothing where there are polygons alone.
+/// A range, and how much farther out a bound on it is at each end: no farther where there are polygons alone.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Reach {
     pub(crate) range: [f64; 2],
-    pub(crate) margin: [f64; 2],
+    pub(crate) margin: f64,
     /// One loop alone goes around the surface by more than a turn, as that of a screw's thread does: it passes above itself, and one turn
     /// of the surface does not hold it.
     pub(crate) winds: bool,
@@ -190,11 +190,7 @@ pub(crate) fn reach<'c>(
     let margin = MARGIN * (range[1] - range[0]);
     (range[0] <= range[1]).then_some(Reach {
         range,
-        margin: if curved.is_empty() {
-            [0.0; 2]
-        } else {
-            [margin; 2]
-        },
+        margin: if curved.is_empty() { 0.0 } else { margin },
         winds: false,
     })
 }
@@ -206,7 +202,7 @@ pub(crate) fn plane_domain<'c>(
     let range = |c: usize| {
         let spans = curves.clone().map(|curve| (curve, curve.domain()));
         let Reach { range, margin, .. } = reach(spans, c)?;
-        Interval::new(range[0] - margin[0], range[1] + margin[1])
+        Interval::new(range[0] - margin, range[1] + margin)
     };
     Some([range(0)?, range(1)?])
 }

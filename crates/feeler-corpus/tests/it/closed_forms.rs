@@ -1,7 +1,7 @@
 //! Closed forms of native surfaces against the search, with the formulas switched off. Both prove what they say, so their enclosures must meet.
 
 use feeler::nurbs::Surface;
-use feeler::prepare::{Form, PreparedBrep, Shortcuts};
+use feeler::prepare::{Form, PreparedBrep, Searched, Shortcuts};
 use feeler::query::*;
 use feeler_corpus::Model;
 use nalgebra::{Point3, Vector3};
@@ -141,6 +141,22 @@ fn caps_and_apexes_are_answered_by_formula() {
                 Form::Searched(_) => usize::MAX,
             };
             assert_eq!(searched, 0, "{model}: {face:?}");
+        }
+    }
+}
+
+/// Readers give a plane room about the curves of its loops: none of them leaves it.
+#[test]
+fn no_loop_of_a_read_plane_leaves_it() {
+    for model in [
+        "brep/primitives.brep",
+        "brep/version1.brep",
+        "brep/conics.brep",
+        "thesis/cube_corner_sphere_cut.brep",
+    ] {
+        for (i, face) in load(model).plan().into_iter().enumerate() {
+            let leaves = face.form == Form::Searched(Searched::Loops);
+            assert!(!leaves, "{model}: face {i}: {face:?}");
         }
     }
 }

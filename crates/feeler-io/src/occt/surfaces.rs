@@ -399,7 +399,7 @@ impl Form3 {
 fn open(reach: Reach, period: Option<f64>) -> [f64; 2] {
     let [mut lo, mut hi] = reach.range;
     let Some(period) = period else {
-        return [lo - reach.margin[0], hi + reach.margin[1]];
+        return [lo - reach.margin, hi + reach.margin];
     };
     let slack = ROUNDING * lo.abs().max(hi.abs()).max(period);
     let snapped = |x: f64| {
@@ -408,8 +408,8 @@ fn open(reach: Reach, period: Option<f64>) -> [f64; 2] {
         ((x - near).abs() <= slack).then_some(near)
     };
     let (low, high) = (snapped(lo), snapped(hi));
-    lo = low.unwrap_or(lo - reach.margin[0]);
-    hi = high.unwrap_or(hi + reach.margin[1]);
+    lo = low.unwrap_or(lo - reach.margin);
+    hi = high.unwrap_or(hi + reach.margin);
     if hi - lo > period && !reach.winds {
         // The margins of one turn are not needed.
         (lo, hi) = match (low, high) {
@@ -479,8 +479,7 @@ fn whole(profile: &Form<3, 4>, range: Interval, numbers: &mut Budget) -> Result<
 pub(crate) fn wide(mut reach: Reach) -> Reach {
     let [lo, hi] = reach.range;
     if !(lo < hi) {
-        let margin = ROUNDING * lo.abs().max(1.0);
-        reach.margin = [margin; 2];
+        reach.margin = ROUNDING * lo.abs().max(1.0);
     }
     reach
 }

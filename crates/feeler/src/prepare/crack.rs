@@ -15,7 +15,9 @@ use nalgebra::Vector3;
 /// A bound that is off by a few roundings.
 const UP: f64 = 1.0 + 64.0 * f64::EPSILON;
 /// Ends this near to each other, relative to what is to be matched, do not tell the direction.
-const CLOSED: f64 = 1.0 / 64.0;
+pub(super) const CLOSED: f64 = 1.0 / 64.0;
+/// A width below this part of the model's size is as good as none: images in double-double would tell no better.
+const NOTHING: f64 = 1.0 / (1u128 << 90) as f64;
 
 /// A bound above the width of an edge; infinite where there is none. `image_of` gives a trim's.
 pub(super) fn width<'a, T: Real + 'a>(
@@ -35,7 +37,7 @@ pub(super) fn width<'a, T: Real + 'a>(
             let by_formula = apart_in_closed_form(brep, s, t);
             // Arcs that are off by roundings alone are nearer than the formula's sum of bounds says, which digits beyond f64 are for.
             if let Some(found) = by_formula
-                && T::UNIT >= f64::UNIT
+                && (T::UNIT >= f64::UNIT || found <= NOTHING * brep.size())
             {
                 widest = widest.max(found);
                 continue;

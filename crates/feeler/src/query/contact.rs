@@ -9,7 +9,7 @@ use super::local::{Spot, Surroundings};
 use super::objective::Objective;
 use super::objective::ball_around;
 use super::outcome::{FormulaMinimum, Goal, Locus, Outcome, Settled, Source, Width};
-use super::place::{Place, bound_contact, make_contact, place_of, trim_at};
+use super::place::{Centre, Place, bound_contact, make_contact, place_of, trim_at};
 use super::search::minimize;
 use super::trail::Trail;
 use super::{Work, Workspace, inside, one_sphere};
@@ -375,7 +375,10 @@ fn contacts(
             probe,
             &place,
             separation,
-            (material == Some(true), !(found.lo > Dd::ZERO)),
+            Centre {
+                in_material: material == Some(true),
+                may_touch: !(found.lo > Dd::ZERO),
+            },
             options.accuracy,
             found.rough.as_deref(),
         );
@@ -549,7 +552,10 @@ impl List<'_> {
             self.probe,
             &place,
             near,
-            (self.material == Some(true), !(range[0] > Dd::ZERO)),
+            Centre {
+                in_material: self.material == Some(true),
+                may_touch: !(range[0] > Dd::ZERO),
+            },
             self.options.accuracy,
             None,
         );

@@ -56,7 +56,7 @@ use super::contact::{contact, separation};
 use super::node::Node;
 use super::objective::Objective;
 use super::outcome::Locus;
-use super::place::{Place, make_contact, rough_jet};
+use super::place::{Centre, Place, make_contact, rough_jet};
 use super::upper::upper_end;
 use crate::numeric::{Ball, Dd, Enclosure};
 use crate::prepare::{Net, Patch, PreparedBrep, Products, Quotient};
@@ -598,7 +598,10 @@ impl Search<'_> {
             &Probe::Sphere(ball),
             &place,
             near,
-            (false, !(lower > Dd::ZERO)),
+            Centre {
+                in_material: false,
+                may_touch: !(lower > Dd::ZERO),
+            },
             Accuracy::Full,
             None,
         );

@@ -159,14 +159,22 @@ fn point_of(brep: &PreparedBrep, place: &Place) -> V3 {
     }
 }
 
-/// What is told of a contact at a place; without bounds on foot and normal. `touches`: the centre of a ball may be on the surface.
+/// Where the centre of a ball is.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Centre {
+    pub(super) in_material: bool,
+    /// Whether it may be on the surface.
+    pub(super) may_touch: bool,
+}
+
+/// What is told of a contact at a place; without bounds on foot and normal. Where the centre is counts for a ball alone.
 #[inline]
 pub(super) fn make_contact(
     brep: &PreparedBrep,
     probe: &Probe,
     place: &Place,
     separation: Separation,
-    (material, touches): (bool, bool),
+    centre: Centre,
     accuracy: Accuracy,
     rough: Option<&Rough>,
 ) -> Contact {
@@ -184,7 +192,7 @@ pub(super) fn make_contact(
             // Within its own error it points nowhere, nor where the centre may be on the surface: then what is found of the foot is off by more than
             // the centre is.
             let error = Vector3::from_fn(|c, _| off[c].rad).norm();
-            let near = if touches {
+            let near = if centre.may_touch {
                 ON_VERTEX * brep.size()
             } else {
                 0.0
@@ -192,7 +200,7 @@ pub(super) fn make_contact(
             let (normal, is_choice) = if to_center.norm() > error.max(near)
                 && let Some(apart) = unit(to_center)
             {
-                (if material { -apart } else { apart }, false)
+                (if centre.in_material { -apart } else { apart }, false)
             } else {
                 normal_of_faces(brep, place, feature, &on_brep)
             };

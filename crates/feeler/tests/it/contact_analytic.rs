@@ -1,6 +1,7 @@
 //! Contact queries on surfaces with known answers.
 
-use feeler::brep::{Brep, BrepParts, Face};
+use crate::scenes::loops::{face_of, polygon, square_plane};
+use feeler::brep::{Brep, BrepBuilder, BrepParts, Face};
 use feeler::numeric::{Dyadic, Interval};
 use feeler::nurbs::{
     Arc, Curve, Curve2, Curve3, Line, NurbsCurve, NurbsCurve3, NurbsSurface, Plane, PolyCurve,
@@ -11,7 +12,7 @@ use feeler::query::{
     Accuracy, ContactAnswer, Contacts, Feature, HalfSpace, Options, Probe, Sphere, Workspace,
     contact,
 };
-use nalgebra::{Point3, Vector3, Vector4};
+use nalgebra::{Point2, Point3, Vector2, Vector3, Vector4};
 
 /// An untrimmed face.
 fn sheet(surface: Surface) -> PreparedBrep {
@@ -543,7 +544,7 @@ fn a_trim_that_hardly_reaches_the_border() {
 /// A triangle with a side on `x + 3 y = 3`: next to that, within roundings, above the plane by little more.
 #[test]
 fn feet_within_a_rounding_of_a_side() {
-    let mut b = feeler::brep::BrepBuilder::new();
+    let mut b = BrepBuilder::new();
     let corners = [[0.0, 0.0, 0.0], [3.0, 0.0, 0.0], [0.0, 1.0, 0.0]].map(|p| b.vertex(p));
     b.planar_face(&corners).unwrap();
     let brep = PreparedBrep::new(b.build().unwrap());
@@ -577,14 +578,9 @@ fn feet_within_a_rounding_of_a_side() {
 /// A ball about the centre of a round hole, whose rim begins and ends a rounding apart: no place along what joins them is nearer than the rim.
 #[test]
 fn about_the_centre_of_a_hole() {
-    use feeler::nurbs::Curve2;
-    use nalgebra::{Point2, Vector2};
     let unit = Interval::new(0.0, 1.0).unwrap();
     let square = [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]].map(Point2::from);
-    let outer = (0..4).map(|k| {
-        let line = Line::new(square[k], square[(k + 1) % 4], unit).unwrap();
-        Curve2::Line(line)
-    });
+    let outer = polygon(&square);
     for radius in [0.25, 0.3, 0.7] {
         let hole = Arc::new(Arc {
             center: Point2::origin(),
@@ -595,16 +591,8 @@ fn about_the_centre_of_a_hole() {
             angle: Interval::new(0.0, std::f64::consts::TAU).unwrap(),
             domain: unit,
         });
-        let wide = Interval::new(-1.0, 1.0).unwrap();
-        let plane = Plane::new(Plane {
-            origin: Point3::origin(),
-            x: Vector3::x(),
-            y: Vector3::y(),
-            domain: [wide; 2],
-            extents: [wide; 2],
-        });
-        let loops = vec![outer.clone().collect(), vec![Curve2::Arc(hole.unwrap())]];
-        let brep = crate::scenes::loops::face_of(Surface::Plane(plane.unwrap()), loops);
+        let loops = vec![outer.clone(), vec![Curve2::Arc(hole.unwrap())]];
+        let brep = face_of(square_plane(1.0), loops);
         let brep = PreparedBrep::new(brep);
         for ball in [0.0, radius / 2.0, radius] {
             let probe = Probe::Sphere(Sphere::new(Point3::origin(), ball).unwrap());

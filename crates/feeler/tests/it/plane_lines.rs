@@ -2,7 +2,7 @@
 
 use crate::scenes;
 use crate::scenes::Random;
-use crate::scenes::loops::face_of;
+use crate::scenes::loops::{face_of, polygon, square_plane};
 use feeler::brep::BrepBuilder;
 use feeler::numeric::Interval;
 use feeler::nurbs::{Arc, Curve2, Line, NurbsCurve, NurbsSurface, Plane, Surface};
@@ -10,17 +10,6 @@ use feeler::prepare::PreparedBrep;
 use feeler::query::{LineKind, LineProbe, Options, Undecided, Workspace, any_hit, line};
 use feeler::trim::{Side, TrimRegion};
 use nalgebra::{Point2, Point3, Vector2, Vector3, Vector4};
-
-fn plane(d: f64) -> Surface {
-    let d = Interval::new(-d, d).unwrap();
-    Surface::Plane(Plane {
-        origin: Point3::origin(),
-        x: Vector3::x(),
-        y: Vector3::y(),
-        domain: [d, d],
-        extents: [d, d],
-    })
-}
 
 fn square() -> PreparedBrep {
     let mut b = BrepBuilder::new();
@@ -76,61 +65,30 @@ fn no_nan_on_large_planes() {
         1e20, 1e25, 1e27, 1e30, 1e40, 1e59, 1e-20, 1e-27, 1e-30, 1e-40,
     ] {
         let p = |x: f64, y: f64| Point2::new(x * size, y * size);
-        let c = [p(-1., -1.), p(1., -1.), p(1., 1.), p(-1., 1.)];
-        let unit = Interval::new(0., 1.).unwrap();
-        let sides = (0..4).map(|i| Curve2::Line(Line::new(c[i], c[(i + 1) % 4], unit).unwrap()));
-        let brep = PreparedBrep::new(face_of(plane(2.0 * size), vec![sides.collect()]));
-        for o in [[1., 0., 1.], [1., 1., 1.], [0.5, 0., 1.]] {
-            let o = Point3::from(o.map(|x: f64| x * size));
-            for d in [Vector3::new(0., 0., -1.), Vector3::new(0.25, 0.5, -1.)] {
-                let probe = LineProbe::new(o + d * -size * 0.0, d, LineKind::Line).unwrap();
-                let a = line(
-                    &brep,
-                    &probe,
-                    &Options::default(),
-                    &mut Workspace::default(),
-                );
-                for h in &a.hits {
-                    let all = [
-                        h.uv.x,
-                        h.uv.y,
-                        h.normal.x,
-                        h.normal.y,
-                        h.normal.z,
-                        h.point.x,
-                        h.t.value,
-                        h.t.bounds.lo,
-                        h.t.bounds.hi,
-                    ];
-                    assert!(all.iter().all(|x| x.is_finite()), "{size:e} {h:#?}");
+        let sides = polygon(&[p(-1., -1.), p(1., -1.), p(1., 1.), p(-1., 1.)]);
+        let brep = PreparedBrep::new(face_of(square_plane(2.0 * size), vec![sides]));
+        // Two across and one in the plane.
+        for (z, d) in [
+            (1., [0., 0., -1.]),
+            (1., [0.25, 0.5, -1.]),
+            (0., [1., 0.5, 0.]),
+        ] {
+            for [x, y] in [[1., 0.], [1., 1.], [0.5, 0.]] {
+                let from = Point3::new(x * size, y * size, z * size);
+                let probe = LineProbe::new(from, d.into(), LineKind::Line).unwrap();
+                let mut workspace = Workspace::default();
+                let answer = line(&brep, &probe, &Options::default(), &mut workspace);
+                for h in &answer.hits {
+                    let t = [h.t.value, h.t.bounds.lo, h.t.bounds.hi];
+                    let own = h.uv.iter().chain(h.normal.iter()).chain(h.point.iter());
+                    assert!(own.chain(&t).all(|x| x.is_finite()), "{size:e} {h:#?}");
                 }
-            }
-            let o = Point3::new(o.x, o.y, 0.0);
-            let probe = LineProbe::new(o, Vector3::new(1., 0.5, 0.), LineKind::Line).unwrap();
-            let a = line(
-                &brep,
-                &probe,
-                &Options::default(),
-                &mut Workspace::default(),
-            );
-            for h in &a.hits {
-                let all = [
-                    h.uv.x,
-                    h.uv.y,
-                    h.normal.x,
-                    h.normal.y,
-                    h.normal.z,
-                    h.point.x,
-                    h.t.value,
-                    h.t.bounds.lo,
-                    h.t.bounds.hi,
-                ];
-                assert!(all.iter().all(|x| x.is_finite()), "{size:e} {h:#?}");
             }
         }
     }
 }
 
+/// Up to seven corners in round numbers, joined by segments or, where it may be curved, by parabolas and hyperbolas in part; or a circle. It may cross itself.
 fn random_loop(r: &mut Random, curved: bool) -> Vec<Curve2> {
     let unit = Interval::new(0., 1.).unwrap();
     if curved && r.below(3) == 0 {
@@ -191,7 +149,7 @@ fn lines_against_sides() {
             continue;
         }
         let wide = [8., 4., 3.][r.below(3)];
-        let brep = face_of(plane(wide), loops);
+        let brep = face_of(square_plane(wide), loops);
         let region = TrimRegion::new(&brep, 0);
         let brep = PreparedBrep::new(brep);
         let mut ws = Workspace::default();

@@ -2,31 +2,13 @@
 
 use crate::scenes;
 use crate::scenes::Random;
-use crate::scenes::loops::face_of;
+use crate::scenes::loops::{face_of, polygon, square_plane};
 use feeler::numeric::Interval;
 use feeler::nurbs::{Arc, Curve2, Line, NurbsCurve, Plane, Surface};
 use feeler::prepare::PreparedBrep;
 use feeler::query::{ContactAnswer, Contacts, Options, Probe, Sphere, Workspace, contact};
 use feeler::trim::{Side, TrimRegion};
 use nalgebra::{Point2, Point3, Vector2, Vector3};
-
-fn plane(d: f64) -> Surface {
-    let d = Interval::new(-d, d).unwrap();
-    Surface::Plane(Plane {
-        origin: Point3::origin(),
-        x: Vector3::x(),
-        y: Vector3::y(),
-        domain: [d, d],
-        extents: [d, d],
-    })
-}
-
-fn lines_of(c: &[Point2<f64>]) -> Vec<Curve2> {
-    let unit = Interval::new(0., 1.).unwrap();
-    (0..c.len())
-        .map(|i| Curve2::Line(Line::new(c[i], c[(i + 1) % c.len()], unit).unwrap()))
-        .collect()
-}
 
 fn all(brep: &PreparedBrep, q: [f64; 3], prediction: f64) -> ContactAnswer {
     let ball = Probe::Sphere(Sphere::new(q.into(), 0.125).unwrap());
@@ -63,7 +45,7 @@ fn lists_on_polygons() {
             let m = 3 + r.below(5);
             loops.push(star(&mut r, m, 0.1, 0.9, true));
         }
-        let brep = face_of(plane(8.), loops.iter().map(|l| lines_of(l)).collect());
+        let brep = face_of(square_plane(8.), loops.iter().map(|l| polygon(l)).collect());
         let region = TrimRegion::new(&brep, 0);
         let brep = PreparedBrep::new(brep);
         for _ in 0..6 {
@@ -181,7 +163,7 @@ fn lists_on_discs() {
                 Line::new(q, lp[0].point(domain.start), unit).unwrap(),
             ));
         }
-        let brep = face_of(plane(8.), vec![lp]);
+        let brep = face_of(square_plane(8.), vec![lp]);
         let region = TrimRegion::new(&brep, 0);
         let brep = PreparedBrep::new(brep);
         for _ in 0..4 {
@@ -261,7 +243,11 @@ fn one_contact_at_the_rim_of_a_disc() {
         })
         .unwrap(),
     );
-    let brep = scenes::loop_face(&plane(8.), vec![circle], vec![Point3::new(1., 0., 0.)]);
+    let brep = scenes::loop_face(
+        &square_plane(8.),
+        vec![circle],
+        vec![Point3::new(1., 0., 0.)],
+    );
     let part = PreparedBrep::new(brep);
     for _ in 0..400 {
         let a = r.between(-0.3, 0.3);
@@ -290,7 +276,7 @@ fn lists_on_plates_with_holes() {
             ]
         };
         let w = 6. * scale;
-        let mut loops = vec![lines_of(&sq(w))];
+        let mut loops = vec![polygon(&sq(w))];
         let mut holes = Vec::new();
         for k in 0..1 + r.below(2) {
             let c = Point2::new(

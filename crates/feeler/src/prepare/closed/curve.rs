@@ -1,7 +1,7 @@
 //! Boundary curves that are segments or arcs in space.
 
 use super::form::{
-    Extent, Minimum, Target, V3, Vector, add, along, angle, distance_range, dot, exact, lead,
+    Extent, Minimum, Target, UP, V3, Vector, add, along, angle, distance_range, dot, exact, lead,
     least_square, range, rounded, scale, sub,
 };
 use crate::numeric::{Ball, Dd, Real};
@@ -120,8 +120,6 @@ const WHOLE: f64 = std::f64::consts::TAU;
 /// length has underflowed it is no place worth telling.)
 const SHARP: f64 = 1.0 / (1u64 << 40) as f64;
 const HALF: f64 = std::f64::consts::PI;
-/// A bound that is off by a few roundings.
-const UP: f64 = 1.0 + 16.0 * f64::EPSILON;
 /// A segment is short beside a distance of which it is this part.
 const SHORT: f64 = 1.0 / (1u64 << 20) as f64;
 
@@ -507,7 +505,8 @@ fn segment_minimum(target: &Target, segment: &SegmentShape) -> (Minimum, f64, f6
                 return (found, s, 0.0);
             }
             let w = sub(&exact(q), a);
-            let part = dot(&w, d) / length.square();
+            let way = dot(&w, d);
+            let part = way / length.square();
             let inside = part.lower() >= 0.0 && part.upper() <= 1.0;
             let outside = part.upper() < 0.0 || part.lower() > 1.0;
             if outside {
@@ -525,10 +524,10 @@ fn segment_minimum(target: &Target, segment: &SegmentShape) -> (Minimum, f64, f6
             // how far its start is.
             let square = dot(&w, &w);
             if length.mid.hi <= SHORT * square.mid.hi.sqrt() {
-                let across = square - (dot(&w, d) / length).square();
+                let across = square - (way / length).square();
                 let other = distance_range(across.sqrt(), 0.0);
                 // |w - s d|^2 >= |w|^2 - 2 max(0, w.d) on it.
-                let off = (square.rad + 2.0 * dot(&w, d).upper().max(0.0)) * UP;
+                let off = (square.rad + 2.0 * way.upper().max(0.0)) * UP;
                 let most = off + 4.0 * Dd::UNIT * square.mid.magnitude();
                 for low in [other[0], square.mid - Dd::from(most)] {
                     if low > found[0] {

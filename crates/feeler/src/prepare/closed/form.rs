@@ -30,7 +30,7 @@ pub(crate) type Vector<T> = [Ball<T>; 3];
 pub(crate) type V3 = Vector<Dd>;
 
 /// Makes up for the rounding of a bound that is computed in a few f64 operations.
-const UP: f64 = 1.0 + 32.0 * f64::EPSILON;
+pub(super) const UP: f64 = 1.0 + 32.0 * f64::EPSILON;
 
 /// `(|gap| - slack)^2` from below, or zero: the square of a distance.
 pub(super) fn least_square(gap: Ball<f64>, slack: f64) -> Dd {

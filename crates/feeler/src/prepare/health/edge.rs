@@ -1,6 +1,6 @@
 //! The health of one edge.
 
-use super::super::crack::{apart, end_regions};
+use super::super::crack::{CLOSED, apart, end_regions};
 use super::super::image::{self, Image, distance};
 use super::super::matching::{Pair, frechet, frechet_bytes};
 use super::super::patch::{Patches, patch_counts};
@@ -221,9 +221,6 @@ const LEAST_LOOKED_AT: f64 = 1.0 / (1u64 << 30) as f64;
 /// One direction of two must be this many times better than the other to count.
 const BETTER: f64 = 64.0;
 
-/// Ends this far from each other, as a part of what the edge reaches, tell its direction.
-const FAR: f64 = 1.0 / 64.0;
-
 /// Whether two images run against each other, where their ends do not tell (circles): as the bounds of their distances in both
 /// directions say.
 fn by_images(brep: &PreparedBrep, s: usize, t: usize) -> Option<bool> {
@@ -264,7 +261,8 @@ fn direction(
         [Some(a), Some(b)] => {
             let [with, turned] = end_distances(a, b);
             // The ends of a closed edge are together: roundings tell them apart, and no direction.
-            let told = |near: Enclosure, far: Enclosure| near.hi < far.lo && far.lo > FAR * reach;
+            let told =
+                |near: Enclosure, far: Enclosure| near.hi < far.lo && far.lo > CLOSED * reach;
             if told(with, turned) {
                 false
             } else if told(turned, with) {

@@ -7,17 +7,30 @@ use feeler::nurbs::*;
 use feeler::trim::TrimRegion;
 use nalgebra::{Point2, Point3, Vector3};
 
-/// A face of the plane within loops.
-pub(crate) fn face_within(loops: Vec<Vec<Curve2>>) -> Brep {
-    let d = Interval::new(-10.0, 10.0).expect("a domain");
-    let plane = Plane {
+/// The plane of x and y, so far to each side of the origin.
+pub(crate) fn square_plane(half: f64) -> Surface {
+    let d = Interval::new(-half, half).expect("a domain");
+    Surface::Plane(Plane {
         origin: Point3::origin(),
         x: Vector3::x(),
         y: Vector3::y(),
         domain: [d, d],
         extents: [d, d],
-    };
-    face_of(Surface::Plane(plane), loops)
+    })
+}
+
+/// The sides of a polygon.
+pub(crate) fn polygon(corners: &[Point2<f64>]) -> Vec<Curve2> {
+    let unit = Interval::new(0.0, 1.0).expect("a domain");
+    let side = |i: usize| Line::new(corners[i], corners[(i + 1) % corners.len()], unit);
+    (0..corners.len())
+        .map(|i| Curve::Line(side(i).expect("a side")))
+        .collect()
+}
+
+/// A face of the plane within loops.
+pub(crate) fn face_within(loops: Vec<Vec<Curve2>>) -> Brep {
+    face_of(square_plane(10.0), loops)
 }
 
 /// A face of any surface within loops, each trim with an edge of its own.
