@@ -237,15 +237,19 @@ fn said(error: &ReadError) -> Result<(), String> {
     }
 }
 
+/// So many bodies of a document are looked at.
+const PLACED: usize = 100;
+
 fn look_at(document: &Document, asks: bool) {
     let mut text = String::new();
-    for (_, brep) in document.bodies() {
+    // A small file may place very many.
+    for (_, brep) in document.bodies().take(PLACED) {
         // Each defect has its words, and none of them panics.
         for d in brep.defects() {
             let _ = write!(text, "{d}");
         }
         if asks && brep.faces().len() <= 32 {
-            ask_a_little(&PreparedBrep::new(brep.clone()));
+            ask_a_little(&PreparedBrep::new(brep.into_owned()));
         }
     }
 }

@@ -228,7 +228,17 @@ fn shapes_that_unfold_without_end_are_refused() {
         text += &format!("Co\n0000000\n+{before} 0 +{before} 0 *\n");
     }
     text += "+1 0\n";
-    assert!(matches!(problem(&empty(&text)), TextProblem::Limit { .. }));
+    let document = read(empty(&text).as_bytes()).expect("a file");
+    let [only] = &document.objects[..] else {
+        panic!("{} objects", document.objects.len());
+    };
+    let ObjectKind::Refused { reason, .. } = &only.kind else {
+        panic!("{}", only.kind.name());
+    };
+    assert!(
+        reason.to_string().contains("unfolds to more than"),
+        "{reason}"
+    );
 }
 
 #[test]

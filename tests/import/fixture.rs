@@ -208,6 +208,88 @@ fn uuid(printed: &str) -> [u8; 16] {
 
 /// A file of this version with these records in its object table.
 pub(crate) fn file(version: u32, records: impl FnOnce(&mut Writer)) -> Vec<u8> {
+    file_with(version, |_| {}, records)
+}
+
+/// A file of version 50 of blocks, each of which holds two references to the next, as it is and shifted along x by a power of two; the last holds a BREP.
+/// The model has two references to the first: it unfolds to `2^levels` copies. In a ring the last holds one to the first instead.
+pub(crate) fn nested_blocks(levels: u8, is_ring: bool) -> Vec<u8> {
+    const MEMBER: u8 = 3;
+    let id = |kind: u8, n: u8| {
+        let mut id = [kind; 16];
+        id[0] = n;
+        id
+    };
+    let record =
+        |w: &mut Writer, own: [u8; 16], mode: u8, class: &str, data: &dyn Fn(&mut Writer)| {
+            w.chunk(0x2000_8070, |w| {
+                w.short(0x8200_0071, 0);
+                w.object(class, data);
+                w.chunk(0x0200_8072, |w| {
+                    w.u8(0x20);
+                    w.raw(&own);
+                    w.i32s(&[0]);
+                    w.raw(&[12, mode, 0]);
+                });
+                w.short(0x8200_007F, 0);
+            });
+        };
+    let references = |w: &mut Writer, level: u8, mode: u8| {
+        for (kind, shift) in [(1, 0.0), (2, f64::from(1 << level))] {
+            record(w, id(kind, level), mode, INSTANCE_REFERENCE, &|w| {
+                w.u8(0x10);
+                w.raw(&id(3, level));
+                for k in 0..16 {
+                    let one = f64::from(u8::from(k % 5 == 0));
+                    w.f64s(&[if k == 3 { shift } else { one }]);
+                }
+                // A box.
+                w.f64s(&[0.0; 6]);
+            });
+        }
+    };
+    let definitions = |w: &mut Writer| {
+        w.chunk(0x1000_0021, |w| {
+            for level in 0..levels {
+                let members = match level + 1 {
+                    next if next == levels && is_ring => vec![id(1, 0)],
+                    next if next == levels => vec![id(4, 0)],
+                    next => vec![id(1, next), id(2, next)],
+                };
+                w.chunk(0x2000_8076, |w| {
+                    w.object(INSTANCE_DEFINITION, |w| {
+                        w.u8(0x10);
+                        w.raw(&id(3, level));
+                        w.i32s(&[members.len() as i32]);
+                        members.iter().for_each(|m| w.raw(m));
+                        for _ in 0..4 {
+                            w.i32s(&[0]);
+                        }
+                        w.f64s(&[0.0; 6]);
+                        w.i32s(&[0, 0]);
+                    });
+                });
+            }
+            w.short(0xFFFF_FFFF, 0);
+        });
+    };
+    file_with(50, definitions, |w| {
+        for level in 0..levels {
+            references(w, level, if level == 0 { 0 } else { MEMBER });
+        }
+        record(w, id(4, 0), MEMBER, BREP, &brep);
+    })
+}
+
+const INSTANCE_REFERENCE: &str = "F9CFB638-B9D4-4340-87E3-C56E7865D96A";
+const INSTANCE_DEFINITION: &str = "26F8BFF6-2618-417F-A158-153D64A94989";
+
+/// A file with tables before that of its objects.
+fn file_with(
+    version: u32,
+    tables: impl FnOnce(&mut Writer),
+    records: impl FnOnce(&mut Writer),
+) -> Vec<u8> {
     let opennurbs = match version {
         3..=5 => 200_710_174,
         50 => 201_101_285,
@@ -229,6 +311,7 @@ pub(crate) fn file(version: u32, records: impl FnOnce(&mut Writer)) -> Vec<u8> {
         });
         w.short(0xFFFF_FFFF, 0);
     });
+    tables(&mut w);
     w.chunk(0x1000_0013, |w| {
         records(w);
         w.short(0xFFFF_FFFF, 0);

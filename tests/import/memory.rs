@@ -76,6 +76,7 @@ fn check_brep(bytes: &[u8]) -> f64 {
 fn memory_stays_within_a_multiple_of_the_file() {
     of_3dm();
     of_blocks();
+    of_nested_copies();
     of_brep();
     of_step();
     of_tiny_step_files();
@@ -110,8 +111,7 @@ fn of_3dm() {
     check(&missing);
 }
 
-/// With extrusions, and with blocks, whose references make copies. (What they may make at most is a constant of the reader, and
-/// a multiple of the size.)
+/// With extrusions and blocks.
 const PLACED_FACTOR: usize = 64;
 
 fn of_blocks() {
@@ -121,6 +121,97 @@ fn of_blocks() {
         let factor = taken(read_3dm, &bytes, PLACED_FACTOR);
         println!("{name}: {factor:.1} bytes a byte");
     }
+}
+
+/// Parts placed by parts that are placed twice, and so on: 2^14 copies, which are told one by one and take no memory.
+fn of_nested_copies() {
+    const LEVELS: u8 = 14;
+    let models = Path::new(env!("CARGO_MANIFEST_DIR")).join("../corpora/models");
+    let blocks = fixture::nested_blocks(LEVELS, false);
+    let brep = nested_compounds(LEVELS);
+    let step = nested_assemblies(&models.join("step/torus_bare.step"), LEVELS);
+    for (name, bytes, read) in [
+        (".3dm", &blocks[..], read_3dm as fn(&[u8]) -> _),
+        (".brep", brep.as_bytes(), read_brep),
+        (".step", step.as_bytes(), read_step),
+    ] {
+        let factor = within(read, bytes, PLACED_FACTOR, 0);
+        let document: Document = read(bytes).expect("a document");
+        ALLOCATOR.reset_peak_usage();
+        let before = ALLOCATOR.current_usage();
+        let (count, faces) = document
+            .bodies()
+            .fold((0, 0), |(n, f), (_, b)| (n + 1, f + b.faces().len()));
+        let used = ALLOCATOR.peak_usage().saturating_sub(before);
+        println!(
+            "2^{LEVELS} copies in a {name} of {} bytes: {factor:.1} bytes a byte, and {used} bytes while they are told",
+            bytes.len()
+        );
+        assert_eq!(count, 1 << LEVELS, "{name}");
+        assert_eq!(faces % count, 0, "{name}");
+        assert!(used <= PLACED_FACTOR * bytes.len(), "{name}: {used}");
+    }
+}
+
+/// A ball in a compound, in compounds that hold the one before twice, shifted the second time.
+fn nested_compounds(levels: u8) -> String {
+    let mut text = format!("CASCADE Topology V1, (c) Matra-Datavision\nLocations {levels}\n");
+    for k in 0..levels {
+        text += &format!("1\n1 0 0 {}\n0 1 0 0\n0 0 1 0\n", 1 << k);
+    }
+    let shapes = usize::from(levels) + 2;
+    text += &format!(
+        "Curve2ds 0\nCurves 0\nPolygon3D 0\nPolygonOnTriangulations 0\nSurfaces 1\n\
+         4 0 0 0 0 0 1 1 0 0 0 1 0 1\nTriangulations 0\nTShapes {shapes}\n\
+         Fa\n0 1e-07 1 0\n\n0101100\n*\nCo\n1100000\n+{shapes} 0 *\n"
+    );
+    for k in 0..levels {
+        // Shapes are counted from the last one.
+        let before = shapes - usize::from(k) - 1;
+        text += &format!("Co\n1100000\n+{before} 0 +{before} {} *\n", k + 1);
+    }
+    text + "+1 0\n"
+}
+
+/// A STEP file's body in assemblies that hold the one before twice, shifted the second time.
+fn nested_assemblies(part: &Path, levels: u8) -> String {
+    let text = std::fs::read_to_string(part).expect("a file of the corpus");
+    let is_body = |l: &&str| l.contains("MANIFOLD_SOLID_BREP(");
+    let body = text.lines().find(is_body).expect("a body");
+    let body = body.split_once('=').expect("an entity").0.trim();
+    let mut more = String::from(
+        "#90001=CARTESIAN_POINT('',(0.,0.,0.));#90002=AXIS2_PLACEMENT_3D('',#90001,$,$);",
+    );
+    more += &format!("#90010=REPRESENTATION('',(#90002,{body}),$);");
+    for k in 0..u32::from(levels) {
+        let id = 90_010 + 10 * (k + 1);
+        let within = id - 10;
+        more += &format!(
+            "#{}=CARTESIAN_POINT('',({}.,0.,0.));#{}=AXIS2_PLACEMENT_3D('',#{},$,$);\
+             #{}=REPRESENTATION_MAP(#90002,#{within});#{}=MAPPED_ITEM('',#{},#90002);\
+             #{}=MAPPED_ITEM('',#{},#{});#{id}=REPRESENTATION('',(#{},#{}),$);",
+            id + 1,
+            1 << k,
+            id + 2,
+            id + 1,
+            id + 3,
+            id + 4,
+            id + 3,
+            id + 5,
+            id + 3,
+            id + 2,
+            id + 4,
+            id + 5,
+        );
+    }
+    // The file's own representation of the body goes.
+    let own: Vec<&str> = { text.lines() }
+        .filter(|l| !l.contains("SHAPE_REPRESENTATION("))
+        .collect();
+    let end = "ENDSEC;\nEND-ISO";
+    let own = own.join("\n");
+    assert!(own.contains(end));
+    own.replacen(end, &format!("{more}\n{end}"), 1)
 }
 
 fn of_brep() {

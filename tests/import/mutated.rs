@@ -120,8 +120,6 @@ fn refused(kind: &ObjectKind) -> bool {
             one_line(reason);
             true
         }
-        // What is placed is never a reference itself.
-        ObjectKind::Block { parts, .. } => parts.iter().filter(|p| refused(&p.kind)).count() > 0,
         ObjectKind::Brep(b) | ObjectKind::Surface(b) | ObjectKind::Extrusion(b) => {
             b.defects()
                 .iter()
@@ -142,7 +140,9 @@ impl Tally {
                 self.errors += 1;
             }
             Ok(document) => {
-                let refusals = document.objects.iter().filter(|o| refused(&o.kind)).count();
+                // What references place, one by one, is looked at too.
+                let parts = (0..document.objects.len()).flat_map(|i| document.parts(i));
+                let refusals = parts.filter(|p| refused(&p.kind)).count();
                 if refusals > 0 {
                     self.refusals += 1;
                 } else {

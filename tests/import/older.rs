@@ -204,10 +204,11 @@ fn linked_blocks_say_what_they_want() {
     for name in ["blocks_linked_v4.3dm", "blocks_linked_v8.3dm"] {
         let document = read(name);
         assert_eq!(document.warnings, Vec::<String>::new(), "{name}");
-        let of = |wanted: &str| {
-            let found = document.objects.iter().find(|o| o.name == wanted);
+        let index = |wanted: &str| {
+            let found = document.objects.iter().position(|o| o.name == wanted);
             found.unwrap_or_else(|| panic!("{name}: no {wanted}"))
         };
+        let of = |wanted: &str| &document.objects[index(wanted)];
         let asks =
             "the block `bolt` is linked to `C:\\parts\\bolt.3dm`, which is not loaded; embed it";
         let ObjectKind::Refused { reason, .. } = &of("bolt").kind else {
@@ -215,10 +216,9 @@ fn linked_blocks_say_what_they_want() {
         };
         assert!(reason.to_string().contains(asks), "{name}: {reason}");
         // With a copy.
-        let ObjectKind::Block { name: block, parts } = &of("nut").kind else {
-            panic!("{name}: {:?}", of("nut").kind);
-        };
-        assert_eq!((block.as_str(), parts.len()), ("nut", 1));
+        let block = document.block(of("nut")).expect("a reference");
+        let parts: Vec<_> = document.parts(index("nut")).collect();
+        assert_eq!((block.name.as_str(), parts.len()), ("nut", 1));
         let ObjectKind::Surface(sheet) = &parts[0].kind else {
             panic!("{name}: {:?}", parts[0].kind);
         };
@@ -226,15 +226,13 @@ fn linked_blocks_say_what_they_want() {
             sheet.surface(0).point(0.5, 1.0),
             Point3::new(10.5, 1.0, 0.0)
         );
-        let note = &of("nut").warnings[0];
+        let note = &block.warnings[0];
         assert!(
             note.contains("`C:\\parts\\bolt.3dm`, which is not opened"),
             "{name}: {note}"
         );
         // Within another block: what there is is placed, the rest refused.
-        let ObjectKind::Block { parts, .. } = &of("both").kind else {
-            panic!("{name}: {:?}", of("both").kind);
-        };
+        let parts: Vec<_> = document.parts(index("both")).collect();
         let [sheet, bolt] = &parts[..] else {
             panic!("{name}: {parts:?}");
         };
@@ -250,6 +248,47 @@ fn linked_blocks_say_what_they_want() {
             reason.to_string().contains("is not in the file"),
             "{reason}"
         );
+    }
+}
+
+/// Blocks in blocks: each copy stands where all the maps that it is under put it, shifted along x by 0 to 7.
+#[test]
+fn nested_blocks_stand_where_they_should() {
+    let document = read_3dm(&f::nested_blocks(3, false)).expect("a file");
+    let own = document.breps().next().expect("the member").1;
+    let placed: Vec<_> = document.bodies().collect();
+    assert_eq!(placed.len(), 8);
+    let mut shifts = Vec::new();
+    for (_, brep) in &placed {
+        let vertices = { brep.parts().vertices.iter() }.zip(&own.parts().vertices);
+        let mut all = vertices.map(|(v, own)| v.point - own.point);
+        let first = all.next().expect("a vertex");
+        assert!(all.all(|other| other == first));
+        assert_eq!((first.y, first.z), (0.0, 0.0));
+        shifts.push(first.x);
+    }
+    shifts.sort_by(f64::total_cmp);
+    assert_eq!(shifts, [0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0]);
+}
+
+/// What places more copies than there may be, or itself, is refused where it is placed, and nothing else is.
+#[test]
+fn blocks_that_unfold_without_end_are_refused() {
+    for (levels, is_ring, why) in [
+        (20, false, "unfold to too much"),
+        (30, false, "unfold to too much"),
+        (1, true, "holds itself"),
+        (5, true, "holds itself"),
+    ] {
+        let document = read_3dm(&f::nested_blocks(levels, is_ring)).expect("a file");
+        for object in document.objects.iter().filter(|o| !o.block_member) {
+            let ObjectKind::Refused { reason, .. } = &object.kind else {
+                panic!("{:?}", object.kind);
+            };
+            assert!(reason.to_string().contains(why), "{reason}");
+        }
+        assert_eq!(document.breps().count(), 1);
+        assert_eq!(document.bodies().count(), 0);
     }
 }
 

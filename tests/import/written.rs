@@ -45,12 +45,8 @@ fn rhino3dm_finds_what_we_write_valid() {
             .enumerate()
             .filter(|(_, o)| !o.block_member);
         let mut expected = Vec::new();
-        for (index, object) in own {
-            let parts = match &object.kind {
-                ObjectKind::Block { parts, .. } => parts.as_slice(),
-                _ => std::slice::from_ref(object),
-            };
-            for part in parts {
+        for (index, _) in own {
+            for part in document.parts(index) {
                 match part.kind {
                     ObjectKind::Brep(_) | ObjectKind::Extrusion(_) => {
                         expected.push((index, "Brep"))

@@ -4,7 +4,7 @@ use crate::{Bad, Outcome, health, plan, write_error};
 use feeler::brep::{Brep, Defect};
 use feeler::nurbs::Curve;
 use feeler_corpus::{MODEL_FILE_VERSION, Model};
-use feeler_io::{Document, Object, ObjectKind};
+use feeler_io::{Block, Document, Object, ObjectKind};
 use serde_json::{Map, Value, json};
 use std::collections::BTreeMap;
 use std::io::Write;
@@ -64,7 +64,9 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Bad> {
         as_text(&document, more)
     };
     out.write_all(text.as_bytes()).map_err(write_error)?;
-    let refused: usize = document.objects.iter().map(|o| refused(&o.kind)).sum();
+    let refused: usize = (0..document.objects.len())
+        .map(|i| refused(&document, i))
+        .sum();
     if refused == 0 {
         return Ok(Outcome::Good);
     }
@@ -76,14 +78,16 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Bad> {
     Ok(Outcome::Refused)
 }
 
-/// How many objects could not be read: this one, or of those that a block reference places.
-fn refused(kind: &ObjectKind) -> usize {
-    match kind {
-        ObjectKind::Refused { .. } => 1,
-        // What is placed is never a reference itself.
-        ObjectKind::Block { parts, .. } => parts.iter().map(|p| refused(&p.kind)).sum(),
-        _ => 0,
+/// How many objects could not be read: this one, or, of those that a block reference places, could not be moved there.
+fn refused(document: &Document, index: usize) -> usize {
+    let is_refused = |o: &Object| matches!(o.kind, ObjectKind::Refused { .. });
+    if document.objects.get(index).is_some_and(is_refused) {
+        return 1;
     }
+    let placements = document.placements(index);
+    placements
+        .filter(|p| !is_refused(p.object) && is_refused(&p.placed()))
+        .count()
 }
 
 /// A model file of our own: BREPs and nothing else.
@@ -153,8 +157,13 @@ fn contents(brep: &Brep) -> Contents {
 }
 
 fn as_json(document: &Document, more: More) -> Value {
-    let objects = document.objects.iter().map(|o| object_json(o, more));
-    let objects: Vec<Value> = objects.collect();
+    let objects = document.objects.iter().enumerate();
+    let objects: Vec<Value> = objects
+        .map(|(i, o)| match document.block(o) {
+            Some(block) => reference_json(document, i, o, block, more),
+            None => Value::Object(object_json(o, more)),
+        })
+        .collect();
     json!({
         "format": document.format.name(),
         "version": document.version,
@@ -165,7 +174,27 @@ fn as_json(document: &Document, more: More) -> Value {
     })
 }
 
-fn object_json(object: &Object, more: More) -> Value {
+/// A reference and what it places.
+fn reference_json(
+    document: &Document,
+    index: usize,
+    object: &Object,
+    block: &Block,
+    more: More,
+) -> Value {
+    let mut o = object_json(object, more);
+    o.remove("supported");
+    o.insert("block".into(), json!(block.name));
+    let parts = { document.parts(index) }.map(|p| Value::Object(object_json(&p, more)));
+    o.insert("parts".into(), parts.collect());
+    let warnings: Vec<&String> = object.warnings.iter().chain(&block.warnings).collect();
+    if !warnings.is_empty() {
+        o.insert("warnings".into(), json!(warnings));
+    }
+    Value::Object(o)
+}
+
+fn object_json(object: &Object, more: More) -> Map<String, Value> {
     let mut o = Map::new();
     o.insert("kind".into(), json!(object.kind.name()));
     o.insert("name".into(), json!(object.name));
@@ -178,11 +207,6 @@ fn object_json(object: &Object, more: More) -> Value {
     match &object.kind {
         ObjectKind::Brep(brep) | ObjectKind::Surface(brep) | ObjectKind::Extrusion(brep) => {
             brep_json(brep, more, &mut o);
-        }
-        ObjectKind::Block { name, parts } => {
-            o.insert("block".into(), json!(name));
-            let parts = parts.iter().map(|p| object_json(p, more));
-            o.insert("parts".into(), json!(parts.collect::<Vec<_>>()));
         }
         ObjectKind::Curve(curve) => {
             o.insert("curve".into(), json!(curve.type_name()));
@@ -200,7 +224,7 @@ fn object_json(object: &Object, more: More) -> Value {
     if !object.warnings.is_empty() {
         o.insert("warnings".into(), json!(object.warnings));
     }
-    Value::Object(o)
+    o
 }
 
 fn brep_json(brep: &Brep, more: More, o: &mut Map<String, Value>) {
@@ -252,7 +276,25 @@ fn as_text(document: &Document, more: More) -> String {
     )];
     lines.extend(document.warnings.iter().map(|w| format!("  warning: {w}")));
     for (i, object) in document.objects.iter().enumerate() {
-        object_text(&format!("object {i}"), object, more, &mut lines);
+        let title = format!("object {i}");
+        let Some(block) = document.block(object) else {
+            object_text(&title, object, more, &mut lines);
+            continue;
+        };
+        let count = document.placements(i).count();
+        let of = match block.name.as_str() {
+            "" => String::new(),
+            name => format!(" of `{name}`"),
+        };
+        lines.push(format!(
+            "{}{of}, which places {count}",
+            head(&title, object)
+        ));
+        for (k, part) in document.parts(i).enumerate() {
+            object_text(&format!("{title}, part {k}"), &part, more, &mut lines);
+        }
+        let warnings = object.warnings.iter().chain(&block.warnings);
+        lines.extend(warnings.map(|w| format!("  warning: {w}")));
     }
     let unread = unread(document);
     if !unread.is_empty() {
@@ -282,7 +324,8 @@ fn unread(document: &Document) -> BTreeMap<&str, usize> {
     counts
 }
 
-fn object_text(title: &str, object: &Object, more: More, lines: &mut Vec<String>) {
+/// What an object is called.
+fn head(title: &str, object: &Object) -> String {
     let mut head = format!("{title}: {}", object.kind.name());
     if !object.name.is_empty() {
         head += &format!(" `{}`", object.name);
@@ -295,16 +338,15 @@ fn object_text(title: &str, object: &Object, more: More, lines: &mut Vec<String>
             head += &format!(", {}", mark.replace('_', " "));
         }
     }
+    head
+}
+
+fn object_text(title: &str, object: &Object, more: More, lines: &mut Vec<String>) {
+    let head = head(title, object);
     match &object.kind {
         ObjectKind::Brep(brep) | ObjectKind::Surface(brep) | ObjectKind::Extrusion(brep) => {
             lines.push(head);
             brep_text(brep, more, lines);
-        }
-        ObjectKind::Block { name, parts } => {
-            lines.push(format!("{head} of `{name}`, which places {}", parts.len()));
-            for (i, part) in parts.iter().enumerate() {
-                object_text(&format!("{title}, part {i}"), part, more, lines);
-            }
         }
         ObjectKind::Refused { class, reason } => {
             lines.push(format!("{head} ({class}): {reason}"));

@@ -4,7 +4,7 @@ use crate::files::{read_text, write_text};
 use crate::hash::breps_hash;
 use crate::model_file;
 use feeler::brep::Brep;
-use feeler_io::{Choice, Document, FileError, ObjectKind};
+use feeler_io::{Choice, Document, FileError, Object, ObjectKind, ReadError};
 use std::path::{Path, PathBuf};
 
 /// Why a file is no model to ask.
@@ -169,44 +169,47 @@ impl Model {
     ) -> Result<Self, ModelError> {
         let path = path.to_path_buf();
         let count = document.objects.len();
-        let mut breps = Vec::new();
+        let is_wanted = |index: usize, o: &Object| {
+            object.map_or(!o.block_member && choice.takes(o), |w| w == index)
+        };
+        let refused = |index, class, reason: &ReadError| ModelError::Refused {
+            path: path.clone(),
+            object: index,
+            class,
+            reason: reason.to_string(),
+        };
+        // What references place, while all objects are there.
+        let mut found: Vec<(usize, Brep)> = Vec::new();
+        for (index, o) in document.objects.iter().enumerate() {
+            let is_reference = matches!(o.kind, ObjectKind::Block { .. });
+            if !is_reference || !is_wanted(index, o) {
+                continue;
+            }
+            let placements = document.placements(index);
+            for p in placements.filter(|p| choice.takes(p.object)) {
+                let part = p.placed();
+                if let ObjectKind::Refused { class, reason } = &part.kind
+                    && is_brep(class)
+                {
+                    return Err(refused(index, class.clone(), reason));
+                }
+                let brep = part.into_owned().into_body();
+                found.extend(brep.map(|b| (index, b)));
+            }
+        }
         let mut surface = None;
         for (index, o) in document.objects.into_iter().enumerate() {
-            let wanted = object.map_or(!o.block_member && choice.takes(&o), |w| w == index);
-            if !wanted {
+            if !is_wanted(index, &o) {
                 continue;
             }
             match o.kind {
-                ObjectKind::Brep(brep) | ObjectKind::Extrusion(brep) => breps.push(brep),
-                ObjectKind::Block { parts, .. } => {
-                    for part in parts {
-                        match part.kind {
-                            _ if !choice.takes(&part) => {}
-                            ObjectKind::Brep(brep) | ObjectKind::Extrusion(brep) => {
-                                breps.push(brep)
-                            }
-                            ObjectKind::Refused { class, reason } if is_brep(&class) => {
-                                return Err(ModelError::Refused {
-                                    path,
-                                    object: index,
-                                    class,
-                                    reason: reason.to_string(),
-                                });
-                            }
-                            _ => {}
-                        }
-                    }
-                }
-                ObjectKind::Surface(brep) if object.is_some() => breps.push(brep),
+                ObjectKind::Brep(brep) | ObjectKind::Extrusion(brep) => found.push((index, brep)),
+                ObjectKind::Surface(brep) if object.is_some() => found.push((index, brep)),
                 ObjectKind::Surface(_) => surface = surface.or(Some(index)),
                 ObjectKind::Refused { class, reason } if object.is_some() || is_brep(&class) => {
-                    return Err(ModelError::Refused {
-                        path,
-                        object: index,
-                        class,
-                        reason: reason.to_string(),
-                    });
+                    return Err(refused(index, class, &reason));
                 }
+                ObjectKind::Block { .. } => {}
                 kind if object.is_some() => {
                     return Err(ModelError::NotABrep {
                         path,
@@ -217,6 +220,9 @@ impl Model {
                 _ => {}
             }
         }
+        // In the order of the objects; what one places stays in its own.
+        found.sort_by_key(|(index, _)| *index);
+        let breps: Vec<Brep> = found.into_iter().map(|(_, brep)| brep).collect();
         match (breps.is_empty(), object) {
             (true, Some(object)) => Err(ModelError::NoObject {
                 path,
@@ -257,7 +263,14 @@ impl Model {
 
 fn is_brep(class: &str) -> bool {
     let class = class.to_ascii_lowercase();
-    ["brep", "extrusion", "instanceref"]
-        .iter()
-        .any(|of| class.contains(of))
+    [
+        "brep",
+        "extrusion",
+        "instanceref",
+        "assembly",
+        "compound",
+        "placed shape",
+    ]
+    .iter()
+    .any(|of| class.contains(of))
 }

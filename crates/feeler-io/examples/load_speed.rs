@@ -74,7 +74,7 @@ fn main() {
             }
         };
         let name = path.rsplit('/').next().unwrap_or(&path).to_owned();
-        let bodies: Vec<_> = document.bodies().map(|(_, b)| b.clone()).collect();
+        let bodies: Vec<_> = document.bodies().map(|(_, b)| b.into_owned()).collect();
         let faces: usize = bodies.iter().map(|b| b.faces().len()).sum();
         if faces == 0 {
             continue;

@@ -158,6 +158,18 @@ impl Affine {
         }
     }
 
+    /// The same map where all lengths are `factor` times as long.
+    #[must_use]
+    pub(crate) fn rescaled(&self, factor: f64) -> Self {
+        let mut exact = true;
+        let translation = self.translation.map(|x| product(x, factor, &mut exact));
+        Self {
+            matrix: self.matrix,
+            translation,
+            factors: self.factors.saturating_add(u32::from(!exact)),
+        }
+    }
+
     /// The scale, and how far squared lengths and angles are from being scaled by it, relative to its square.
     fn scale(&self) -> (f64, f64) {
         let square = self.matrix.transpose() * self.matrix;
@@ -257,6 +269,15 @@ impl Affine {
             largest: 0.0,
             natives: false,
         })
+    }
+}
+
+/// First the inner, then the outer; `None` is the identity.
+pub(crate) fn composed(outer: Option<&Affine>, inner: Option<&Affine>) -> Option<Affine> {
+    match (outer, inner) {
+        (Some(a), Some(b)) => Some(a.after(b)),
+        (Some(a), None) | (None, Some(a)) => Some(a.clone()),
+        (None, None) => None,
     }
 }
 

@@ -1,9 +1,12 @@
 //! What reading gives.
 
+use crate::affine::Affine;
+use crate::blocks::Block;
 use crate::error::ReadError;
 use crate::units::Units;
 use feeler::brep::Brep;
 use feeler::nurbs::Curve3;
+use std::borrow::Cow;
 
 /// The format of a file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -43,6 +46,8 @@ pub struct Document {
     pub tolerance: Option<f64>,
     /// The objects, in file order, including those that could not be read.
     pub objects: Vec<Object>,
+    /// The blocks that objects of kind [`ObjectKind::Block`] place.
+    pub(crate) blocks: Vec<Block>,
     /// What was odd about the file as a whole.
     pub warnings: Vec<String>,
 }
@@ -67,29 +72,44 @@ impl Document {
             units: Units::None,
             tolerance: None,
             objects: objects.collect(),
+            blocks: Vec::new(),
             warnings: Vec::new(),
         }
     }
 
+    /// The blocks that objects of kind [`ObjectKind::Block`] place: those of a .3dm file, a STEP file's assemblies and a .brep file's compounds that hold
+    /// or are what is placed more than once.
+    pub fn blocks(&self) -> &[Block] {
+        &self.blocks
+    }
+
+    /// The block that an object is a reference to.
+    pub fn block(&self, object: &Object) -> Option<&Block> {
+        match &object.kind {
+            ObjectKind::Block { block, .. } => self.blocks.get(*block),
+            _ => None,
+        }
+    }
+
     /// The BREPs that the model consists of, in file order, with the index of their object: those of BREPs and extrusions, and of what block
-    /// references place; not the members of blocks themselves, and no loose surfaces.
-    pub fn bodies(&self) -> impl Iterator<Item = (usize, &Brep)> {
+    /// references place, moved there one by one; not the members of blocks themselves, and no loose surfaces.
+    pub fn bodies(&self) -> impl Iterator<Item = (usize, Cow<'_, Brep>)> {
         self.chosen(Choice::default())
     }
 
     /// The same of the objects that are chosen.
-    pub fn chosen(&self, choice: Choice) -> impl Iterator<Item = (usize, &Brep)> {
+    pub fn chosen(&self, choice: Choice) -> impl Iterator<Item = (usize, Cow<'_, Brep>)> {
         let objects = self.objects.iter().enumerate();
         let wanted = objects.filter(move |(_, o)| !o.block_member && choice.takes(o));
-        wanted.flat_map(move |(i, o)| {
-            let parts = match &o.kind {
-                ObjectKind::Block { parts, .. } => parts.as_slice(),
-                _ => std::slice::from_ref(o),
-            };
-            let parts = parts.iter().filter(move |p| choice.takes(p));
-            parts.filter_map(move |p| match &p.kind {
-                ObjectKind::Brep(brep) | ObjectKind::Extrusion(brep) => Some((i, brep)),
-                _ => None,
+        wanted.flat_map(move |(i, _)| {
+            let placements = self.placements(i);
+            let wanted = placements.filter(move |p| choice.takes(p.object));
+            wanted.filter_map(move |p| {
+                let brep = match p.placed() {
+                    Cow::Borrowed(object) => Cow::Borrowed(object.body()?),
+                    Cow::Owned(object) => Cow::Owned(object.into_body()?),
+                };
+                Some((i, brep))
             })
         })
     }
@@ -152,6 +172,24 @@ pub struct Object {
     pub warnings: Vec<String>,
 }
 
+impl Object {
+    /// Its BREP, if it is a body by itself: a BREP or an extrusion.
+    pub fn body(&self) -> Option<&Brep> {
+        match &self.kind {
+            ObjectKind::Brep(brep) | ObjectKind::Extrusion(brep) => Some(brep),
+            _ => None,
+        }
+    }
+
+    /// The same, taken out of it.
+    pub fn into_body(self) -> Option<Brep> {
+        match self.kind {
+            ObjectKind::Brep(brep) | ObjectKind::Extrusion(brep) => Some(brep),
+            _ => None,
+        }
+    }
+}
+
 /// What an object is.
 #[derive(Clone, Debug, PartialEq)]
 pub enum ObjectKind {
@@ -163,12 +201,12 @@ pub enum ObjectKind {
     Curve(Curve3),
     /// An extrusion, as a BREP.
     Extrusion(Brep),
-    /// A reference to a block.
+    /// A reference to a block: [`Document::placements`] tells what it places.
     Block {
-        /// The block's name.
-        name: String,
-        /// What it places, blocks within it too: copies of the block's members, moved there.
-        parts: Vec<Object>,
+        /// Which of [`Document::blocks`].
+        block: usize,
+        /// Where it places it; `None`: as it stands.
+        map: Option<Box<Affine>>,
     },
     /// A mesh. Not read.
     Mesh,

@@ -31,8 +31,9 @@ pub enum UnitsError {
 
 impl Document {
     /// Gives all geometry in other units: every length times the ratio of the two, which is rounded to the nearest f64 once. Returns how far any
-    /// point may be from its exact place (that of the rounded ratio), in the new units; 0 where nothing was rounded. What objects' warnings tell of lengths stays
-    /// in the units in which they were read.
+    /// point may be from its exact place (that of the rounded ratio), in the new units; 0 where nothing was rounded; of what blocks consist of, that is where it stands
+    /// by itself, and what their maps lose is told [when it is placed](crate::Placement::placed). What objects' warnings tell of lengths stays in the units in which
+    /// they were read.
     ///
     /// # Errors
     /// [`UnitsError`]: no length for one of the units, or a size beyond the kernel's range.
@@ -47,11 +48,14 @@ impl Document {
         let map = Affine::scaling(factor);
         let mut off: f64 = 0.0;
         for (index, object) in self.objects.iter_mut().enumerate() {
-            let result = rescale(object, &map);
+            let result = rescale(object, &map, factor);
             off = off.max(result.map_err(|problem| UnitsError::Object {
                 object: index,
                 problem,
             })?);
+        }
+        for member in self.blocks.iter_mut().flat_map(|b| &mut b.members) {
+            rescale_map(&mut member.map, factor);
         }
         self.tolerance = self.tolerance.map(|t| t * factor);
         self.units = to;
@@ -59,7 +63,13 @@ impl Document {
     }
 }
 
-fn rescale(object: &mut Object, map: &Affine) -> Result<f64, MapError> {
+fn rescale_map(map: &mut Option<Box<Affine>>, factor: f64) {
+    if let Some(map) = map {
+        **map = map.rescaled(factor);
+    }
+}
+
+fn rescale(object: &mut Object, map: &Affine, factor: f64) -> Result<f64, MapError> {
     let moved = |brep: &mut Brep| {
         let moved = map.apply(brep)?;
         *brep = moved.brep;
@@ -68,21 +78,20 @@ fn rescale(object: &mut Object, map: &Affine) -> Result<f64, MapError> {
     match &mut object.kind {
         ObjectKind::Brep(b) | ObjectKind::Surface(b) | ObjectKind::Extrusion(b) => moved(b),
         ObjectKind::Curve(curve) => {
-            let (scaled, off) = rescaled(curve, map)?;
+            let (scaled, off) = moved_curve(curve, map)?;
             *curve = scaled;
             Ok(off)
         }
-        ObjectKind::Block { parts, .. } => {
-            // What a reference places is never a reference itself: this goes one level deep.
-            let mut all = parts.iter_mut().map(|p| rescale(p, map));
-            all.try_fold(0.0, |most: f64, off| Ok(most.max(off?)))
+        ObjectKind::Block { map, .. } => {
+            rescale_map(map, factor);
+            Ok(0.0)
         }
         ObjectKind::Mesh | ObjectKind::Other(_) | ObjectKind::Refused { .. } => Ok(0.0),
     }
 }
 
-/// A curve alone, as the only part of a BREP.
-fn rescaled(curve: &Curve3, map: &Affine) -> Result<(Curve3, f64), MapError> {
+/// A curve under a map, as the only part of a BREP, and how far off its points may be.
+pub(crate) fn moved_curve(curve: &Curve3, map: &Affine) -> Result<(Curve3, f64), MapError> {
     let parts = BrepParts {
         curves3: vec![curve.clone()],
         ..BrepParts::default()

@@ -8,6 +8,7 @@ use feeler_corpus::Model;
 use feeler_io::{Choice, Document, Object, ObjectKind, Units, read_file};
 use nalgebra::{Point3, Vector3};
 use serde::Deserialize;
+use std::borrow::Cow;
 use std::path::PathBuf;
 
 #[derive(Deserialize)]
@@ -158,11 +159,10 @@ fn extrusions_are_what_rhino3dm_says() {
     }
 }
 
-fn parts(object: &Object) -> (&str, &[Object]) {
-    match &object.kind {
-        ObjectKind::Block { name, parts } => (name, parts),
-        other => panic!("{other:?}"),
-    }
+fn parts(document: &Document, index: usize) -> (&str, Vec<Cow<'_, Object>>) {
+    let block = document.block(&document.objects[index]);
+    let block = block.unwrap_or_else(|| panic!("{:?}", document.objects[index]));
+    (&block.name, document.parts(index).collect())
 }
 
 #[test]
@@ -170,7 +170,7 @@ fn blocks_stand_where_rhino3dm_puts_them() {
     for name in ["blocks.3dm", "blocks_v5.3dm"] {
         let (document, said) = read::<Block>(name, "blocks.json");
         for block in &said {
-            let (found, parts) = parts(&document.objects[block.object]);
+            let (found, parts) = parts(&document, block.object);
             assert_eq!(found, block.block);
             let refused: Vec<String> = parts
                 .iter()
@@ -184,8 +184,8 @@ fn blocks_stand_where_rhino3dm_puts_them() {
                 assert_eq!(parts.len(), 2, "{name}");
                 assert!(refused[0].contains("scales unevenly"), "{refused:?}");
             }
-            let breps: Vec<&Object> = parts
-                .iter()
+            let breps: Vec<Cow<'_, Object>> = parts
+                .into_iter()
                 .filter(|p| matches!(p.kind, ObjectKind::Brep(_) | ObjectKind::Extrusion(_)))
                 .collect();
             assert_eq!(
@@ -230,7 +230,7 @@ fn moved_digits_are_the_same() {
     let ObjectKind::Brep(own) = &member.kind else {
         panic!("{member:?}");
     };
-    let moved = |i: usize| match &parts(&document.objects[i]).1[0].kind {
+    let moved = |i: usize| match &parts(&document, i).1[0].kind {
         ObjectKind::Brep(brep) => brep.clone(),
         other => panic!("{other:?}"),
     };

@@ -1,6 +1,6 @@
 //! From shapes to BREPs.
 //!
-//! Every solid becomes a BREP, as do every shell outside of one and the faces that lie loose in one compound. Two uses
+//! Every solid becomes a BREP, as do every shell outside of one and the faces that lie loose in one compound: see [`sites`](super::sites). Two uses
 //! of a shape are one edge or vertex if they stand at the same location. A loop is read on its
 //! face as if that were not reversed, which is how the file's curves in uv run; the face's own orientation, composed with
 //! those of all that it is part of, says on which side material is.
@@ -19,29 +19,31 @@ use crate::sheets::{jumps, kinds};
 use feeler::brep::{Brep, Edge, Vertex};
 use feeler::numeric::Interval;
 
-/// Numbers that may be made of a file of no bytes, and for each byte: 64 MB, and 64 bytes a byte.
-const NUMBERS: usize = 1 << 23;
+/// Numbers that may be made of a file of no bytes, and for each byte: 1 MB, and 64 bytes a byte.
+const NUMBERS: usize = 1 << 17;
 const NUMBERS_PER_BYTE: usize = 8;
 
-/// Uses of shapes that a file may unfold to: some hundred bytes each.
-const USES: usize = 100_000;
+/// Uses of shapes that the bodies of a file may unfold to, some hundred bytes each: what a body places of its own parts is made, other than [bodies that are
+/// placed](super::sites).
+const USES: usize = 1 << 12;
 /// And for each one that it lists.
 const USES_PER_PART: usize = 16;
 
 /// What becomes an object.
+#[derive(Debug)]
 pub(super) struct Body {
     /// The shape in the table.
     pub(super) shape: usize,
     /// What it is called.
     pub(super) class: &'static str,
     /// Its faces; empty for wires, edges and vertices.
-    faces: Vec<Sub>,
+    pub(super) faces: Vec<Sub>,
     /// Shapes within it that bound nothing.
-    skipped: usize,
+    pub(super) skipped: usize,
 }
 
 pub(super) struct Assembly {
-    tables: Tables,
+    pub(super) tables: Tables,
     numbers: Budget,
     uses: usize,
     uses_limit: usize,
@@ -98,7 +100,7 @@ impl Assembly {
     }
 
     /// The parts of a shape, placed and oriented.
-    fn parts(&mut self, of: Sub) -> Result<Vec<Sub>, ReadError> {
+    pub(super) fn parts(&mut self, of: Sub) -> Result<Vec<Sub>, ReadError> {
         let count = self
             .tables
             .shapes
@@ -120,48 +122,12 @@ impl Assembly {
         Ok(parts)
     }
 
-    fn kind(&self, shape: usize) -> Option<&Kind> {
+    pub(super) fn kind(&self, shape: usize) -> Option<&Kind> {
         self.tables.shapes.get(shape).map(|s| &s.kind)
     }
 
-    /// All that becomes an object, in the order of the file.
-    pub(super) fn bodies(&mut self) -> Result<Vec<Body>, ReadError> {
-        let mut bodies = Vec::new();
-        let mut open = vec![self.tables.root];
-        self.visit(self.tables.root.shape)?;
-        while let Some(next) = open.pop() {
-            let name = self.kind(next.shape).map_or("shape", Kind::name);
-            let mut body = Body {
-                shape: next.shape,
-                class: name,
-                faces: Vec::new(),
-                skipped: 0,
-            };
-            match self.kind(next.shape) {
-                Some(Kind::Compound | Kind::CompSolid) => {
-                    let parts = self.parts(next)?;
-                    for part in parts.into_iter().rev() {
-                        match self.kind(part.shape) {
-                            Some(Kind::Face { .. }) => body.faces.push(part),
-                            _ => open.push(part),
-                        }
-                    }
-                    body.faces.reverse();
-                    if body.faces.is_empty() {
-                        continue;
-                    }
-                }
-                Some(Kind::Solid | Kind::Shell) => self.faces(next, &mut body)?,
-                Some(Kind::Face { .. }) => body.faces.push(next),
-                _ => {}
-            }
-            bodies.push(body);
-        }
-        Ok(bodies)
-    }
-
     /// The faces of a solid or shell. A shape's parts stand before it in the file: this ends.
-    fn faces(&mut self, of: Sub, body: &mut Body) -> Result<(), ReadError> {
+    pub(super) fn faces(&mut self, of: Sub, body: &mut Body) -> Result<(), ReadError> {
         let mut open = vec![of];
         while let Some(next) = open.pop() {
             if matches!(self.kind(next.shape), Some(Kind::Face { .. })) {

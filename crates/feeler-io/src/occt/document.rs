@@ -1,12 +1,15 @@
 //! The whole file.
 
-use super::assembly::Assembly;
+use super::assembly::{Assembly, Body};
 use super::error::TextProblem;
 use super::shapes::Tables;
-use super::tokens::Tokens;
+use super::sites::What;
+use super::tokens::{Tokens, fail};
+use crate::blocks::{Block, Member, MemberOf, PLACED, faults};
 use crate::document::{Document, Format, Object, ObjectKind};
 use crate::error::ReadError;
 use crate::units::Units;
+use std::collections::HashMap;
 
 /// What the line with the version starts with.
 const HEADER: &[u8] = b"CASCADE Topology V";
@@ -27,7 +30,8 @@ pub(crate) fn has_header(bytes: &[u8]) -> bool {
 
 /// Reads OCCT's text format, versions 1 to 3, from memory.
 ///
-/// Each solid becomes an object, as does each shell that is in none, and the faces that lie loose in a compound. A bad one does
+/// Each solid becomes an object, as does each shell that is in none, and the faces that lie loose in a compound. Compounds that hold something more than once
+/// become references to [blocks](Document::blocks), and what they hold is there once. A bad one does
 /// not lose the others: it becomes [`ObjectKind::Refused`] with the reason. Triangulations are not read. The format
 /// has no units: [`Units::None`].
 ///
@@ -40,8 +44,7 @@ pub(crate) fn has_header(bytes: &[u8]) -> bool {
 /// not hold together.
 ///
 /// # Cost
-/// O(size) time; memory within a small multiple of the size, and of what the file unfolds to where it places shapes
-/// more than once, which is limited.
+/// O(size) time; memory within a small multiple of the size.
 pub fn read_brep(bytes: &[u8]) -> Result<Document, ReadError> {
     if bytes.is_empty() {
         return Err(ReadError::Empty);
@@ -73,45 +76,139 @@ pub fn read_brep(bytes: &[u8]) -> Result<Document, ReadError> {
         }
     };
     let tables = Tables::read(&mut t, version)?;
+    let mut warnings = Vec::new();
+    if tables.meshes > 0 {
+        warnings.push(format!(
+            "{} triangulations and polygons are for display: not read",
+            tables.meshes
+        ));
+    }
+    let mut assembly = Assembly::new(tables, t.size());
+    let sites = assembly.sites()?;
+    // Bodies and references in the order of the file; what blocks place follows.
+    let mut bodies: Vec<Option<Body>> = sites.bodies.into_iter().map(Some).collect();
+    let mut objects = Vec::new();
+    // The shape of each reference.
+    let mut references = HashMap::new();
+    for site in sites.top {
+        references.insert(objects.len(), site.shape);
+        let body = match site.what {
+            What::Body(i) => bodies.get_mut(i).and_then(Option::take),
+            What::Block(_) => None,
+        };
+        objects.push(match (body, site.what) {
+            (Some(body), _) => object(&mut assembly, &body, false),
+            (None, What::Block(block)) => Object {
+                offset: assembly.offset(site.shape),
+                ..plain(match site.map {
+                    Ok(map) => ObjectKind::Block {
+                        block,
+                        map: map.map(Box::new),
+                    },
+                    Err(reason) => refused("compound", reason),
+                })
+            },
+            (None, What::Body(_)) => continue,
+        });
+    }
+    let mut members = HashMap::new();
+    for (i, body) in bodies.into_iter().enumerate() {
+        if let Some(body) = body {
+            members.insert(i, objects.len());
+            objects.push(object(&mut assembly, &body, true));
+        }
+    }
+    let mut blocks = Vec::new();
+    for sites in sites.blocks {
+        let mut block = Block {
+            name: String::new(),
+            members: Vec::with_capacity(sites.len()),
+            warnings: Vec::new(),
+        };
+        for site in sites {
+            let (of, map) = match (site.map, site.what) {
+                (Err(reason), _) => {
+                    let refused = refused("placed shape", reason);
+                    let offset = assembly.offset(site.shape);
+                    let block_member = true;
+                    objects.push(Object {
+                        block_member,
+                        offset,
+                        ..plain(refused)
+                    });
+                    (MemberOf::Object(objects.len() - 1), None)
+                }
+                (Ok(map), What::Block(inner)) => (MemberOf::Block(inner), map),
+                (Ok(map), What::Body(i)) => match members.get(&i) {
+                    Some(index) => (MemberOf::Object(*index), map),
+                    None => continue,
+                },
+            };
+            let map = map.map(Box::new);
+            block.members.push(Member { of, map });
+        }
+        blocks.push(block);
+    }
     let mut document = Document {
         format: Format::Occt,
         version,
         opennurbs_version: 0,
         units: Units::None,
         tolerance: None,
-        objects: Vec::new(),
-        warnings: Vec::new(),
+        objects,
+        blocks,
+        warnings,
     };
-    if tables.meshes > 0 {
-        document.warnings.push(format!(
-            "{} triangulations and polygons are for display: not read",
-            tables.meshes
-        ));
-    }
-    let mut assembly = Assembly::new(tables, t.size());
-    for body in assembly.bodies()? {
-        let mut warnings = Vec::new();
-        let kind = match assembly.brep(&body) {
-            Ok(Some((brep, odd))) => {
-                warnings = odd;
-                ObjectKind::Brep(brep)
-            }
-            Ok(None) => ObjectKind::Other(body.class.into()),
-            Err(reason) => ObjectKind::Refused {
-                class: format!("brep of a {}", body.class),
-                reason,
-            },
-        };
-        document.objects.push(Object {
-            name: String::new(),
-            layer: None,
-            block_member: false,
-            hidden: false,
-            locked: false,
-            offset: assembly.offset(body.shape),
-            kind,
-            warnings,
-        });
+    // Shapes refer to earlier ones alone: no block holds itself.
+    for (index, _) in faults(&mut document, t.size()) {
+        if let Some(object) = document.objects.get_mut(index) {
+            let problem = TextProblem::Limit {
+                what: "placed shapes, or numbers in them",
+                limit: PLACED,
+            };
+            let line = { references.get(&index) }.map_or(0, |shape| assembly.line(*shape));
+            object.kind = refused("compound", fail(line, problem));
+        }
     }
     Ok(document)
+}
+
+/// An object of which no more is known.
+fn plain(kind: ObjectKind) -> Object {
+    Object {
+        name: String::new(),
+        layer: None,
+        block_member: false,
+        hidden: false,
+        locked: false,
+        offset: 0,
+        kind,
+        warnings: Vec::new(),
+    }
+}
+
+fn refused(class: &str, reason: ReadError) -> ObjectKind {
+    ObjectKind::Refused {
+        class: class.into(),
+        reason,
+    }
+}
+
+/// The object of a body.
+fn object(assembly: &mut Assembly, body: &Body, block_member: bool) -> Object {
+    let mut warnings = Vec::new();
+    let kind = match assembly.brep(body) {
+        Ok(Some((brep, odd))) => {
+            warnings = odd;
+            ObjectKind::Brep(brep)
+        }
+        Ok(None) => ObjectKind::Other(body.class.into()),
+        Err(reason) => refused(&format!("brep of a {}", body.class), reason),
+    };
+    Object {
+        block_member,
+        offset: assembly.offset(body.shape),
+        warnings,
+        ..plain(kind)
+    }
 }

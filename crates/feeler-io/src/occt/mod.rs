@@ -10,6 +10,7 @@
 //! | `projection` | curves in uv that the file leaves out, on planes |
 //! | `wires` | the order of a loop's trims |
 //! | `builder` | a BREP in the making |
+//! | `sites` | which bodies stand where |
 //! | `assembly` | from shapes to BREPs |
 //! | `document` | the whole file |
 //! | `write` | BREPs into such files |
@@ -25,6 +26,7 @@ mod error;
 pub(crate) mod motion;
 pub(crate) mod projection;
 mod shapes;
+mod sites;
 pub(crate) mod splines;
 pub(crate) mod surfaces;
 mod tokens;

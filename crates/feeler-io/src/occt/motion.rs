@@ -93,7 +93,7 @@ impl Motion {
         })
     }
 
-    fn affine(&self) -> Result<Affine, TextProblem> {
+    pub(super) fn affine(&self) -> Result<Affine, TextProblem> {
         let (r, t) = (&self.rotation, &self.translation);
         #[rustfmt::skip]
         let rows = [

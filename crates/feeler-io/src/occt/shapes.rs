@@ -14,7 +14,7 @@ pub(super) struct At<T> {
     pub(super) item: T,
 }
 
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(super) enum Orientation {
     Forward,
     Reversed,

@@ -1,20 +1,22 @@
 //! The whole file.
 
 use super::body::{Made3, brep, faces, rounded_up};
-use super::entities::Entities;
+use super::entities::{Entities, problem, shape};
 use super::geometry::{Geometry, Left};
 use super::part21::{Attribute, parse};
-use super::products::{Context, Products};
-use crate::affine::Affine;
+use super::products::{Placed, Products, What, within_itself};
+use crate::affine::{Affine, composed};
+use crate::blocks::{Block, Fault, Member, MemberOf, PLACED, faults};
 use crate::document::{Document, Format, Object, ObjectKind};
 use crate::error::ReadError;
 use crate::occt::curves::Budget;
-use crate::threedm::blocks::numbers;
+use crate::step_problem::StepProblem;
 use crate::units::Units;
+use feeler::brep::Brep;
 use std::collections::HashMap;
 
 /// Numbers that may be made of a file of no bytes, and for each byte, as of a .brep file.
-const NUMBERS: usize = 1 << 23;
+const NUMBERS: usize = 1 << 17;
 const NUMBERS_PER_BYTE: usize = 8;
 
 /// How much proof of images there may be: see [`Geometry::proofs`]. Beyond, the model's report says for how many there is none yet.
@@ -36,7 +38,8 @@ const NAMED: usize = 16;
 
 /// Reads a STEP file (ISO 10303-21; AP203, AP214, AP242) from memory.
 ///
-/// Each solid and each surface model becomes an object, wherever the assemblies place it; a bad one becomes [`ObjectKind::Refused`], which names the
+/// Each solid and each surface model becomes an object where the assemblies place it; what is placed more than once is an object once, as a member of
+/// [blocks](Document::blocks), and assemblies that hold such are references to these. A bad one becomes [`ObjectKind::Refused`], which names the
 /// entity and the remedy. Where some of its faces are good the object holds these, and is open where others are missing; each of those follows as
 /// [`ObjectKind::Refused`]. Meshes, curves, annotations and colours are not read.
 ///
@@ -76,7 +79,7 @@ pub fn read_step(bytes: &[u8]) -> Result<Document, ReadError> {
         ));
     }
     let entities = Entities::new(graph);
-    let mut geometry = Geometry {
+    let geometry = Geometry {
         entities: &entities,
         angle: 1.0,
         proofs: PROOFS,
@@ -93,152 +96,211 @@ pub fn read_step(bytes: &[u8]) -> Result<Document, ReadError> {
         numbers: Budget::new(NUMBERS.saturating_add(NUMBERS_PER_BYTE.saturating_mul(bytes.len()))),
     };
     let products = Products::read(&geometry)?;
-    let placed = products.placed(&entities)?;
-    let contexts: Vec<Option<Context>> = { placed.iter() }
-        .map(|p| products.context(&entities, p.representation))
-        .collect();
+    let sites = products.sites(&entities)?;
     // Lengths are in the unit of the first body; others are brought to it.
-    let first = contexts.iter().flatten().next().cloned();
-    let units = first.as_ref().map_or(Units::None, |c| c.units.clone());
-    if units == Units::None && !placed.is_empty() {
+    let first = sites.first();
+    let context = first.and_then(|p| products.context(&entities, p.representation));
+    let units = context.as_ref().map_or(Units::None, |c| c.units.clone());
+    if units == Units::None && first.is_some() {
         warnings.push("no unit of length is given".to_string());
     }
     for (what, count) in &products.others {
         warnings.push(format!("{count} items of kind {what} are not read"));
     }
-    let size = extent(&entities, placed.iter().map(|p| p.id));
-    // Of each body, how many are still to be placed.
-    let mut to_place: HashMap<u64, usize> = HashMap::new();
-    for p in &placed {
-        *to_place.entry(p.id).or_default() += 1;
-    }
-    let mut made: HashMap<u64, Result<Made3, ReadError>> = HashMap::new();
-    // Faces that bodies lack, of each body once.
-    let mut left_out: Vec<Object> = Vec::new();
-    let mut objects = Vec::new();
-    for (p, context) in placed.into_iter().zip(contexts) {
+    let size = extent(&entities, sites.bodies());
+    let mut bodies = Bodies {
+        products: &products,
+        geometry,
+        size,
+        members: HashMap::new(),
+        objects: Vec::new(),
+    };
+    let mut references = HashMap::new();
+    for p in sites.top {
         // Placements end in the units of the assembly that is in no other.
         let top = products.context(&entities, p.top);
-        let scale = top.as_ref().and_then(|c| {
-            (c.units != units)
-                .then(|| c.units.ratio(&units))
-                .flatten()
-                .map(Affine::scaling)
+        let scale = top.and_then(|c| {
+            let differ = c.units != units;
+            differ.then(|| c.units.ratio(&units)).flatten()
         });
-        let to_place = to_place.entry(p.id).or_default();
-        *to_place = to_place.saturating_sub(1);
-        let result = made.remove(&p.id).unwrap_or_else(|| {
-            geometry.angle = context.as_ref().map_or(1.0, |c| c.angle);
-            let given = context.as_ref().and_then(|c| c.tolerance).unwrap_or(0.0);
-            let tolerance = given.min(MOST_TOLERANCE * size);
-            let list = faces(&mut geometry, p.id)?;
-            let mut made = brep(p.id, &mut geometry, &list, size, tolerance)?;
-            let more = made.left_out.len().saturating_sub(NAMED);
-            for (face, reason) in std::mem::take(&mut made.left_out).into_iter().take(NAMED) {
-                left_out.push(Object {
-                    name: p.name.clone(),
-                    layer: None,
-                    block_member: false,
-                    hidden: false,
-                    locked: false,
-                    offset: entities.offset(face),
-                    kind: ObjectKind::Refused {
-                        class: format!(
-                            "face #{face} of {}",
-                            entities.described(p.id).to_lowercase()
-                        ),
-                        reason,
-                    },
-                    warnings: Vec::new(),
+        let map = composed(scale.map(Affine::scaling).as_ref(), p.map.as_ref());
+        match p.what {
+            What::Body(id) => bodies.object(id, &p, map.as_ref(), false),
+            What::Assembly(block) => {
+                references.insert(bodies.objects.len(), p.representation);
+                bodies.objects.push(Object {
+                    offset: entities.offset(p.representation),
+                    ..named(
+                        p.name,
+                        ObjectKind::Block {
+                            block,
+                            map: map.map(Box::new),
+                        },
+                    )
                 });
             }
-            if more > 0 {
-                made.warnings.push(format!(
-                    "{more} of the faces that are left out are not named"
-                ));
-            }
-            Ok(made)
-        });
-        let class = entities.described(p.id).to_lowercase();
-        let mut own = Vec::new();
-        let is_last = *to_place == 0;
-        let kind = match result {
-            Ok(mut body) => {
-                // A copy costs what it holds.
-                let map = match (&p.map, &scale) {
-                    (Some(a), Some(b)) => Some(b.after(a)),
-                    (a, b) => a.clone().or_else(|| b.clone()),
-                };
-                let warnings = if is_last {
-                    std::mem::take(&mut body.warnings)
-                } else {
-                    body.warnings.clone()
-                };
-                let copied = geometry.numbers.take(numbers(&body.brep));
-                let (placed, kept) = match (copied.map_err(super::entities::form(p.id)), map) {
-                    (Err(reason), _) => (Err(reason), Some(body)),
-                    (Ok(()), None) => {
-                        own.extend(body.images.said(1.0, 0.0));
-                        if is_last {
-                            (Ok(body.brep), None)
-                        } else {
-                            (Ok(body.brep.clone()), Some(body))
-                        }
-                    }
-                    (Ok(()), Some(map)) => {
-                        let moved = map
-                            .apply(&body.brep)
-                            .map(|moved| {
-                                own.extend(body.images.said(map.stretch(), moved.off));
-                                own.push(format!(
-                                    "placed by the assembly: points are off by at most {}",
-                                    rounded_up(moved.off)
-                                ));
-                                moved.brep
-                            })
-                            .map_err(|e| super::entities::shape(p.id, e.to_string()));
-                        (moved, Some(body))
-                    }
-                };
-                if let Some(body) = kept.filter(|_| !is_last) {
-                    made.insert(p.id, Ok(body));
-                }
-                match placed {
-                    Ok(brep) => {
-                        own.extend(warnings);
-                        ObjectKind::Brep(brep)
-                    }
-                    Err(reason) => ObjectKind::Refused { class, reason },
-                }
-            }
-            Err(reason) => {
-                if !is_last {
-                    made.insert(p.id, Err(reason.clone()));
-                }
-                ObjectKind::Refused { class, reason }
-            }
-        };
-        objects.push(Object {
-            name: p.name,
-            layer: None,
-            block_member: false,
-            hidden: false,
-            locked: false,
-            offset: entities.offset(p.id),
-            kind,
-            warnings: own,
-        });
-        objects.append(&mut left_out);
+        }
     }
-    Ok(Document {
+    let mut blocks = Vec::new();
+    for assembly in sites.assemblies {
+        let members = assembly.members.into_iter().map(|p| Member {
+            of: match p.what {
+                What::Body(id) => MemberOf::Object(bodies.member(id, &p)),
+                What::Assembly(k) => MemberOf::Block(k),
+            },
+            map: p.map.map(Box::new),
+        });
+        blocks.push(Block {
+            name: assembly.name,
+            members: members.collect(),
+            warnings: Vec::new(),
+        });
+    }
+    let mut document = Document {
         format: Format::Step,
         version,
         opennurbs_version: 0,
-        tolerance: first.and_then(|c| c.tolerance),
+        tolerance: context.and_then(|c| c.tolerance),
         units,
-        objects,
+        objects: bodies.objects,
+        blocks,
         warnings,
-    })
+    };
+    for (index, fault) in faults(&mut document, bytes.len()) {
+        let (Some(object), Some(&id)) = (document.objects.get_mut(index), references.get(&index))
+        else {
+            continue;
+        };
+        object.kind = ObjectKind::Refused {
+            class: "assembly".into(),
+            reason: match fault {
+                Fault::Itself => within_itself(id),
+                Fault::TooMuch => problem(
+                    id,
+                    StepProblem::Limit {
+                        what: "placed parts, or numbers in them",
+                        limit: PLACED,
+                    },
+                ),
+            },
+        };
+    }
+    Ok(document)
+}
+
+/// An object of which no more is known.
+fn named(name: String, kind: ObjectKind) -> Object {
+    Object {
+        name,
+        layer: None,
+        block_member: false,
+        hidden: false,
+        locked: false,
+        offset: 0,
+        kind,
+        warnings: Vec::new(),
+    }
+}
+
+/// The objects made so far.
+struct Bodies<'a> {
+    products: &'a Products,
+    geometry: Geometry<'a>,
+    /// Of the whole file.
+    size: f64,
+    /// The object of each body that assemblies place.
+    members: HashMap<u64, usize>,
+    objects: Vec<Object>,
+}
+
+impl Bodies<'_> {
+    /// The object of a body that assemblies place, made when it is met first.
+    fn member(&mut self, id: u64, p: &Placed) -> usize {
+        if let Some(index) = self.members.get(&id) {
+            return *index;
+        }
+        let index = self.objects.len();
+        self.members.insert(id, index);
+        self.object(id, p, None, true);
+        index
+    }
+
+    /// Makes the object of a body, and those of the faces that it lacks.
+    fn object(&mut self, id: u64, p: &Placed, map: Option<&Affine>, block_member: bool) {
+        let entities = self.geometry.entities;
+        let class = entities.described(id).to_lowercase();
+        let mut warnings = Vec::new();
+        let mut left_out = Vec::new();
+        let result = self
+            .made(id, p)
+            .and_then(|body| placed(id, body, map, &mut warnings, &mut left_out));
+        let kind = match result {
+            Ok(brep) => ObjectKind::Brep(brep),
+            Err(reason) => ObjectKind::Refused {
+                class: class.clone(),
+                reason,
+            },
+        };
+        let more = left_out.len().saturating_sub(NAMED);
+        if more > 0 {
+            warnings.push(format!(
+                "{more} of the faces that are left out are not named"
+            ));
+        }
+        self.objects.push(Object {
+            block_member,
+            offset: entities.offset(id),
+            warnings,
+            ..named(p.name.clone(), kind)
+        });
+        for (face, reason) in left_out.into_iter().take(NAMED) {
+            let class = format!("face #{face} of {class}");
+            self.objects.push(Object {
+                block_member,
+                offset: entities.offset(face),
+                ..named(p.name.clone(), ObjectKind::Refused { class, reason })
+            });
+        }
+    }
+
+    /// A body where it stands by itself.
+    fn made(&mut self, id: u64, p: &Placed) -> Result<Made3, ReadError> {
+        let context = { self.products }.context(self.geometry.entities, p.representation);
+        self.geometry.angle = context.as_ref().map_or(1.0, |c| c.angle);
+        let given = context.and_then(|c| c.tolerance).unwrap_or(0.0);
+        let tolerance = given.min(MOST_TOLERANCE * self.size);
+        let list = faces(&mut self.geometry, id)?;
+        brep(id, &mut self.geometry, &list, self.size, tolerance)
+    }
+}
+
+/// A body under a map, what is to be said of it, and the faces that it lacks.
+fn placed(
+    id: u64,
+    body: Made3,
+    map: Option<&Affine>,
+    warnings: &mut Vec<String>,
+    left_out: &mut Vec<(u64, ReadError)>,
+) -> Result<Brep, ReadError> {
+    *left_out = body.left_out;
+    let brep = match map {
+        None => {
+            warnings.extend(body.images.said(1.0, 0.0));
+            body.brep
+        }
+        Some(map) => {
+            let moved = map.apply(&body.brep);
+            let moved = moved.map_err(|e| shape(id, e.to_string()))?;
+            warnings.extend(body.images.said(map.stretch(), moved.off));
+            warnings.push(format!(
+                "placed by the assembly: points are off by at most {}",
+                rounded_up(moved.off)
+            ));
+            moved.brep
+        }
+    };
+    warnings.extend(body.warnings);
+    Ok(brep)
 }
 
 /// The largest coordinate of the points that bodies are made of.

@@ -8,7 +8,7 @@
 use super::entities::{Entities, Entity, problem, unsupported};
 use super::geometry::Geometry;
 use super::part21::{Attribute, Part};
-use crate::affine::Affine;
+use crate::affine::{Affine, composed};
 use crate::error::ReadError;
 use crate::occt::surfaces::Axes;
 use crate::step_problem::StepProblem;
@@ -17,9 +17,6 @@ use std::collections::{BTreeMap, BTreeSet, HashMap};
 
 /// The longest name of an object, in bytes: each placed part has its own.
 const LONGEST_NAME: usize = 256;
-/// Bodies that a file may place, and how deep assemblies may nest.
-const MOST_BODIES: usize = 100_000;
-const MOST_NESTED: usize = 64;
 
 /// Kinds of items that become objects.
 const BODIES: [&str; 5] = [
@@ -42,15 +39,62 @@ const OTHERS: [(&str, &str); 9] = [
     ("CSG_SOLID", "CSG solid"),
 ];
 
-/// A body in its place.
+/// What stands somewhere.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum What {
+    /// A body, by its entity.
+    Body(u64),
+    /// An assembly, by its index in [`Sites::assemblies`].
+    Assembly(usize),
+}
+
+/// A body or an assembly in its place.
 pub(super) struct Placed {
-    pub(super) id: u64,
+    pub(super) what: What,
     pub(super) representation: u64,
     /// The representation in whose units it is placed.
     pub(super) top: u64,
     /// `None`: as it stands.
     pub(super) map: Option<Affine>,
     pub(super) name: String,
+}
+
+/// An assembly that is placed more than once or holds what is.
+pub(super) struct Assembly {
+    pub(super) name: String,
+    /// In its own units.
+    pub(super) members: Vec<Placed>,
+}
+
+/// Where everything stands.
+pub(super) struct Sites {
+    /// What is in no [`Assembly`].
+    pub(super) top: Vec<Placed>,
+    pub(super) assemblies: Vec<Assembly>,
+}
+
+impl Sites {
+    /// The body that is placed first.
+    pub(super) fn first(&self) -> Option<&Placed> {
+        let mut first = self.top.first()?;
+        // No way down without turns is longer.
+        for _ in 0..=self.assemblies.len() {
+            match first.what {
+                What::Body(_) => return Some(first),
+                What::Assembly(k) => first = self.assemblies.get(k)?.members.first()?,
+            }
+        }
+        None
+    }
+
+    /// All places of bodies, each once.
+    pub(super) fn bodies(&self) -> impl Iterator<Item = u64> {
+        let members = self.assemblies.iter().flat_map(|a| &a.members);
+        { self.top.iter().chain(members) }.filter_map(|p| match p.what {
+            What::Body(id) => Some(id),
+            What::Assembly(_) => None,
+        })
+    }
 }
 
 /// What a representation's lengths and angles are in.
@@ -135,14 +179,6 @@ fn scaling(units: &BTreeMap<u64, Units>, from: u64, to: u64) -> Option<Affine> {
         return None;
     }
     from.ratio(to).map(Affine::scaling)
-}
-
-fn composed(outer: Option<&Affine>, inner: Option<&Affine>) -> Option<Affine> {
-    match (outer, inner) {
-        (Some(a), Some(b)) => Some(a.after(b)),
-        (Some(a), None) | (None, Some(a)) => Some(a.clone()),
-        (None, None) => None,
-    }
 }
 
 fn is_representation(name: &str) -> bool {
@@ -249,6 +285,10 @@ impl Products {
             let Attribute::EntityRef(item) = attribute else {
                 continue;
             };
+            // Items are a set: one that is said again is in it already.
+            if !listed.insert(*item) {
+                continue;
+            }
             if let Some(m) = entities.part(*item, "MAPPED_ITEM") {
                 let (source, target) = (m.reference(1)?, m.reference(2)?);
                 let s = entities.expect(*item, source, "REPRESENTATION_MAP", "what is mapped")?;
@@ -271,10 +311,7 @@ impl Products {
             }
             let mut kinds = entities.kinds(*item);
             if kinds.clone().any(|k| BODIES.contains(&k)) {
-                // Items are a set: one that is said again is in it already.
-                if listed.insert(*item) {
-                    own.bodies.push(*item);
-                }
+                own.bodies.push(*item);
             } else if let Some((_, what)) = kinds.find_map(|k| OTHERS.iter().find(|(o, _)| *o == k))
             {
                 own.others.push(what);
@@ -403,117 +440,80 @@ impl Products {
         }
     }
 
-    /// All bodies in their places.
-    pub(super) fn placed(&self, entities: &Entities) -> Result<Vec<Placed>, ReadError> {
-        // By what stands for them: bodies and children of all that are of one thing.
-        let mut groups: BTreeMap<u64, Vec<u64>> = BTreeMap::new();
-        let mut inner = BTreeSet::new();
-        for (id, r) in &self.all {
-            groups.entry(self.root(*id)).or_default().push(*id);
-            inner.extend(r.children.iter().map(|c| self.root(c.of)));
-        }
-        let mut placed = Vec::new();
-        let tops: Vec<u64> = { groups.keys() }
-            .filter(|g| !inner.contains(g))
-            .copied()
-            .collect();
-        let mut visits = 0;
+    /// All bodies in their places. An assembly is kept as one where it is placed more than once or holds what is, so that all this is no longer than the
+    /// file is, whatever it unfolds to.
+    pub(super) fn sites(&self, entities: &Entities) -> Result<Sites, ReadError> {
+        let walk = Walk::new(self);
+        let mut sites = Sites {
+            top: Vec::new(),
+            assemblies: Vec::new(),
+        };
+        let mut assemblies = Assemblies::default();
         let mut visited = BTreeSet::new();
-        for top in tops {
-            // The path is on the stack with each: an assembly must not be part of itself.
-            let mut open: Vec<(u64, Option<Affine>, Vec<u64>)> = vec![(top, None, Vec::new())];
-            while let Some((group, map, path)) = open.pop() {
-                visits += 1;
+        let tops = { walk.groups.keys() }.filter(|g| !walk.uses.contains_key(g));
+        for &top in tops {
+            let mut open = vec![(top, None, "")];
+            while let Some((group, map, outer)) = open.pop() {
+                let name = self.name(group, outer);
+                if walk.is_assembly(group) {
+                    sites.top.push(Placed {
+                        what: What::Assembly(assemblies.index(group)),
+                        representation: group,
+                        top,
+                        map,
+                        name: name.to_owned(),
+                    });
+                    continue;
+                }
+                // It is used once at most: this ends.
                 visited.insert(group);
-                if path.contains(&group) || path.len() > MOST_NESTED {
-                    return Err(problem(
-                        group,
-                        StepProblem::Shape {
-                            what: "an assembly that is part of itself, or too deep".into(),
-                        },
-                    ));
-                }
-                if placed.len() > MOST_BODIES || visits > MOST_BODIES {
-                    return Err(problem(
-                        group,
-                        StepProblem::Limit {
-                            what: "placed parts",
-                            limit: MOST_BODIES,
-                        },
-                    ));
-                }
-                let mut further = path.clone();
-                further.push(group);
-                let name = further
-                    .iter()
-                    .rev()
-                    .find_map(|g| self.names.get(g))
-                    .cloned()
-                    .unwrap_or_default();
-                let mut next = Vec::new();
-                for id in groups.get(&group).into_iter().flatten() {
-                    let Some(r) = self.all.get(id) else { continue };
-                    let map_here = composed(map.as_ref(), r.scale.as_ref());
-                    for body in &r.bodies {
-                        if placed.len() >= MOST_BODIES {
-                            return Err(problem(
-                                *id,
-                                StepProblem::Limit {
-                                    what: "placed parts",
-                                    limit: MOST_BODIES,
-                                },
-                            ));
-                        }
-                        let own = entities.simple(*body).map_or("", |e| e.text(0));
-                        let plain = own.is_empty() || own == "NONE";
-                        placed.push(Placed {
-                            id: *body,
-                            representation: *id,
-                            top,
-                            map: map_here.clone(),
-                            name: if plain { name.clone() } else { short(own) },
-                        });
-                    }
-                    for c in &r.children {
-                        let map = composed(map.as_ref(), c.map.as_ref());
-                        next.push((self.root(c.of), map, further.clone()));
-                    }
-                }
-                if open.len() + next.len() > MOST_BODIES {
-                    return Err(problem(
-                        group,
-                        StepProblem::Limit {
-                            what: "placed parts",
-                            limit: MOST_BODIES,
-                        },
-                    ));
-                }
-                open.extend(next.into_iter().rev());
+                let inner = self.members(entities, &walk, group, name, |of, c| {
+                    (of, composed(map.as_ref(), c), name)
+                });
+                sites.top.extend(inner.bodies.into_iter().map(|p| Placed {
+                    top,
+                    map: composed(map.as_ref(), p.map.as_ref()),
+                    ..p
+                }));
+                open.extend(inner.children.into_iter().rev());
             }
         }
+        while let Some(&group) = assemblies.order.get(sites.assemblies.len()) {
+            visited.insert(group);
+            let name = self.name(group, "");
+            // All that an assembly holds is one, too.
+            let inner = self.members(entities, &walk, group, name, |of, c| Placed {
+                what: What::Assembly(assemblies.index(of)),
+                representation: of,
+                top: group,
+                map: c.cloned(),
+                name: String::new(),
+            });
+            let mut members = inner.bodies;
+            members.extend(inner.children);
+            sites.assemblies.push(Assembly {
+                name: name.to_owned(),
+                members,
+            });
+        }
         // What is only within itself is below no top.
-        for (group, ids) in &groups {
+        for (group, ids) in &walk.groups {
             let lost = |id: &&u64| self.all.get(id).is_some_and(|r| !r.bodies.is_empty());
             if !visited.contains(group)
                 && let Some(id) = ids.iter().find(lost)
             {
-                return Err(problem(
-                    *id,
-                    StepProblem::Shape {
-                        what: "an assembly that is part of itself".into(),
-                    },
-                ));
+                return Err(within_itself(*id));
             }
         }
         // What no representation holds.
-        let held: BTreeSet<u64> = { self.all.values() }
-            .flat_map(|r| r.bodies.iter().copied())
-            .collect();
         for (id, raw) in &entities.graph().entities {
             let is_body = |p: &Part| BODIES.contains(&&*p.name);
-            if !raw.is_complex && raw.parts.first().is_some_and(is_body) && !held.contains(id) {
-                placed.push(Placed {
-                    id: *id,
+            if !raw.is_complex
+                && raw.parts.first().is_some_and(is_body)
+                && !walk.bodies.contains_key(id)
+            {
+                sites.top.push(Placed {
+                    what: What::Body(*id),
                     representation: 0,
                     top: 0,
                     map: None,
@@ -521,7 +521,46 @@ impl Products {
                 });
             }
         }
-        Ok(placed)
+        Ok(sites)
+    }
+
+    /// The name of a group, or else that of what it is in.
+    fn name<'a>(&'a self, group: u64, outer: &'a str) -> &'a str {
+        self.names.get(&group).map_or(outer, String::as_str)
+    }
+
+    /// What a group holds, in its own frame: its bodies, named like it where they have no name, and what `child` makes of the groups in it and their maps.
+    fn members<T>(
+        &self,
+        entities: &Entities,
+        walk: &Walk,
+        group: u64,
+        name: &str,
+        mut child: impl FnMut(u64, Option<&Affine>) -> T,
+    ) -> Members<T> {
+        let mut found = Members {
+            bodies: Vec::new(),
+            children: Vec::new(),
+        };
+        for id in walk.groups.get(&group).into_iter().flatten() {
+            let Some(r) = self.all.get(id) else { continue };
+            for body in &r.bodies {
+                let own = entities.simple(*body).map_or("", |e| e.text(0));
+                let plain = own.is_empty() || own == "NONE";
+                found.bodies.push(Placed {
+                    what: What::Body(*body),
+                    representation: *id,
+                    top: group,
+                    map: r.scale.clone(),
+                    name: short(if plain { name } else { own }),
+                });
+            }
+            for c in &r.children {
+                let made = child(self.root(c.of), c.map.as_ref());
+                found.children.push(made);
+            }
+        }
+        found
     }
 
     /// The context of a representation.
@@ -529,6 +568,84 @@ impl Products {
         let id = self.all.get(&representation)?.context?;
         context(entities, id)
     }
+}
+
+struct Members<T> {
+    bodies: Vec<Placed>,
+    children: Vec<T>,
+}
+
+/// What is in what, by the representations that stand for all that are of one thing.
+struct Walk {
+    /// The representations of each.
+    groups: BTreeMap<u64, Vec<u64>>,
+    /// How often each is in others, and each body in any.
+    uses: HashMap<u64, usize>,
+    bodies: HashMap<u64, usize>,
+    /// Those that hold what is used more than once.
+    holders: BTreeSet<u64>,
+}
+
+impl Walk {
+    fn new(products: &Products) -> Self {
+        let mut walk = Self {
+            groups: BTreeMap::new(),
+            uses: HashMap::new(),
+            bodies: HashMap::new(),
+            holders: BTreeSet::new(),
+        };
+        for (id, r) in &products.all {
+            walk.groups.entry(products.root(*id)).or_default().push(*id);
+            for c in &r.children {
+                *walk.uses.entry(products.root(c.of)).or_default() += 1;
+            }
+            for b in &r.bodies {
+                *walk.bodies.entry(*b).or_default() += 1;
+            }
+        }
+        let often = |counts: &HashMap<u64, usize>, id: u64| counts.get(&id).is_some_and(|n| *n > 1);
+        for (id, r) in &products.all {
+            let mut children = r.children.iter().map(|c| products.root(c.of));
+            if r.bodies.iter().any(|b| often(&walk.bodies, *b))
+                || children.any(|c| often(&walk.uses, c))
+            {
+                walk.holders.insert(products.root(*id));
+            }
+        }
+        walk
+    }
+
+    fn is_assembly(&self, group: u64) -> bool {
+        self.holders.contains(&group) || self.uses.get(&group).is_some_and(|n| *n > 1)
+    }
+}
+
+/// Groups that are assemblies, in the order met.
+#[derive(Default)]
+struct Assemblies {
+    order: Vec<u64>,
+    indices: HashMap<u64, usize>,
+}
+
+impl Assemblies {
+    fn index(&mut self, group: u64) -> usize {
+        let next = self.order.len();
+        let index = *self.indices.entry(group).or_insert(next);
+        if index == next {
+            self.order.push(group);
+        }
+        index
+    }
+}
+
+/// The refusal of an assembly, by its representation.
+pub(super) fn within_itself(representation: u64) -> ReadError {
+    problem(
+        representation,
+        StepProblem::Shape {
+            what: "an assembly that is part of itself".into(),
+        },
+    )
 }
 
 /// A name of at most [`LONGEST_NAME`] bytes.

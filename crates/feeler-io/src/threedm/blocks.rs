@@ -1,7 +1,7 @@
 //! Blocks: definitions, references to them, and what these place.
 //!
 //! A definition names the objects it consists of by their ids; they stand in the object table, marked as its members. A
-//! reference has the definition's id and a matrix; definitions may hold references. Each reference is unfolded to what it places.
+//! reference has the definition's id and a matrix; definitions may hold references.
 //!
 //! A definition may be linked to another file. That file is never opened: where a copy of its objects is embedded, that is placed, and
 //! said; else the reference is refused with the path.
@@ -10,24 +10,15 @@ use super::archive::{ANONYMOUS, Chunk};
 use super::class;
 use super::curves::REMEDY;
 use crate::affine::Affine;
-use crate::document::{Document, Object, ObjectKind};
+use crate::blocks::{Block, Fault, Member, MemberOf, faults};
+use crate::document::{Document, ObjectKind};
 use crate::error::{Problem, ReadError};
-use feeler::brep::Brep;
-use feeler::nurbs::{Curve, NurbsCurve, Surface};
 use std::collections::HashMap;
 
 /// The record of a definition in the table of definitions.
 pub(super) const DEFINITION_RECORD: u32 = 0x2000_8076;
 /// The attributes that newer files keep in one chunk: id, name, ...
 const COMPONENT: u32 = 0x4000_8002;
-
-/// How deep blocks may be in each other; a block that holds itself is found by this.
-const MAX_NESTED: usize = 32;
-/// Objects that a file's references may place in all, ...
-const PLACED: usize = 10_000;
-/// ... and the numbers in them, for a file of no bytes and for each byte.
-const NUMBERS: usize = 1 << 22;
-const NUMBERS_PER_BYTE: usize = 4;
 
 pub(super) type Id = [u8; 16];
 
@@ -59,7 +50,9 @@ pub(super) struct Reference {
 /// All blocks of a file, and the references met.
 #[derive(Default)]
 pub(super) struct Blocks {
-    definitions: HashMap<Id, Definition>,
+    definitions: Vec<Definition>,
+    /// Where each definition stands among these.
+    indices: HashMap<Id, usize>,
     /// Where each object with an id stands.
     objects: HashMap<Id, usize>,
     references: HashMap<usize, Reference>,
@@ -153,49 +146,6 @@ pub(super) fn reference(mut d: Chunk<'_>) -> Result<Reference, ReadError> {
     Ok(Reference { block, matrix })
 }
 
-/// How many numbers a spline holds.
-pub(crate) fn numbers_of_spline<const H: usize>(n: &NurbsCurve<H>) -> usize {
-    H * n.control_points().len() + n.knots().knots().len()
-}
-
-fn numbers_of_curve<const D: usize, const H: usize>(c: &Curve<D, H>) -> usize {
-    match c {
-        Curve::Nurbs(n) => numbers_of_spline(n),
-        Curve::Polyline(p) => (D + 1) * p.points().len(),
-        // Segments are never poly-curves themselves.
-        Curve::Poly(p) => p.segments().iter().map(numbers_of_curve).sum(),
-        Curve::Line(_) | Curve::Arc(_) => 20,
-    }
-}
-
-/// How many numbers a surface holds.
-pub(crate) fn numbers_of_surface(s: &Surface) -> usize {
-    match s {
-        Surface::Nurbs(n) => {
-            4 * n.control_net().len() + n.knots_u().knots().len() + n.knots_v().knots().len()
-        }
-        Surface::Revolution(r) => 20 + numbers_of_curve(&r.profile),
-        Surface::Sum(s) => 3 + numbers_of_curve(&s.first) + numbers_of_curve(&s.second),
-        Surface::Plane(_) => 20,
-    }
-}
-
-/// How many numbers a BREP holds, roughly: what a copy of it costs.
-pub(crate) fn numbers(brep: &Brep) -> usize {
-    let p = brep.parts();
-    let surfaces = p.surfaces.iter().map(numbers_of_surface);
-    let curves: usize = p.curves2.iter().map(numbers_of_curve).sum();
-    let curves3: usize = p.curves3.iter().map(numbers_of_curve).sum();
-    let items = p.vertices.len() + p.edges.len() + p.trims.len() + p.loops.len() + p.faces.len();
-    surfaces.sum::<usize>() + curves + curves3 + 20 * items
-}
-
-/// What is left of what references may unfold to.
-struct Budget {
-    objects: usize,
-    numbers: usize,
-}
-
 impl Blocks {
     /// Reads a record of the table of definitions.
     pub(super) fn define(&mut self, mut record: Chunk<'_>) -> Result<(), ReadError> {
@@ -209,7 +159,8 @@ impl Blocks {
             fixed(&mut data)?
         };
         data.finish()?;
-        self.definitions.insert(id, definition);
+        self.indices.insert(id, self.definitions.len());
+        self.definitions.push(definition);
         Ok(())
     }
 
@@ -223,127 +174,96 @@ impl Blocks {
         self.references.insert(index, reference);
     }
 
-    /// Gives each reference that stands in the model itself what it places.
-    pub(super) fn unfold(&self, document: &mut Document, size: usize) {
-        let mut budget = Budget {
-            objects: PLACED,
-            numbers: NUMBERS.saturating_add(NUMBERS_PER_BYTE.saturating_mul(size)),
-        };
+    /// Gives the document, of so many bytes, its blocks, and each reference its own. What is amiss with a reference in a block is refused by
+    /// itself, and the rest placed.
+    pub(super) fn place(self, document: &mut Document, bytes: usize) {
         let mut indices: Vec<usize> = self.references.keys().copied().collect();
         indices.sort_unstable();
+        let mut uses: HashMap<usize, (usize, Affine)> = HashMap::new();
         for index in indices {
-            let Some(object) = document.objects.get(index) else {
+            let (Some(reference), Some(object)) =
+                (self.references.get(&index), document.objects.get_mut(index))
+            else {
                 continue;
             };
-            // A member is placed with its block.
-            if object.block_member {
-                continue;
+            match self.usable(reference) {
+                // A member is placed with its block.
+                Ok((block, map)) => {
+                    if !object.block_member {
+                        let map = Some(Box::new(map.clone()));
+                        object.kind = ObjectKind::Block { block, map };
+                    }
+                    uses.insert(index, (block, map));
+                }
+                Err(problem) => object.kind = refused(object.offset, problem),
             }
-            let mut placed = Placed::default();
-            let result = self.placed(document, index, &mut budget, &mut placed);
-            let offset = object.offset;
-            let name = self.name_of(index);
+        }
+        let blocks = { &self.definitions }
+            .iter()
+            .map(|definition| self.block(definition, &uses));
+        document.blocks = blocks.collect();
+        for (index, fault) in faults(document, bytes) {
             let Some(object) = document.objects.get_mut(index) else {
                 continue;
             };
-            object.warnings.extend(placed.warnings);
-            object.kind = match result {
-                Ok(()) => ObjectKind::Block {
-                    name,
-                    parts: placed.parts,
+            let why = match fault {
+                Fault::Itself => "the block it refers to holds itself: remove it from itself",
+                Fault::TooMuch => "the file's blocks unfold to too much: explode them",
+            };
+            object.kind = refused(object.offset, Problem::Block { why: why.into() });
+        }
+    }
+
+    fn block(&self, definition: &Definition, uses: &HashMap<usize, (usize, Affine)>) -> Block {
+        let mut warnings = Vec::new();
+        if let Some(path) = &definition.link {
+            warnings.push(format!(
+                "the block `{}` is linked to `{path}`, which is not opened: placed is the copy embedded in this file",
+                definition.name
+            ));
+        }
+        let known = { definition.members.iter() }.filter_map(|id| self.objects.get(id).copied());
+        let mut members: Vec<Member> = known
+            .map(|at| match uses.get(&at) {
+                Some((block, map)) => Member {
+                    of: MemberOf::Block(*block),
+                    map: Some(Box::new(map.clone())),
                 },
-                Err(problem) => refused("InstanceRef", offset, problem),
-            };
+                None => Member {
+                    of: MemberOf::Object(at),
+                    map: None,
+                },
+            })
+            .collect();
+        // Objects first, then what blocks within the block place.
+        members.sort_by_key(|m| matches!(m.of, MemberOf::Block(_)));
+        let lost = definition.members.len() - members.len();
+        if lost > 0 {
+            warnings.push(format!(
+                "{lost} of the {} members of the block `{}` are not among the file's objects",
+                definition.members.len(),
+                definition.name
+            ));
+        }
+        Block {
+            name: definition.name.clone(),
+            members,
+            warnings,
         }
     }
 
-    fn name_of(&self, reference: usize) -> String {
-        let block = self.references.get(&reference).map(|r| r.block);
-        let definition = block.and_then(|b| self.definitions.get(&b));
-        definition.map(|d| d.name.clone()).unwrap_or_default()
-    }
-
-    /// What the reference at `index` places. The stack of open references is a list, not the machine's. What is amiss with a
-    /// reference in a block is refused by itself, and the rest placed.
-    fn placed(
-        &self,
-        document: &Document,
-        index: usize,
-        budget: &mut Budget,
-        placed: &mut Placed,
-    ) -> Result<(), Problem> {
-        let mut open: Vec<(usize, Option<Affine>, usize)> = vec![(index, None, 0)];
-        while let Some((index, outer, depth)) = open.pop() {
-            let Some(reference) = self.references.get(&index) else {
-                continue;
-            };
-            if depth >= MAX_NESTED {
-                return Err(Problem::Depth {
-                    limit: MAX_NESTED as u32,
-                });
-            }
-            let (definition, own) = match self.usable(reference) {
-                Ok(usable) => usable,
-                Err(problem) if depth == 0 => return Err(problem),
-                Err(problem) => {
-                    if let Some(object) = document.objects.get(index) {
-                        let kind = refused("InstanceRef", object.offset, problem);
-                        placed.parts.push(copied(object, kind, budget)?);
-                    }
-                    continue;
-                }
-            };
-            if let Some(path) = &definition.link {
-                let note = format!(
-                    "the block `{}` is linked to `{path}`, which is not opened: placed is the copy embedded in this file",
-                    definition.name
-                );
-                if !placed.warnings.contains(&note) {
-                    placed.warnings.push(note);
-                }
-            }
-            let map = match outer {
-                None => own,
-                Some(outer) => outer.after(&own),
-            };
-            let mut lost = 0_usize;
-            for member in &definition.members {
-                budget.take(1, 0)?;
-                let Some(at) = self.objects.get(member).copied() else {
-                    lost += 1;
-                    continue;
-                };
-                if self.references.contains_key(&at) {
-                    open.push((at, Some(map.clone()), depth + 1));
-                } else if let Some(object) = document.objects.get(at) {
-                    placed.parts.push(moved(object, &map, budget)?);
-                }
-            }
-            if lost > 0 {
-                let note = format!(
-                    "{lost} of the {} members of the block `{}` are not among the file's objects",
-                    definition.members.len(),
-                    definition.name
-                );
-                if !placed.warnings.contains(&note) {
-                    placed.warnings.push(note);
-                }
-            }
-        }
-        Ok(())
-    }
-
-    /// The definition of a reference and its own map.
-    fn usable(&self, reference: &Reference) -> Result<(&Definition, Affine), Problem> {
-        let definition = self.definitions.get(&reference.block);
-        let definition = definition.ok_or_else(|| Problem::Block {
+    /// The definition of a reference, by its index, and its own map.
+    fn usable(&self, reference: &Reference) -> Result<(usize, Affine), Problem> {
+        let index = self.indices.get(&reference.block).copied();
+        let definition = index.and_then(|i| Some((i, self.definitions.get(i)?)));
+        let (index, definition) = definition.ok_or_else(|| Problem::Block {
             why: "the block it refers to is not in the file".into(),
         })?;
         let own = Affine::from_rows(&reference.matrix).ok_or_else(|| Problem::Block {
             why: format!("its matrix {:?} is no affine map", reference.matrix),
         })?;
         if !definition.members.is_empty() {
-            return Ok((definition, own));
+            return Ok((index, own));
         }
         let name = &definition.name;
         Err(Problem::Block {
@@ -358,99 +278,12 @@ impl Blocks {
     }
 }
 
-/// What a reference places, and what is to be said of it.
-#[derive(Default)]
-struct Placed {
-    parts: Vec<Object>,
-    warnings: Vec<String>,
-}
-
-fn refused(class: &str, offset: usize, problem: Problem) -> ObjectKind {
+fn refused(offset: usize, problem: Problem) -> ObjectKind {
     ObjectKind::Refused {
-        class: class.into(),
+        class: "InstanceRef".into(),
         reason: ReadError::Object {
             at: offset,
             problem: Box::new(problem),
         },
     }
-}
-
-impl Budget {
-    fn take(&mut self, objects: usize, numbers: usize) -> Result<(), Problem> {
-        let left = self.objects.checked_sub(objects);
-        match (left, self.numbers.checked_sub(numbers)) {
-            (Some(objects), Some(numbers)) => {
-                *self = Self { objects, numbers };
-                Ok(())
-            }
-            _ => Err(Problem::Block {
-                why: "the file's blocks unfold to too much: explode them".into(),
-            }),
-        }
-    }
-}
-
-/// A copy of a member as another kind, paid from the budget.
-fn copied(object: &Object, kind: ObjectKind, budget: &mut Budget) -> Result<Object, Problem> {
-    // What is copied besides a BREP: names and warnings, 8 bytes of text for a number, and the object itself.
-    let texts = object
-        .warnings
-        .iter()
-        .chain([&object.name])
-        .chain(&object.layer);
-    let texts: usize = texts.map(String::len).sum();
-    budget.take(
-        0,
-        texts / size_of::<f64>() + size_of::<Object>() / size_of::<f64>(),
-    )?;
-    Ok(Object {
-        name: object.name.clone(),
-        layer: object.layer.clone(),
-        block_member: false,
-        hidden: object.hidden,
-        locked: object.locked,
-        offset: object.offset,
-        kind,
-        warnings: object.warnings.clone(),
-    })
-}
-
-/// A member where a reference puts it.
-fn moved(object: &Object, map: &Affine, budget: &mut Budget) -> Result<Object, Problem> {
-    let (brep, kind): (_, fn(Brep) -> ObjectKind) = match &object.kind {
-        ObjectKind::Brep(brep) => (brep, ObjectKind::Brep),
-        ObjectKind::Surface(brep) => (brep, ObjectKind::Surface),
-        ObjectKind::Extrusion(brep) => (brep, ObjectKind::Extrusion),
-        ObjectKind::Refused { class, reason } => {
-            let kind = ObjectKind::Refused {
-                class: class.clone(),
-                reason: reason.clone(),
-            };
-            return copied(object, kind, budget);
-        }
-        // Curves are not asked: where they stand is of no use.
-        other => return copied(object, ObjectKind::Other(other.name().to_owned()), budget),
-    };
-    budget.take(0, numbers(brep))?;
-    let mut off = 0.0;
-    let kind = match map.apply(brep) {
-        Ok(moved) => {
-            off = moved.off;
-            kind(moved.brep)
-        }
-        Err(problem) => refused(
-            &format!("Brep of a block ({})", object.kind.name()),
-            object.offset,
-            Problem::Block {
-                why: problem.to_string(),
-            },
-        ),
-    };
-    let mut copy = copied(object, kind, budget)?;
-    if off > 0.0 {
-        copy.warnings.push(format!(
-            "moved to where a block reference puts it: coordinates are rounded, off by no more than {off:.1e}"
-        ));
-    }
-    Ok(copy)
 }

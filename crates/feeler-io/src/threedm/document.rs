@@ -43,7 +43,7 @@ const END_OF_OBJECT: u32 = 0x8200_007F;
 /// Reads a .3dm file of version 1 to 8 from memory.
 ///
 /// A bad object does not lose the others: it becomes [`ObjectKind::Refused`] with the reason.
-/// Extrusions become BREPs, and a block reference holds what it places ([`ObjectKind::Block`]). A file of version 2 is read with a
+/// Extrusions become BREPs, and block definitions [blocks](Document::blocks). A file of version 2 is read with a
 /// warning. Of BREPs in files of versions 1 and 2, which hold neither vertices nor what a trim is, these are rebuilt; of version 1,
 /// coordinates with weights are stored apart and multiplied at import, which rounds them.
 ///
@@ -52,7 +52,7 @@ const END_OF_OBJECT: u32 = 0x8200_007F;
 /// not read, or a chunk structure that does not hold together outside the objects.
 ///
 /// # Cost
-/// O(size) time; memory within a small multiple of the size, and of what block references place, which is limited.
+/// O(size) time; memory within a small multiple of the size.
 pub fn read_3dm(bytes: &[u8]) -> Result<Document, ReadError> {
     if bytes.is_empty() {
         return Err(ReadError::Empty);
@@ -82,7 +82,7 @@ pub fn read_3dm(bytes: &[u8]) -> Result<Document, ReadError> {
         blocks,
         ..
     } = reader;
-    blocks.unfold(&mut document, bytes.len());
+    blocks.place(&mut document, bytes.len());
     Ok(document)
 }
 
@@ -126,6 +126,7 @@ impl DocumentReader {
                 units: Units::None,
                 tolerance: None,
                 objects: Vec::new(),
+                blocks: Vec::new(),
                 warnings,
             },
             has_objects: false,

@@ -18,7 +18,7 @@
 mod archive;
 mod assembly;
 mod attributes;
-pub(crate) mod blocks;
+mod blocks;
 mod brep;
 mod brep2;
 mod class;

@@ -89,6 +89,7 @@ pub(super) fn read(mut file: Chunk<'_>) -> Result<Document, ReadError> {
         units: Units::None,
         tolerance: None,
         objects: Vec::new(),
+        blocks: Vec::new(),
         warnings: Vec::new(),
     };
     let mut layers = Layers::default();

@@ -108,10 +108,10 @@ fn every_model_comes_back_bit_for_bit() {
                 (theirs.hidden, theirs.locked && !theirs.hidden)
             );
             if !is_noted {
-                let along = has_turned(theirs);
+                let along = has_turned(&theirs);
                 turned += usize::from(along);
                 assert!(
-                    print(ours, along) == print(theirs, along),
+                    print(ours, along) == print(&theirs, along),
                     "{}: {}",
                     path.display(),
                     ours.name
@@ -153,7 +153,7 @@ fn units_are_converted_within_the_bound_said() {
     let off = inches.convert_units(inch.clone()).expect("millimetres");
     assert_eq!(inches.units, inch);
     assert!(off > 0.0 && off < 1e-12, "{off:e}");
-    let of = |d: &Document| d.bodies().next().expect("a BREP").1.clone();
+    let of = |d: &Document| d.bodies().next().expect("a BREP").1.into_owned();
     let (a, b) = (of(&whole), of(&inches));
     for (f, _) in a.faces().iter().enumerate() {
         let [u, v] = a.surface(f).domain();

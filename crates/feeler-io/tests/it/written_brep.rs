@@ -262,7 +262,7 @@ fn every_model_comes_back() {
             }
         };
         let back = read_brep(&written.bytes).unwrap_or_else(|e| panic!("{what}: {e}"));
-        let wanted: Vec<&Object> = wanted(&document);
+        let wanted = wanted(&document);
         let bodies: Vec<&Brep> = wanted.iter().filter_map(|o| body(o)).collect();
         if written.notes.iter().any(|n| n.contains("several lumps")) {
             lumps.push(what);
@@ -290,8 +290,10 @@ fn every_model_comes_back() {
         files += 1;
         // NURBS that are made of ellipses when they are read have points that are no f64 times their weights, as the format has them.
         let is_made = what.ends_with("conics.brep");
+        // What is placed more than once is moved as a whole: axes are rounded one by one.
+        let is_placed = !document.blocks().is_empty();
         assert!(
-            document.format != Format::Occt || is_exact || is_made,
+            document.format != Format::Occt || is_exact || is_made || is_placed,
             "{what}: {:?}",
             written.notes
         );

@@ -132,7 +132,7 @@ fn bounds_of_images_are_above_what_is_seen() {
         assert!(of_all);
         read += 1;
         for (_, brep) in document.bodies() {
-            let found = seen(brep, bound, 300);
+            let found = seen(&brep, bound, 300);
             if found > bound + rounding(far + 8.0) {
                 wrong.push(format!("{seed}, {name}: said {bound:e}, seen {found:e}"));
             }

@@ -12,7 +12,7 @@ use feeler::query::{
     line,
 };
 use feeler::trim::Side;
-use feeler_io::{Document, Format, ObjectKind, Units, read_file};
+use feeler_io::{Document, Format, Object, ObjectKind, Units, read_file};
 use nalgebra::{Point3, Vector3};
 use std::path::{Path, PathBuf};
 use writer::Writer;
@@ -32,7 +32,7 @@ fn breps(name: &str, document: &Document) -> Vec<Brep> {
             panic!("{name}: {class}: {reason}");
         }
     }
-    document.bodies().map(|(_, b)| b.clone()).collect()
+    document.bodies().map(|(_, b)| b.into_owned()).collect()
 }
 
 /// Knuth's multiplier (MMIX): the same numbers everywhere.
@@ -204,7 +204,7 @@ fn of_occt(path: &Path) -> Result<(), String> {
             _ => {}
         }
     }
-    let bodies = document.bodies().map(|(_, b)| b.clone());
+    let bodies = document.bodies().map(|(_, b)| b.into_owned());
     let prepared: Vec<PreparedBrep> = bodies.map(PreparedBrep::new).collect();
     assert_eq!(prepared.len() as u64, facts["solids"], "{stem}");
     let mut w = Workspace::default();
@@ -709,8 +709,15 @@ fn few_bytes_do_not_unfold_to_much() {
     for _ in 0..100_001 {
         w.representation(&ball, &mm);
     }
-    let why = w.read().unwrap_err().to_string();
-    assert!(why.contains("placed parts"), "{why}");
+    let document = w.document();
+    let refused = document.objects.iter().filter_map(|o| match &o.kind {
+        ObjectKind::Refused { reason, .. } => Some(reason.to_string()),
+        _ => None,
+    });
+    let refused: Vec<String> = refused.collect();
+    let placed = document.bodies().count();
+    assert!(placed > 10_000 && placed + refused.len() == 100_002);
+    assert!(refused.iter().all(|why| why.contains("placed parts")));
 }
 
 /// A torus as a B-spline, closed both ways, bounded by its two seams: wherever the loop starts.
@@ -897,9 +904,9 @@ fn sets_hold_each_once() {
     assert_eq!(brep.parts().loops.len(), 1);
 }
 
-/// What is placed again costs what it holds; where that is too much, no more than the reason is made.
+/// What is placed again is there once; references that place more in all than there is room for are refused.
 #[test]
-fn copies_that_are_refused_cost_nothing() {
+fn copies_are_kept_once() {
     let mut w = Writer::default();
     let mm = w.millimetres();
     let mm = w.context(&mm, "");
@@ -908,20 +915,75 @@ fn copies_that_are_refused_cost_nothing() {
     let bound = w.bound(&[(&edge, true)]);
     let face = w.face(&plane, &[bound]);
     let sheet = w.sheet(&[face]);
-    for _ in 0..2000 {
+    for _ in 0..12_000 {
         w.representation(&sheet, &mm);
     }
     let document = w.document();
-    assert_eq!(document.objects.len(), 2000);
-    let [first, .., last] = &document.objects[..] else {
-        panic!("objects");
+    let [references @ .., body] = &document.objects[..] else {
+        panic!("no objects");
     };
-    assert!(matches!(first.kind, ObjectKind::Brep(_)) && !first.warnings.is_empty());
-    let ObjectKind::Refused { reason, .. } = &last.kind else {
-        panic!("{}", last.kind.name());
-    };
-    assert!(reason.to_string().contains("numbers"), "{reason}");
-    assert_eq!(last.warnings, Vec::<String>::new());
+    assert!(matches!(body.kind, ObjectKind::Brep(_)) && body.block_member);
+    assert!(!body.warnings.is_empty());
+    assert_eq!(references.len(), 12_000);
+    let is_placed = |o: &Object| matches!(o.kind, ObjectKind::Block { .. });
+    let placed = references.iter().take_while(|o| is_placed(o)).count();
+    assert!((100..12_000).contains(&placed), "{placed}");
+    assert_eq!(document.bodies().count(), placed);
+    let all_the_same = (0..placed).flat_map(|i| document.placements(i));
+    assert!({ all_the_same }.all(|p| p.index == 12_000 && p.map.is_none()));
+    for last in &references[placed..] {
+        let ObjectKind::Refused { reason, .. } = &last.kind else {
+            panic!("{}", last.kind.name());
+        };
+        assert!(reason.to_string().contains("placed parts"), "{reason}");
+    }
+}
+
+/// A part in a part in a part, each twice: every copy stands where all the maps that it is under put it.
+#[test]
+fn nested_copies_stand_where_they_should() {
+    let mut w = Writer::default();
+    let mm = w.millimetres();
+    let mm = w.context(&mm, "");
+    let ball = w.ball([0., 0.5, 0.], 0.25);
+    let origin = w.axes([0.; 3], Z, X);
+    let mut inner = w.representation(&format!("{origin},{ball}"), &mm);
+    // Each places what it holds as it is, and shifted by a power of two; the last also turned about x by a right angle.
+    for k in 0..3 {
+        let here = w.axes([0.; 3], Z, X);
+        let turned = if k == 2 { [0., 1., 0.] } else { Z };
+        let there = w.axes([f64::from(1 << k), 0., 0.], turned, X);
+        let map = w.put(format!("REPRESENTATION_MAP({origin},{inner})"));
+        let items = [here, there].map(|to| w.put(format!("MAPPED_ITEM('',{map},{to})")));
+        inner = w.representation(&items.join(","), &mm);
+    }
+    let document = w.document();
+    let members = document.objects.iter().filter(|o| o.block_member).count();
+    assert_eq!((document.objects.len(), members), (2, 1));
+    assert_eq!(document.blocks().len(), 4);
+    let centres: Vec<Point3<f64>> = document
+        .bodies()
+        .map(|(_, b)| {
+            let points = b.parts().vertices.iter().map(|v| v.point.coords);
+            let count = points.clone().count() as f64;
+            Point3::from(points.sum::<Vector3<f64>>() / count)
+        })
+        .collect();
+    let own = centres[0];
+    let expected = (0..8).map(|k| {
+        let shift = Vector3::new(f64::from(k), 0.0, 0.0);
+        // The map takes x to x and z to y.
+        let own = if k >= 4 {
+            Point3::new(own.x, own.z, -own.y)
+        } else {
+            own
+        };
+        own + shift
+    });
+    assert_eq!(centres.len(), 8);
+    for (found, known) in centres.iter().zip(expected) {
+        assert!((found - known).norm() < 1e-12, "{found} {known}");
+    }
 }
 
 /// Where a face that is good by itself is more than there is room for, its body is refused, which says so: no face is left out as if it were bad.

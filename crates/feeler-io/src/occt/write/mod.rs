@@ -103,11 +103,7 @@ pub fn write_brep(document: &Document) -> Result<Written, WriteError> {
         if object.block_member {
             continue;
         }
-        let parts = match &object.kind {
-            ObjectKind::Block { parts, .. } => parts.as_slice(),
-            _ => std::slice::from_ref(object),
-        };
-        for part in parts {
+        for part in document.parts(index) {
             let brep = match &part.kind {
                 ObjectKind::Brep(b) | ObjectKind::Extrusion(b) | ObjectKind::Surface(b) => b,
                 other => {

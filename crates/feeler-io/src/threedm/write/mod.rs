@@ -60,9 +60,9 @@ const CURVE: i64 = 0x4;
 const SURFACE: i64 = 0x8;
 const BREP: i64 = 0x10;
 
-struct File<'d> {
+struct File {
     /// Layers by their names. That one is hidden or locked is written as a mode of its objects.
-    layers: BTreeMap<&'d str, i32>,
+    layers: BTreeMap<String, i32>,
     notes: Vec<String>,
     /// Counts by what was left out.
     left_out: BTreeMap<String, usize>,
@@ -93,12 +93,8 @@ pub fn write_3dm(document: &Document) -> Result<Written, WriteError> {
         if object.block_member {
             continue;
         }
-        if let ObjectKind::Block { parts, .. } = &object.kind {
-            for part in parts {
-                file.object(&mut records, part, i)?;
-            }
-        } else {
-            file.object(&mut records, object, i)?;
+        for part in document.parts(i) {
+            file.object(&mut records, &part, i)?;
         }
     }
     let mut out = Writer::new();
@@ -120,7 +116,8 @@ pub fn write_3dm(document: &Document) -> Result<Written, WriteError> {
         empty(&mut out, table);
     }
     out.chunk(0x1000_0011, |w| {
-        let mut by_index: Vec<(&str, i32)> = file.layers.iter().map(|(n, i)| (*n, *i)).collect();
+        let mut by_index: Vec<(&str, i32)> =
+            file.layers.iter().map(|(n, i)| (n.as_str(), *i)).collect();
         by_index.sort_by_key(|(_, i)| *i);
         for (name, index) in by_index {
             w.chunk(0x2000_8050, |w| layer(w, name, index));
@@ -149,11 +146,11 @@ pub fn write_3dm(document: &Document) -> Result<Written, WriteError> {
     })
 }
 
-impl<'d> File<'d> {
+impl File {
     fn object(
         &mut self,
         records: &mut Writer,
-        object: &'d Object,
+        object: &Object,
         index: usize,
     ) -> Result<(), WriteError> {
         let mut body = Writer::new();
@@ -178,7 +175,7 @@ impl<'d> File<'d> {
         // Objects lie on some layer: the format has no other way.
         let name = object.layer.as_deref().unwrap_or("Default");
         let next = i32::try_from(self.layers.len()).unwrap_or(i32::MAX);
-        let layer = *self.layers.entry(name).or_insert(next);
+        let layer = *self.layers.entry(name.to_owned()).or_insert(next);
         let number = self.written as u64 + 1;
         self.written += 1;
         records.chunk(0x2000_8070, |w| {

@@ -1,6 +1,7 @@
 //! The models that files are written of.
 
 use feeler_io::{Document, Object, ObjectKind};
+use std::borrow::Cow;
 use std::path::{Path, PathBuf};
 
 fn find(dir: &Path, found: &mut Vec<PathBuf>) {
@@ -35,12 +36,10 @@ pub(crate) fn models() -> Vec<PathBuf> {
 }
 
 /// The objects that a file is written of.
-pub(crate) fn wanted(document: &Document) -> Vec<&Object> {
-    let own = document.objects.iter().filter(|o| !o.block_member);
-    let all = own.flat_map(|o| match &o.kind {
-        ObjectKind::Block { parts, .. } => parts.as_slice(),
-        _ => std::slice::from_ref(o),
-    });
+pub(crate) fn wanted(document: &Document) -> Vec<Cow<'_, Object>> {
+    let own = document.objects.iter().enumerate();
+    let own = own.filter(|(_, o)| !o.block_member);
+    let all = own.flat_map(|(i, _)| document.parts(i));
     let all = all.filter(|o| {
         !matches!(
             o.kind,

@@ -1,0 +1,308 @@
+//! Blocks: objects that stand together and that references place, each kept once however often it is placed.
+//!
+//! A .3dm file has block definitions and references to them, a STEP file assemblies, a .brep file shapes at locations. A few of them that
+//! place each other twice make thousands of copies of a part: memory of a [`Document`] does not grow with them. What a reference places is told one by
+//! one ([`Document::placements`]), as the object and the map it is under, and moved there only when that is asked for.
+
+use crate::affine::{Affine, MapError, composed};
+use crate::document::{Document, Object, ObjectKind};
+use crate::error::{Problem, ReadError};
+use crate::numbers::{numbers, numbers_of_curve};
+use crate::rescale::moved_curve;
+use feeler::brep::Brep;
+use std::borrow::Cow;
+
+/// A block. No block of a [`Document`] holds itself.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Block {
+    /// Its name; empty if it has none.
+    pub name: String,
+    /// What it consists of, in the file's order.
+    pub members: Vec<Member>,
+    /// What was odd about it.
+    pub warnings: Vec<String>,
+}
+
+/// What a block consists of.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Member {
+    /// Which object or block.
+    pub of: MemberOf,
+    /// Where it is in the block; `None`: as it stands. (Boxed: most lists are of objects as they stand.)
+    pub map: Option<Box<Affine>>,
+}
+
+/// An object or a block, by its index in the [`Document`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum MemberOf {
+    /// One of [`Document::objects`].
+    Object(usize),
+    /// One of [`Document::blocks`].
+    Block(usize),
+}
+
+/// An object where a reference places it, not moved yet.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Placement<'d> {
+    /// Its index in [`Document::objects`].
+    pub index: usize,
+    /// The object.
+    pub object: &'d Object,
+    /// Where it is; `None`: as it stands.
+    pub map: Option<Affine>,
+}
+
+impl<'d> Placement<'d> {
+    /// The object moved there. Its last warning then has the bound on how far that is off, if anything was rounded; what other warnings say of lengths holds
+    /// where the object stands by itself. What cannot be moved becomes [`ObjectKind::Refused`].
+    ///
+    /// # Cost
+    /// O(size) where there is a map.
+    pub fn placed(&self) -> Cow<'d, Object> {
+        let Some(map) = &self.map else {
+            return Cow::Borrowed(self.object);
+        };
+        let moved = |brep: &Brep, kind: fn(Brep) -> ObjectKind| {
+            map.apply(brep).map(|moved| (kind(moved.brep), moved.off))
+        };
+        let moved = match &self.object.kind {
+            ObjectKind::Brep(brep) => moved(brep, ObjectKind::Brep),
+            ObjectKind::Surface(brep) => moved(brep, ObjectKind::Surface),
+            ObjectKind::Extrusion(brep) => moved(brep, ObjectKind::Extrusion),
+            ObjectKind::Curve(curve) => {
+                moved_curve(curve, map).map(|(curve, off)| (ObjectKind::Curve(curve), off))
+            }
+            _ => return Cow::Borrowed(self.object),
+        };
+        let (kind, off) = moved.unwrap_or_else(|problem| (self.refused(&problem), 0.0));
+        let mut warnings = self.object.warnings.clone();
+        if off > 0.0 {
+            warnings.push(format!(
+                "moved to where a block reference puts it: coordinates are rounded, off by no more than {off:.1e}"
+            ));
+        }
+        Cow::Owned(Object {
+            name: self.object.name.clone(),
+            layer: self.object.layer.clone(),
+            block_member: false,
+            kind,
+            warnings,
+            ..*self.object
+        })
+    }
+
+    fn refused(&self, problem: &MapError) -> ObjectKind {
+        ObjectKind::Refused {
+            class: format!("Brep of a block ({})", self.object.kind.name()),
+            reason: ReadError::Object {
+                at: self.object.offset,
+                problem: Box::new(Problem::Block {
+                    why: problem.to_string(),
+                }),
+            },
+        }
+    }
+}
+
+/// What a reference places, one after the other: see [`Document::placements`].
+#[derive(Clone, Debug)]
+pub struct Placements<'d> {
+    document: &'d Document,
+    /// What is no reference stands for itself.
+    itself: Option<Placement<'d>>,
+    /// Blocks that are gone through, the outermost first: a list, not the machine's stack.
+    open: Vec<(std::slice::Iter<'d, Member>, Option<Affine>)>,
+}
+
+impl<'d> Iterator for Placements<'d> {
+    type Item = Placement<'d>;
+
+    fn next(&mut self) -> Option<Self::Item> {
+        if let Some(itself) = self.itself.take() {
+            return Some(itself);
+        }
+        loop {
+            let (members, outer) = self.open.last_mut()?;
+            let Some(member) = members.next() else {
+                self.open.pop();
+                continue;
+            };
+            let map = composed(outer.as_ref(), member.map.as_deref());
+            match member.of {
+                MemberOf::Object(index) => {
+                    if let Some(object) = self.document.objects.get(index) {
+                        return Some(Placement { index, object, map });
+                    }
+                }
+                MemberOf::Block(block) => {
+                    if let Some(block) = self.document.blocks.get(block) {
+                        self.open.push((block.members.iter(), map));
+                    }
+                }
+            }
+        }
+    }
+}
+
+impl Document {
+    /// What the object of this index places: the members of its block, of blocks within it too, if it is a reference, else itself. What is placed is
+    /// never a reference. Nothing if there is no such object.
+    pub fn placements(&self, index: usize) -> Placements<'_> {
+        let mut placements = Placements {
+            document: self,
+            itself: None,
+            open: Vec::new(),
+        };
+        match self.objects.get(index) {
+            Some(Object {
+                kind: ObjectKind::Block { block, map },
+                ..
+            }) => {
+                if let Some(block) = self.blocks.get(*block) {
+                    let map = map.as_deref().cloned();
+                    placements.open.push((block.members.iter(), map));
+                }
+            }
+            Some(object) => {
+                let map = None;
+                placements.itself = Some(Placement { index, object, map });
+            }
+            None => {}
+        }
+        placements
+    }
+
+    /// The same, moved to where it is placed.
+    pub fn parts(&self, index: usize) -> impl Iterator<Item = Cow<'_, Object>> {
+        self.placements(index).map(|p| p.placed())
+    }
+}
+
+/// How much the references of a file may place in all: so many objects and blocks...
+pub(crate) const PLACED: usize = 100_000;
+/// ...and so many numbers in them (512 MB), and for each byte of the file. Nothing of this is made while reading.
+const NUMBERS: usize = 1 << 26;
+const NUMBERS_PER_BYTE: usize = 8;
+
+/// What is wrong with a reference.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Fault {
+    /// Its block holds itself.
+    Itself,
+    /// It places more than is left.
+    TooMuch,
+}
+
+/// What a block places: objects and blocks, and the numbers in them.
+#[derive(Clone, Copy, Default)]
+struct Weight {
+    places: usize,
+    numbers: usize,
+}
+
+impl Weight {
+    fn plus(self, other: Self) -> Self {
+        Self {
+            places: self.places.saturating_add(other.places),
+            numbers: self.numbers.saturating_add(other.numbers),
+        }
+    }
+
+    fn of_object(object: &Object) -> Self {
+        let numbers = match &object.kind {
+            ObjectKind::Brep(b) | ObjectKind::Surface(b) | ObjectKind::Extrusion(b) => numbers(b),
+            ObjectKind::Curve(curve) => numbers_of_curve(curve),
+            _ => 0,
+        };
+        Self { places: 1, numbers }
+    }
+}
+
+/// What each block places; `None` of one that holds itself or one that does. O(size) whatever they unfold to.
+fn weights(document: &Document) -> Vec<Option<Weight>> {
+    #[derive(Clone, Copy)]
+    enum State {
+        New,
+        Open,
+        Known(Option<Weight>),
+    }
+    let own: Vec<Weight> = document.objects.iter().map(Weight::of_object).collect();
+    let mut states = vec![State::New; document.blocks.len()];
+    for first in 0..document.blocks.len() {
+        // The block, which of its members is next, and what those before it place.
+        let mut open: Vec<(usize, usize, Option<Weight>)> = Vec::new();
+        let mut next = Some(first);
+        loop {
+            if let Some(block) = next.take()
+                && let Some(state @ State::New) = states.get_mut(block)
+            {
+                *state = State::Open;
+                let itself = Weight {
+                    places: 1,
+                    numbers: 0,
+                };
+                open.push((block, 0, Some(itself)));
+            }
+            let Some((block, at, sum)) = open.last_mut() else {
+                break;
+            };
+            let members = document.blocks.get(*block).map(|b| b.members.as_slice());
+            let Some(member) = members.and_then(|m| m.get(*at)) else {
+                if let Some(state) = states.get_mut(*block) {
+                    *state = State::Known(*sum);
+                }
+                open.pop();
+                continue;
+            };
+            let found = match member.of {
+                MemberOf::Object(object) => own.get(object).copied(),
+                MemberOf::Block(inner) => match states.get(inner) {
+                    Some(State::New) => {
+                        next = Some(inner);
+                        continue;
+                    }
+                    Some(State::Known(weight)) => *weight,
+                    Some(State::Open) | None => None,
+                },
+            };
+            *sum = sum.zip(found).map(|(a, b)| a.plus(b));
+            *at += 1;
+        }
+    }
+    { states.into_iter() }
+        .map(|s| match s {
+            State::Known(weight) => weight,
+            State::New | State::Open => None,
+        })
+        .collect()
+}
+
+/// Looks at the blocks of a document of so many bytes, once all is read: empties those that hold themselves, and tells which references cannot be taken, by the index of their object.
+pub(crate) fn faults(document: &mut Document, bytes: usize) -> Vec<(usize, Fault)> {
+    let weights = weights(document);
+    for (block, weight) in document.blocks.iter_mut().zip(&weights) {
+        if weight.is_none() {
+            block.members = Vec::new();
+        }
+    }
+    let mut left = Weight {
+        places: PLACED,
+        numbers: NUMBERS.saturating_add(NUMBERS_PER_BYTE.saturating_mul(bytes)),
+    };
+    let mut faults = Vec::new();
+    for (index, object) in document.objects.iter().enumerate() {
+        let ObjectKind::Block { block, .. } = &object.kind else {
+            continue;
+        };
+        let Some(weight) = weights.get(*block).copied().flatten() else {
+            faults.push((index, Fault::Itself));
+            continue;
+        };
+        let places = left.places.checked_sub(weight.places);
+        match places.zip(left.numbers.checked_sub(weight.numbers)) {
+            Some((places, numbers)) => left = Weight { places, numbers },
+            None => faults.push((index, Fault::TooMuch)),
+        }
+    }
+    faults
+}
