@@ -55,16 +55,7 @@ pub struct Document {
 impl Document {
     /// A document of BREPs alone, as if of a .3dm file of version 5: no names, no units.
     pub fn of_breps(breps: Vec<Brep>) -> Self {
-        let objects = breps.into_iter().map(|brep| Object {
-            name: String::new(),
-            layer: None,
-            block_member: false,
-            hidden: false,
-            locked: false,
-            offset: 0,
-            kind: ObjectKind::Brep(brep),
-            warnings: Vec::new(),
-        });
+        let objects = { breps.into_iter() }.map(|brep| Object::new(0, ObjectKind::Brep(brep)));
         Self {
             format: Format::Rhino,
             version: 50,
@@ -173,6 +164,20 @@ pub struct Object {
 }
 
 impl Object {
+    /// An object whose record is at `offset`, of which no more is known.
+    pub(crate) fn new(offset: usize, kind: ObjectKind) -> Self {
+        Self {
+            name: String::new(),
+            layer: None,
+            block_member: false,
+            hidden: false,
+            locked: false,
+            offset,
+            kind,
+            warnings: Vec::new(),
+        }
+    }
+
     /// Its BREP, if it is a body by itself: a BREP or an extrusion.
     pub fn body(&self) -> Option<&Brep> {
         match &self.kind {

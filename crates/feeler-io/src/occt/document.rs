@@ -98,16 +98,16 @@ pub fn read_brep(bytes: &[u8]) -> Result<Document, ReadError> {
         };
         objects.push(match (body, site.what) {
             (Some(body), _) => object(&mut assembly, &body, false),
-            (None, What::Block(block)) => Object {
-                offset: assembly.offset(site.shape),
-                ..plain(match site.map {
+            (None, What::Block(block)) => Object::new(
+                assembly.offset(site.shape),
+                match site.map {
                     Ok(map) => ObjectKind::Block {
                         block,
                         map: map.map(Box::new),
                     },
                     Err(reason) => refused("compound", reason),
-                })
-            },
+                },
+            ),
             (None, What::Body(_)) => continue,
         });
     }
@@ -128,14 +128,10 @@ pub fn read_brep(bytes: &[u8]) -> Result<Document, ReadError> {
         for site in sites {
             let (of, map) = match (site.map, site.what) {
                 (Err(reason), _) => {
-                    let refused = refused("placed shape", reason);
                     let offset = assembly.offset(site.shape);
-                    let block_member = true;
-                    objects.push(Object {
-                        block_member,
-                        offset,
-                        ..plain(refused)
-                    });
+                    let mut object = Object::new(offset, refused("placed shape", reason));
+                    object.block_member = true;
+                    objects.push(object);
                     (MemberOf::Object(objects.len() - 1), None)
                 }
                 (Ok(map), What::Block(inner)) => (MemberOf::Block(inner), map),
@@ -173,20 +169,6 @@ pub fn read_brep(bytes: &[u8]) -> Result<Document, ReadError> {
     Ok(document)
 }
 
-/// An object of which no more is known.
-fn plain(kind: ObjectKind) -> Object {
-    Object {
-        name: String::new(),
-        layer: None,
-        block_member: false,
-        hidden: false,
-        locked: false,
-        offset: 0,
-        kind,
-        warnings: Vec::new(),
-    }
-}
-
 fn refused(class: &str, reason: ReadError) -> ObjectKind {
     ObjectKind::Refused {
         class: class.into(),
@@ -207,8 +189,7 @@ fn object(assembly: &mut Assembly, body: &Body, block_member: bool) -> Object {
     };
     Object {
         block_member,
-        offset: assembly.offset(body.shape),
         warnings,
-        ..plain(kind)
+        ..Object::new(assembly.offset(body.shape), kind)
     }
 }

@@ -128,15 +128,13 @@ pub fn read_step(bytes: &[u8]) -> Result<Document, ReadError> {
             What::Body(id) => bodies.object(id, &p, map.as_ref(), false),
             What::Assembly(block) => {
                 references.insert(bodies.objects.len(), p.representation);
+                let kind = ObjectKind::Block {
+                    block,
+                    map: map.map(Box::new),
+                };
                 bodies.objects.push(Object {
-                    offset: entities.offset(p.representation),
-                    ..named(
-                        p.name,
-                        ObjectKind::Block {
-                            block,
-                            map: map.map(Box::new),
-                        },
-                    )
+                    name: p.name,
+                    ..Object::new(entities.offset(p.representation), kind)
                 });
             }
         }
@@ -188,20 +186,6 @@ pub fn read_step(bytes: &[u8]) -> Result<Document, ReadError> {
     Ok(document)
 }
 
-/// An object of which no more is known.
-fn named(name: String, kind: ObjectKind) -> Object {
-    Object {
-        name,
-        layer: None,
-        block_member: false,
-        hidden: false,
-        locked: false,
-        offset: 0,
-        kind,
-        warnings: Vec::new(),
-    }
-}
-
 /// The objects made so far.
 struct Bodies<'a> {
     products: &'a Products,
@@ -248,17 +232,18 @@ impl Bodies<'_> {
             ));
         }
         self.objects.push(Object {
+            name: p.name.clone(),
             block_member,
-            offset: entities.offset(id),
             warnings,
-            ..named(p.name.clone(), kind)
+            ..Object::new(entities.offset(id), kind)
         });
         for (face, reason) in left_out.into_iter().take(NAMED) {
             let class = format!("face #{face} of {class}");
+            let kind = ObjectKind::Refused { class, reason };
             self.objects.push(Object {
+                name: p.name.clone(),
                 block_member,
-                offset: entities.offset(face),
-                ..named(p.name.clone(), ObjectKind::Refused { class, reason })
+                ..Object::new(entities.offset(face), kind)
             });
         }
     }

@@ -233,16 +233,7 @@ impl DocumentReader {
 
     fn object(&mut self, mut record: Chunk<'_>) -> Object {
         let offset = record.id.offset;
-        let mut object = Object {
-            name: String::new(),
-            layer: None,
-            block_member: false,
-            hidden: false,
-            locked: false,
-            offset,
-            kind: ObjectKind::Other("object".into()),
-            warnings: Vec::new(),
-        };
+        let mut object = Object::new(offset, ObjectKind::Other("object".into()));
         let result = self.record(&mut record, &mut object);
         if let Err(reason) = result.and_then(|()| record.finish()) {
             object.kind = ObjectKind::Refused {

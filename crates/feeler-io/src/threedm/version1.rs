@@ -141,7 +141,7 @@ pub(super) fn read(mut file: Chunk<'_>) -> Result<Document, ReadError> {
                 continue;
             }
         };
-        let mut other = empty(id.offset);
+        let mut other = Object::new(id.offset, ObjectKind::Other("object".into()));
         other.kind = kind;
         // Names and layers stand among what is not read.
         document.objects.push(other);
@@ -151,19 +151,6 @@ pub(super) fn read(mut file: Chunk<'_>) -> Result<Document, ReadError> {
         document.warnings.push(warning.into());
     }
     Ok(document)
-}
-
-fn empty(offset: usize) -> Object {
-    Object {
-        name: String::new(),
-        layer: None,
-        block_member: false,
-        hidden: false,
-        locked: false,
-        offset,
-        kind: ObjectKind::Other("object".into()),
-        warnings: Vec::new(),
-    }
 }
 
 fn units(d: &mut Chunk<'_>) -> Result<(Units, Option<f64>), ReadError> {
@@ -189,7 +176,7 @@ fn layer(d: &mut Chunk<'_>) -> Result<Layer, ReadError> {
 }
 
 fn object(mut chunk: Chunk<'_>, layers: &Layers) -> Object {
-    let mut object = empty(chunk.id.offset);
+    let mut object = Object::new(chunk.id.offset, ObjectKind::Other("object".into()));
     if let Err(reason) = record(&mut chunk, layers, &mut object) {
         object.kind = ObjectKind::Refused {
             class: if chunk.id.typecode == CURVE {
