@@ -39,6 +39,8 @@ pub enum Fault {
     Hits,
     /// A value whose claim does not hold the truth.
     Value,
+    /// A face, edge or vertex, or parameters, that the point is not on.
+    Place,
     /// Another number or kind of derivative roots.
     Roots,
     /// The query was refused, or answered with something else.
@@ -121,7 +123,8 @@ impl Judgement {
         }
     }
 
-    fn wrong(fault: Fault, reason: impl Into<String>) -> Self {
+    /// A wrong answer.
+    pub fn wrong(fault: Fault, reason: impl Into<String>) -> Self {
         Self {
             fault: Some(fault),
             ..Self::new(Verdict::Wrong, reason)
@@ -136,7 +139,8 @@ impl Judgement {
     }
 
     /// Wrong beats indeterminate beats undecided beats right; errors are the larger ones.
-    fn and(mut self, other: Self) -> Self {
+    #[must_use]
+    pub fn and(mut self, other: Self) -> Self {
         let rank = |v: Verdict| match v {
             Verdict::Wrong => 3,
             Verdict::Indeterminate => 2,

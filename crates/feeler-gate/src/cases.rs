@@ -9,6 +9,7 @@ use std::path::{Path, PathBuf};
 #[derive(Debug)]
 pub(crate) struct Loaded {
     pub(crate) model: Model,
+    pub(crate) prepared: Vec<PreparedBrep>,
     hash: String,
     /// The longest side of its box.
     pub(crate) size: f64,
@@ -48,10 +49,18 @@ impl Case {
     }
 }
 
+fn prepared(model: &Model) -> Vec<PreparedBrep> {
+    let breps = model.breps.iter();
+    breps.map(|b| PreparedBrep::new(b.clone())).collect()
+}
+
+fn size(prepared: &[PreparedBrep]) -> f64 {
+    prepared.iter().fold(0.0, |m, b| b.size().max(m))
+}
+
 /// The longest side of a model's box.
 pub fn model_size(model: &Model) -> f64 {
-    let sizes = model.breps.iter();
-    sizes.fold(0.0, |m, b| PreparedBrep::new(b.clone()).size().max(m))
+    size(&prepared(model))
 }
 
 /// The queries of a suite, by model, so that each is opened once. Models that are not known yet are loaded.
@@ -95,10 +104,15 @@ pub(crate) fn cases(
 /// # Errors
 /// Its file cannot be read.
 pub(crate) fn load(corpus: &Path, name: &str) -> Result<Loaded, CorpusError> {
-    let model = Model::load(&corpus.join(MODELS).join(name), None)?;
-    Ok(Loaded {
+    Ok(loaded(Model::load(&corpus.join(MODELS).join(name), None)?))
+}
+
+pub(crate) fn loaded(model: Model) -> Loaded {
+    let prepared = prepared(&model);
+    Loaded {
         hash: model.hash(),
-        size: model_size(&model),
+        size: size(&prepared),
+        prepared,
         model,
-    })
+    }
 }

@@ -9,6 +9,7 @@ mod cases;
 pub mod census;
 mod engine;
 mod junit;
+mod place;
 pub mod plot;
 mod report;
 mod run;

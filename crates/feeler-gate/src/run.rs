@@ -2,6 +2,7 @@
 
 use crate::cases::{Case, Models, cases};
 use crate::engine::Engine;
+use crate::place::misplaced;
 use crate::report::{Failure, Report, Row};
 use feeler::query::{Accuracy, Contacts};
 use feeler_corpus::{
@@ -186,7 +187,10 @@ fn run_model(
         };
         let time = start.elapsed();
         let asked = asked(&query.query, loaded.size, gate.tolerance);
-        let judgement = judge(&asked, &answer, &case.truth);
+        let mut judgement = judge(&asked, &answer, &case.truth);
+        if let Some(why) = misplaced(loaded, &answer) {
+            judgement = judgement.and(Judgement::wrong(Fault::Place, why));
+        }
         let kind = query.query.ask.word();
         row.add(judgement, kind, time, || Failure {
             verdict: String::new(),

@@ -67,7 +67,6 @@ pub(super) fn closed_hits(
         };
         if let Some(t) = known.filter(|t| !stab.is_at_end(t)) {
             if !stab.is_beyond(&t) {
-                let uv = hit.uv.map(|x| x.mid);
                 let point = match digits {
                     Digits::Double => {
                         let t = Ball::<f64>::from_dd(t.mid, t.rad);
@@ -75,6 +74,10 @@ pub(super) fn closed_hits(
                     }
                     Digits::All => [0, 1, 2].map(|c| line.origin[c] + t * line.direction[c]),
                 };
+                let uv = form
+                    .surface
+                    .rough_parameters(&[0, 1, 2].map(|c| point[c].mid.hi))
+                    .unwrap_or(hit.uv.map(|x| x.mid));
                 hits.push(hit_at(face, HitAt::Closed { uv, point }, t, false));
             }
             return Some(());

@@ -58,6 +58,36 @@ fn uv_is_that_of_the_point_where_a_ruling_is_cut() {
     }
 }
 
+/// And of lines that are nearly along a leaning plane, where parameters in f64 have few digits before the point is known.
+#[test]
+fn uv_is_that_of_the_point_of_grazing_lines() {
+    let corners = [[1.87, 2.345, 0.1], [-0.67, 2.92, 0.3], [0.3, 0.1, 2.1]];
+    let mut b = BrepBuilder::new();
+    let v = corners.map(|p| b.vertex(p));
+    b.planar_face(&v).unwrap();
+    let part = PreparedBrep::new(b.build().unwrap());
+    let [p, q, r] = corners.map(Vector3::from);
+    let normal = (q - p).cross(&(r - p)).normalize();
+    let mut random = Random::new(3);
+    let (mut hits, mut worst) = (0, 0.0_f64);
+    for k in 0..400 {
+        let [s, t, x, y] = [0; 4].map(|_| random.between(0.1, 0.4));
+        let foot = p + (q - p) * s + (r - p) * t;
+        let along = (q - p) * x - (r - p) * y + normal * 0.5_f64.powi(k % 30);
+        let probe = LineProbe::new((foot - along * 3.0).into(), along, LineKind::Line).unwrap();
+        let mut workspace = Workspace::default();
+        let a = line(&part, &probe, &Options::default(), &mut workspace);
+        for h in &a.hits {
+            let s = part.brep().surface(h.face).point(h.uv.x, h.uv.y);
+            worst = worst.max((s - h.point).norm());
+            hits += 1;
+        }
+    }
+    // Roundings of coordinates up to 8 or so.
+    assert!(worst < 32.0 * f64::EPSILON, "{worst:e}");
+    assert_eq!(hits, 400);
+}
+
 /// Coordinates are at most 1e60: no NaN in an answer.
 #[test]
 fn no_nan_on_large_planes() {

@@ -65,6 +65,15 @@ impl ClosedSurface {
         known.then_some(hit)
     }
 
+    /// The parameters of a point of a plane in f64; `None` of another surface. A meeting of a line nearly along the plane is known by its point
+    /// to more digits than [`rough_hit`](Self::rough_hit) has of them.
+    pub(crate) fn rough_parameters(&self, point: &[f64; 3]) -> Option<[f64; 2]> {
+        match self {
+            Self::Plane(p) => Some(p.rough_parameters(point)),
+            Self::Revolution(_) => None,
+        }
+    }
+
     /// The parameter of the same to the digits of double-double; `None` where they are few, or of another surface.
     pub(crate) fn plane_parameter(&self, line: &ClosedLine) -> Option<Ball<Dd>> {
         let Self::Plane(p) = self else {

@@ -177,6 +177,15 @@ impl PlaneForm {
         }
     }
 
+    /// Native parameters of a point of the plane, up to roundings of its distance from the origin.
+    pub(super) fn rough_parameters(&self, point: &[f64; 3]) -> [f64; 2] {
+        let w = [0, 1, 2].map(|c| point[c] - self.origin[c]);
+        [0, 1].map(|k| {
+            let mid = [0, 1, 2].map(|c| self.rough[k][c].mid * w[c]).iter().sum();
+            self.maps[k].inverse().at(Ball { mid, rad: 0.0 }).mid
+        })
+    }
+
     /// Whether a line meets the plane at native parameters, exactly; `None` where these are not coordinates themselves or the axes not those of
     /// a file.
     pub(super) fn meets_at(&self, [from, direction]: [[f64; 3]; 2], uv: [f64; 2]) -> Option<bool> {

@@ -1,0 +1,274 @@
+//! Whether the places that an answer names are one place: the point, the face, edge or vertex, and the parameters there.
+//!
+//! The truth holds points and not parameters, as the same point has others on each face that it is on. So the gate evaluates the
+//! face itself where the answer says the point is, with a bound, and asks which side of the face's border that is on.
+
+use crate::cases::Loaded;
+use feeler::brep::Brep;
+use feeler::nurbs::Surface;
+use feeler::prepare::PreparedBrep;
+use feeler::query::{Feature, side};
+use feeler::trim::Side;
+use feeler_corpus::Body;
+use nalgebra::{Point2, Point3};
+use std::collections::BTreeSet;
+
+/// A place that an answer names.
+struct Named {
+    point: [f64; 3],
+    feature: Option<Feature>,
+    uv: Option<[f64; 2]>,
+}
+
+/// What is amiss with the places of an answer's contacts or hits, the first of them; `None` if nothing is, or none is named.
+pub(crate) fn misplaced(loaded: &Loaded, answer: &Body) -> Option<String> {
+    let named: Vec<Named> = match answer {
+        Body::Contact { contacts, .. } => { contacts.iter() }
+            .map(|c| Named {
+                point: c.on_brep,
+                feature: c.feature,
+                uv: c.uv,
+            })
+            .collect(),
+        Body::Line { hits, .. } => { hits.iter() }
+            .map(|h| Named {
+                point: h.point,
+                feature: h.feature,
+                uv: h.uv,
+            })
+            .collect(),
+        _ => return None,
+    };
+    for (i, named) in named.into_iter().enumerate() {
+        let (Some(feature), Some(uv)) = (named.feature, named.uv) else {
+            continue;
+        };
+        if let Err(why) = placed(loaded, &named.point.into(), feature, uv.into()) {
+            return Some(format!("place {i} is on {feature:?} at uv {uv:?}: {why}"));
+        }
+    }
+    None
+}
+
+/// Whether a point is on a feature, at these parameters of one of its faces.
+fn placed(
+    loaded: &Loaded,
+    point: &Point3<f64>,
+    feature: Feature,
+    uv: Point2<f64>,
+) -> Result<(), String> {
+    let (prepared, feature) = local(&loaded.prepared, feature)
+        .ok_or_else(|| "the model has none of that number".to_owned())?;
+    let brep = prepared.brep();
+    let mut nearest = f64::INFINITY;
+    for face in faces(brep, feature) {
+        let (off, slack) = off(brep.surface(face), point, &uv, loaded.size);
+        nearest = nearest.min(off);
+        // NaN is no place.
+        if !(off <= slack) {
+            continue;
+        }
+        let wanted: &[Side] = match feature {
+            Feature::Face(_) => &[Side::Inside, Side::Boundary],
+            Feature::Edge(_) | Feature::Vertex(_) => &[Side::Outside, Side::Boundary],
+        };
+        if is_beside(prepared, face, &uv, slack, wanted) {
+            return Ok(());
+        }
+        return Err(format!(
+            "that is not {wanted:?} of face {face}, nor next to what is"
+        ));
+    }
+    Err(format!("the point is off by {nearest:e}"))
+}
+
+/// The BREP of a feature that is counted through all of a model, and the feature there.
+fn local(breps: &[PreparedBrep], feature: Feature) -> Option<(&PreparedBrep, Feature)> {
+    let (Feature::Face(mut index) | Feature::Edge(mut index) | Feature::Vertex(mut index)) =
+        feature;
+    for prepared in breps {
+        let parts = prepared.brep().parts();
+        let (count, own) = match feature {
+            Feature::Face(_) => (parts.faces.len(), Feature::Face(index)),
+            Feature::Edge(_) => (parts.edges.len(), Feature::Edge(index)),
+            Feature::Vertex(_) => (parts.vertices.len(), Feature::Vertex(index)),
+        };
+        if index < count {
+            return Some((prepared, own));
+        }
+        index -= count;
+    }
+    None
+}
+
+/// The faces that a feature is on.
+fn faces(brep: &Brep, feature: Feature) -> BTreeSet<usize> {
+    let parts = brep.parts();
+    let is_on = |t: &feeler::brep::TrimCurve| match feature {
+        Feature::Face(_) => false,
+        Feature::Edge(e) => t.edge == Some(e),
+        Feature::Vertex(v) => t.vertices.contains(&v),
+    };
+    match feature {
+        Feature::Face(f) => BTreeSet::from([f]),
+        _ => { parts.trims.iter().filter(|t| is_on(t)) }
+            .filter_map(|t| Some(parts.loops.get(t.trim_loop)?.face))
+            .collect(),
+    }
+}
+
+/// Corners of a square about a point, its sides' middles, and itself.
+const AROUND: [[f64; 2]; 9] = [
+    [0.0, 0.0],
+    [1.0, 0.0],
+    [-1.0, 0.0],
+    [0.0, 1.0],
+    [0.0, -1.0],
+    [1.0, 1.0],
+    [1.0, -1.0],
+    [-1.0, 1.0],
+    [-1.0, -1.0],
+];
+
+/// How far a point is from that of a surface at parameters, and how far it may be: by what roundings of the parameters, of both points and of a model of this
+/// size come to.
+fn off(surface: &Surface, point: &Point3<f64>, uv: &Point2<f64>, size: f64) -> (f64, f64) {
+    let (here, bound) = surface.point_with_bound(uv.x, uv.y);
+    let mut slack = 0.0_f64;
+    for [i, j] in AROUND {
+        let near = surface.point(moved(uv.x, i), moved(uv.y, j));
+        slack = slack.max((near - here).norm());
+    }
+    let rounded = 8.0 * f64::EPSILON * point.coords.amax().max(size);
+    ((point - here).norm(), 2.0 * (slack + bound) + rounded)
+}
+
+/// A parameter, moved up or down by a few units in its last place.
+fn moved(x: f64, by: f64) -> f64 {
+    x + by * 4.0 * f64::EPSILON * x.abs().max(f64::MIN_POSITIVE)
+}
+
+/// Whether parameters, or others whose points are so near, are on one of these sides of a face's border.
+fn is_beside(
+    prepared: &PreparedBrep,
+    face: usize,
+    uv: &Point2<f64>,
+    slack: f64,
+    wanted: &[Side],
+) -> bool {
+    let at = prepared
+        .brep()
+        .surface(face)
+        .first_derivatives_with_bound(uv.x, uv.y);
+    let [u, v] = [at.du, at.dv].map(|d| slack / d.norm());
+    AROUND.iter().any(|[i, j]| {
+        let step = |x: f64, by: f64, far: f64| match far.is_finite() {
+            true => moved(x, by) + by * far,
+            // A pole: all that has this parameter is one point.
+            false => moved(x, by),
+        };
+        let near = Point2::new(step(uv.x, *i, u), step(uv.y, *j, v));
+        match side(prepared, face, near).and_then(|s| s.side) {
+            Some(side) => wanted.contains(&side),
+            // What cannot be told may be.
+            None => true,
+        }
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use feeler_corpus::Model;
+    use serde_json::json;
+
+    /// A cube of side 1 from the origin: its first face is at z = 0, say, whichever it is here.
+    fn cube() -> Loaded {
+        let corners = [
+            [0., 0., 0.],
+            [1., 0., 0.],
+            [1., 1., 0.],
+            [0., 1., 0.],
+            [0., 0., 1.],
+            [1., 0., 1.],
+            [1., 1., 1.],
+            [0., 1., 1.],
+        ];
+        let mut b = feeler::brep::BrepBuilder::new();
+        let v = corners.map(|p| b.vertex(p));
+        for face in [
+            [0, 3, 2, 1],
+            [4, 5, 6, 7],
+            [0, 1, 5, 4],
+            [1, 2, 6, 5],
+            [2, 3, 7, 6],
+            [3, 0, 4, 7],
+        ] {
+            b.planar_face(&face.map(|i| v[i])).unwrap();
+        }
+        let model = Model {
+            path: "cube".into(),
+            breps: vec![b.build().unwrap()],
+        };
+        crate::cases::loaded(model)
+    }
+
+    /// What is said of a hit at this point.
+    fn said(
+        cube: &Loaded,
+        point: [f64; 3],
+        feature: &str,
+        index: usize,
+        uv: Point2<f64>,
+    ) -> Option<String> {
+        let t = json!({"value": 0.5});
+        let hit = json!({
+            "t": t, "point": point, "normal": [0.0, 0.0, 1.0], "feature": {feature: index}, "uv": [uv.x, uv.y],
+            "tangential": false,
+        });
+        let hits = vec![serde_json::from_value(hit).expect("a hit")];
+        let answer = Body::Line {
+            hits,
+            crossings: Some(1),
+            in_crack: None,
+            undecided: None,
+        };
+        misplaced(cube, &answer)
+    }
+
+    #[test]
+    fn what_is_elsewhere_is_told() {
+        let cube = cube();
+        let brep = cube.prepared[0].brep();
+        let parts = brep.parts();
+        for (f, face) in parts.faces.iter().enumerate() {
+            let [u, v] = brep.surface(f).domain();
+            let at = |s: f64, t: f64| Point2::new(u.lerp(s), v.lerp(t));
+            let of = |uv: &Point2<f64>| <[f64; 3]>::from(brep.surface(f).point(uv.x, uv.y).coords);
+            let uv = at(0.25, 0.5);
+            let point = of(&uv);
+            assert_eq!(said(&cube, point, "face", f, uv), None);
+            // Off by some roundings, and by more.
+            let by = |d: f64| Point2::new(uv.x + d, uv.y);
+            assert_eq!(said(&cube, point, "face", f, by(1e-16)), None);
+            for d in [1e-13, -1e-10, 1e-3] {
+                assert!(said(&cube, point, "face", f, by(d)).is_some(), "{d}");
+            }
+            // Another face, none, an edge or a vertex, which are elsewhere.
+            let other = (f + 1) % parts.faces.len();
+            assert!(said(&cube, point, "face", other, uv).is_some());
+            assert!(said(&cube, point, "face", 99, uv).is_some());
+            assert!((0..parts.edges.len()).all(|e| said(&cube, point, "edge", e, uv).is_some()));
+            assert!((0..8).all(|e| said(&cube, point, "vertex", e, uv).is_some()));
+            // On a border: the face and its edge.
+            let border = at(0.25, 0.0);
+            let point = of(&border);
+            assert_eq!(said(&cube, point, "face", f, border), None);
+            let own = parts.loops[face.loops.as_ref().unwrap()[0]].trims.iter();
+            let edges: BTreeSet<usize> = own.filter_map(|t| parts.trims[*t].edge).collect();
+            let there = |e: &usize| said(&cube, point, "edge", *e, border).is_none();
+            assert!(edges.iter().any(there));
+            assert!((0..parts.edges.len()).all(|e| edges.contains(&e) || !there(&e)));
+        }
+    }
+}
