@@ -2,7 +2,7 @@
 //! patches of the surface and lifted onto them.
 
 use super::patch::COMPOSE_HALVINGS;
-use super::spline::{curve_pieces, piece_count};
+use super::spline::{PiecePlace, curve_piece, curve_pieces, piece_count, piece_places};
 use super::{Homogeneous, Net, ParamMap, Patch, Patches, curve_jet};
 use crate::brep::{Brep, TrimCurve};
 use crate::numeric::bernstein::Bidegree;
@@ -180,6 +180,104 @@ fn meet(brep: &Brep, a: &TrimCurve, b: &TrimCurve) -> bool {
     (0..2).all(|c| Dd::product(a[c], b[2]) == Dd::product(b[c], a[2]))
 }
 
+/// Which of a face's [uv curves](uv_curves) one is: enough to make it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum CurveSource {
+    /// A piece of a trim.
+    Piece { trim: u32, place: PiecePlace },
+    /// The segment that joins a trim to another.
+    Join { after: u32, next: u32 },
+}
+
+/// The pieces of a trim, in the trim's own direction.
+pub(super) fn trim_sources(
+    brep: &Brep,
+    trim: usize,
+) -> impl DoubleEndedIterator<Item = CurveSource> {
+    let t = &brep.parts().trims[trim];
+    let mut places = Vec::new();
+    let curve = &brep.parts().curves2[t.curve];
+    piece_places(curve, t.span.start, t.span.end, &mut places);
+    if t.reversed {
+        places.reverse();
+    }
+    let trim = trim as u32;
+    let piece = move |place| CurveSource::Piece { trim, place };
+    places.into_iter().map(piece)
+}
+
+/// The curves that bound the region of face `face`, in the order of [`uv_curves`].
+pub(crate) fn curve_sources(brep: &Brep, face: usize) -> Vec<CurveSource> {
+    let parts = brep.parts();
+    let mut out = Vec::new();
+    for &l in parts.faces[face].loops.iter().flatten() {
+        let trims = &parts.loops[l].trims;
+        let mut ends = Vec::with_capacity(trims.len());
+        for &t in trims {
+            let before = out.len();
+            out.extend(trim_sources(brep, t));
+            if out.len() > before {
+                ends.push(t);
+            }
+        }
+        for (i, &after) in ends.iter().enumerate() {
+            let next = ends[(i + 1) % ends.len()];
+            if !meet(brep, &parts.trims[after], &parts.trims[next]) {
+                out.push(CurveSource::Join {
+                    after: after as u32,
+                    next: next as u32,
+                });
+            }
+        }
+    }
+    out
+}
+
+/// The points of a piece of a trim, in the trim's own direction; none where there is no such piece.
+fn piece_points<T: Real>(brep: &Brep, trim: usize, place: PiecePlace) -> Vec<Homogeneous<T, 3>> {
+    let t = &brep.parts().trims[trim];
+    let curve = &brep.parts().curves2[t.curve];
+    let piece = curve_piece(curve, t.span.start, t.span.end, place);
+    let mut points = piece.map_or(Vec::new(), |piece| piece.points);
+    if t.reversed {
+        points.reverse();
+    }
+    points
+}
+
+/// The first or the last point of a trim; `None` where it has no pieces.
+pub(super) fn trim_end<T: Real>(brep: &Brep, trim: usize, last: bool) -> Option<Homogeneous<T, 3>> {
+    let mut sources = trim_sources(brep, trim);
+    let source = if last {
+        sources.next_back()
+    } else {
+        sources.next()
+    };
+    let points = uv_curve(brep, source?).points;
+    let end = if last { points.last() } else { points.first() };
+    end.copied()
+}
+
+/// One of the [uv curves](uv_curves), by itself: the same to the last bit.
+pub(crate) fn uv_curve<T: Real>(brep: &Brep, source: CurveSource) -> UvCurve<T> {
+    match source {
+        CurveSource::Piece { trim, place } => UvCurve {
+            trim: Some(trim as usize),
+            after: None,
+            points: piece_points(brep, trim as usize, place),
+        },
+        CurveSource::Join { after, next } => {
+            let ends = [(after, true), (next, false)];
+            let ends = ends.map(|(trim, last)| trim_end(brep, trim as usize, last));
+            UvCurve {
+                trim: None,
+                after: Some(after as usize),
+                points: ends.iter().flatten().map(end_point).collect(),
+            }
+        }
+    }
+}
+
 /// All curves that bound the region of face `face`, in uv.
 pub(crate) fn uv_curves<T: Real>(brep: &Brep, face: usize) -> Vec<UvCurve<T>> {
     let parts = brep.parts();
@@ -279,10 +377,10 @@ fn spans(maps: &[ParamMap], range: [f64; 2]) -> (std::ops::Range<usize>, bool) {
 /// Which part of which boundary curve lies over which patch.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Cut {
-    pub(crate) curve: usize,
+    pub(crate) curve: u32,
+    pub(crate) patch: u32,
     from: f64,
     to: f64,
-    pub(crate) patch: usize,
 }
 
 /// Cuts the boundary of face `face` at the patches, which stand in a grid.
@@ -331,10 +429,10 @@ pub(crate) fn cut_boundary(brep: &Brep, face: usize, patches: &Patches<f64>) -> 
                     let patch = iu * count_v + iv;
                     for (from, to) in composable(&curve.points, from, to, patches, patch) {
                         out.push(Cut {
-                            curve: index,
+                            curve: index as u32,
+                            patch: patch as u32,
                             from,
                             to,
-                            patch,
                         });
                     }
                 }
@@ -433,7 +531,7 @@ pub(crate) fn lift<T: Real>(curve: &UvCurve<T>, cut: &Cut, surface: &Patch<T>) -
     });
     Piece {
         trim: curve.trim,
-        patch: cut.patch,
+        patch: cut.patch as usize,
         local,
         space,
     }
@@ -442,6 +540,10 @@ pub(crate) fn lift<T: Real>(curve: &UvCurve<T>, cut: &Cut, surface: &Patch<T>) -
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::brep::{BrepBuilder, TrimSpec};
+    use crate::numeric::Interval;
+    use crate::nurbs::{Arc, Plane, Polyline, Surface};
+    use nalgebra::{Point3, Vector2, Vector3};
 
     fn curve(points: &[[f64; 3]]) -> Vec<Homogeneous<f64, 3>> {
         points.iter().map(|p| p.map(Ball::exact)).collect()
@@ -464,6 +566,57 @@ mod tests {
         }
         let part = restrict(&arc, a, b);
         assert_eq!(spans(&HALVES, hull(&part, 0)).0, 0..2);
+    }
+
+    /// Half a disc, its loop as it is seen from either side: curves made one by one are those made together, and have the same numbers. (An arc's ends are
+    /// none that are known to meet others, so that there are joins.)
+    #[test]
+    fn a_curve_by_itself_is_the_one_of_all() {
+        let interval = |a: f64, b: f64| Interval::new(a, b).unwrap();
+        for up in [1.0, -1.0] {
+            let arc = Arc {
+                center: Point2::origin(),
+                x: Vector2::x(),
+                y: Vector2::y() * up,
+                z: Vector2::zeros(),
+                radius: 1.0,
+                angle: interval(0.0, 3.0),
+                domain: interval(0.0, 3.0),
+            };
+            let end = [3f64.cos(), up * 3f64.sin()];
+            let points = [end, [0.0, -0.5 * up], [1.0, 0.0]].map(Point2::from);
+            let polyline = Polyline::new(points.to_vec(), vec![0.0, 1.0, 3.0]).unwrap();
+            let mut b = BrepBuilder::new();
+            let [v, w] = [[1.0, 0.0], end].map(|[x, y]| b.vertex([x, y, 0.0]));
+            let trim = |vertices, curve| TrimSpec {
+                vertices,
+                curve,
+                edge: None,
+            };
+            let trims = vec![
+                trim([v, w], Curve2::Arc(arc)),
+                trim([w, v], Curve2::Polyline(polyline)),
+            ];
+            let plane = Plane {
+                origin: Point3::origin(),
+                x: Vector3::x(),
+                y: Vector3::y(),
+                domain: [interval(-2.0, 2.0); 2],
+                extents: [interval(-2.0, 2.0); 2],
+            };
+            b.face_with_trims(Surface::Plane(plane), vec![trims])
+                .unwrap();
+            let brep = b.build().unwrap();
+            fn check<T: Real>(brep: &Brep) {
+                let all = uv_curves::<T>(brep, 0);
+                let sources = curve_sources(brep, 0).into_iter();
+                let alone: Vec<UvCurve<T>> = sources.map(|c| uv_curve(brep, c)).collect();
+                assert!(all.iter().any(|c| c.trim.is_none()) && all.len() > 5);
+                assert_eq!(format!("{alone:?}"), format!("{all:?}"));
+            }
+            check::<f64>(&brep);
+            check::<Dd>(&brep);
+        }
     }
 
     /// One that touches the border does not pass it, and one that passes it flat has no short stretch there.

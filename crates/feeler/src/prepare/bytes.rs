@@ -11,7 +11,6 @@ fn list<T>(v: &Vec<T>) -> usize {
 }
 
 fn geometry<T: Real>(g: &FaceGeometry<T>) -> usize {
-    let curves: usize = g.curves.iter().map(|c| list(&c.points)).sum();
     let made = g.pieces.iter().filter_map(OnceLock::get);
     let pieces = made.map(|kept| {
         let space = kept.piece.space.as_ref();
@@ -21,14 +20,14 @@ fn geometry<T: Real>(g: &FaceGeometry<T>) -> usize {
             + space.map_or(0, Net::bytes)
             + products.map_or(0, |p| p.bytes())
     });
-    let lists = size_of_val(&*g.curves) + size_of_val(&*g.pieces);
+    let slots = size_of_val(&*g.pieces);
     let seeds = g.seeds.get().map_or(0, |s| size_of_val(&**s));
-    size_of_val(g) + lists + g.patches.bytes() + curves + pieces.sum::<usize>() + seeds
+    size_of_val(g) + slots + g.patches.bytes() + pieces.sum::<usize>() + seeds
 }
 
 /// What all arithmetics share.
 fn shared(g: &FaceGeometry<f64>) -> usize {
-    size_of_val(&*g.cuts) + size_of_val(&*g.patch_boxes)
+    size_of_val(&*g.curves) + size_of_val(&*g.cuts) + size_of_val(&*g.patch_boxes)
 }
 
 fn images<T>(slots: &Vec<OnceLock<Option<Image<T>>>>) -> usize {
@@ -87,7 +86,7 @@ impl PreparedBrep {
             + list(&self.faces)
             + list(&self.boxes)
             + faces
-            + self.shared.get().map_or(0, list)
+            + self.shared.get().map_or(0, |s| size_of_val(&**s))
             + self.edge_tree.get().map_or(0, BoxTree::bytes)
             + self.face_tree.get().map_or(0, BoxTree::bytes)
             + cracks

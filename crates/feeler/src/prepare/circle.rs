@@ -8,6 +8,7 @@ use super::spline::{ArcPiece, BezierCurve, Homogeneous};
 use crate::numeric::sin_cos;
 use crate::numeric::{Ball, Dd, Interval, Real, TINY};
 use crate::nurbs::Arc;
+use nalgebra::Point;
 
 /// Degree of the Taylor polynomials: what they leave out (see [`Spans`]) is a fourth of a unit in f64 and below one in
 /// double-double.
@@ -263,44 +264,52 @@ pub(crate) fn axes<const D: usize>(arc: &Arc<D>) -> [Vector<D>; 2] {
     [x, y]
 }
 
-/// The pieces of an arc over `[from, to]` of its domain.
-pub(crate) fn arc_pieces<T: Real, const D: usize, const H: usize>(
-    arc: &Arc<D>,
-    from: f64,
-    to: f64,
-    out: &mut Vec<BezierCurve<T, H>>,
-) {
-    let [x, y] = axes(arc);
-    let convert = |b: Ball<Dd>| Ball::<T>::from_dd(b.mid, b.rad);
-    let radius = Ball::exact(arc.radius);
-    let x = x.map(|b| convert(radius * b));
-    let y = y.map(|b| convert(radius * b));
-    let coordinates = |of: &dyn Fn(usize) -> Ball<T>, last: Ball<T>| -> Homogeneous<T, H> {
-        std::array::from_fn(|c| if c < D { of(c) } else { last })
-    };
-    let spans = Spans::new(arc.angle, arc.domain, from, to);
-    for span in (0..spans.len()).map(|k| spans.span::<T>(k)) {
-        let points: Vec<Homogeneous<T, H>> = (0..=degree::<T>())
-            .map(|j| {
-                std::array::from_fn(|c| {
-                    if c < D {
-                        Ball::exact(arc.center[c]) + span.cos[j] * x[c] + span.sin[j] * y[c]
-                    } else {
-                        Ball::ONE
-                    }
-                })
-            })
-            .collect();
-        out.push(BezierCurve {
-            points,
+/// The pieces of an arc over `[from, to]` of its domain, each by itself.
+pub(crate) struct ArcPieces<T, const D: usize> {
+    center: Point<f64, D>,
+    /// The axes, as long as the radius.
+    axes: [[Ball<T>; D]; 2],
+    spans: Spans,
+}
+
+impl<T: Real, const D: usize> ArcPieces<T, D> {
+    pub(crate) fn new(arc: &Arc<D>, from: f64, to: f64) -> Self {
+        let convert = |b: Ball<Dd>| Ball::<T>::from_dd(b.mid, b.rad);
+        let radius = Ball::exact(arc.radius);
+        Self {
+            center: arc.center,
+            axes: axes(arc).map(|axis| axis.map(|b| convert(radius * b))),
+            spans: Spans::new(arc.angle, arc.domain, from, to),
+        }
+    }
+
+    /// How many there are.
+    pub(crate) fn len(&self) -> usize {
+        self.spans.len()
+    }
+
+    /// One of them.
+    pub(crate) fn piece<const H: usize>(&self, k: usize) -> BezierCurve<T, H> {
+        let [x, y] = &self.axes;
+        let center = |c: usize| Ball::exact(self.center[c]);
+        let coordinates = |of: &dyn Fn(usize) -> Ball<T>, last: Ball<T>| -> Homogeneous<T, H> {
+            std::array::from_fn(|c| if c < D { of(c) } else { last })
+        };
+        let span = self.spans.span::<T>(k);
+        let points = (0..=degree::<T>()).map(|j| {
+            let of = |c: usize| center(c) + span.cos[j] * x[c] + span.sin[j] * y[c];
+            coordinates(&of, Ball::ONE)
+        });
+        BezierCurve {
+            points: points.collect(),
             map: super::ParamMap::new(span.range.start, span.range.end),
             arc: Some(Box::new(ArcPiece {
-                center: coordinates(&|c| Ball::exact(arc.center[c]), Ball::ONE),
+                center: coordinates(&center, Ball::ONE),
                 x: coordinates(&|c| x[c], Ball::ZERO),
                 y: coordinates(&|c| y[c], Ball::ZERO),
                 angle: span.angle,
             })),
-        });
+        }
     }
 }
 

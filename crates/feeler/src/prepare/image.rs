@@ -5,7 +5,7 @@
 //! each part is composed with its patch. What is left between two parts, a piece of the curve of about one
 //! rounding, goes into [`Image::extra`]; so does a part that cannot be composed.
 
-use super::boundary::{UvCurve, trim_curves};
+use super::boundary::{CurveSource, UvCurve, trim_curves, trim_end, uv_curve};
 use super::closed::V3;
 use super::compose::compose;
 use super::matching::Pair;
@@ -690,9 +690,8 @@ fn flat<T: Real>(patch: &Patch<T>) -> Option<f64> {
 
 /// The image of a trim of a face; `None` where it is not known, or none of it can be composed.
 pub(super) fn image<T: Real>(geometry: &FaceGeometry<T>, trim: usize) -> Option<Image<T>> {
-    image_of(&geometry.patches, &geometry.curves, usize::MAX, |c| {
-        c.trim == Some(trim)
-    })
+    let curves: Vec<_> = trim_curves(&geometry.brep, trim).collect();
+    image_of(&geometry.patches, &curves, usize::MAX)
 }
 
 /// The image of one trim, where no more than `most` bytes are taken for it, for the work and for the patches that are made; else it counts as not known.
@@ -703,25 +702,21 @@ pub(super) fn image_alone(
     most: usize,
 ) -> Option<Image<f64>> {
     let curves: Vec<_> = trim_curves(brep, trim).collect();
-    image_of(patches, &curves, most, |_| true)
+    image_of(patches, &curves, most)
 }
 
 /// The image of the segment that joins a trim to the next, if there is one: `Some(None)` where it is not known.
 pub(super) fn join<T: Real>(geometry: &FaceGeometry<T>, after: usize) -> Option<Option<Image<T>>> {
-    let own = |c: &UvCurve<T>| c.after == Some(after);
-    let any = geometry.curves.iter().any(own);
-    any.then(|| image_of(&geometry.patches, &geometry.curves, usize::MAX, own))
+    let of_it =
+        |c: &&CurveSource| matches!(c, CurveSource::Join { after: a, .. } if *a as usize == after);
+    let join = geometry.curves.iter().find(of_it)?;
+    let curve = uv_curve(&geometry.brep, *join);
+    Some(image_of(&geometry.patches, &[curve], usize::MAX))
 }
 
 /// A box around the first or the last point of a trim's image.
 pub(super) fn end<T: Real>(geometry: &FaceGeometry<T>, trim: usize, last: bool) -> Option<Box3> {
-    let mut own = geometry.curves.iter().filter(|c| c.trim == Some(trim));
-    let at = if last {
-        own.next_back()?.points.last()?
-    } else {
-        own.next()?.points.first()?
-    };
-    point(geometry, at)
+    point(geometry, &trim_end(&geometry.brep, trim, last)?)
 }
 
 /// A box around the image of a point of uv.
@@ -835,12 +830,7 @@ pub(super) fn distance(a: &Box3, b: &Box3) -> Enclosure {
     }
 }
 
-fn image_of<T: Real>(
-    patches: &Patches<T>,
-    curves: &[UvCurve<T>],
-    most: usize,
-    own: impl Fn(&UvCurve<T>) -> bool,
-) -> Option<Image<T>> {
+fn image_of<T: Real>(patches: &Patches<T>, curves: &[UvCurve<T>], most: usize) -> Option<Image<T>> {
     let mut grid = Grid::new(patches, most)?;
     // Crossings are cut finer once where the numbers go finer.
     let levels = u32::from(T::UNIT < f64::UNIT);
@@ -854,7 +844,7 @@ fn image_of<T: Real>(
             pending: 0.0,
             bytes: 0,
         };
-        for curve in curves.iter().filter(|c| own(c)) {
+        for curve in curves {
             builder.curve(&grid, &curve.points, levels, COMPOSE_HALVINGS)?;
         }
         let mut image = builder.image;

@@ -64,7 +64,7 @@ use stored_place::stored_place;
 use crate::brep::Brep;
 use crate::numeric::{Dd, Real, Td};
 use crate::trim::TrimRegion;
-use boundary::{Cut, UvCurve};
+use boundary::{CurveSource, Cut};
 use box_tree::{BoxTree, Known};
 use closed::{ClosedCurve, ClosedFace, SphereForm};
 use nalgebra::Point3;
@@ -94,8 +94,10 @@ fn widened(b: &Box3, by: f64) -> Box3 {
 /// The patches and boundary of one face in one arithmetic.
 #[derive(Debug)]
 pub(crate) struct FaceGeometry<T> {
+    brep: Arc<Brep>,
     pub(crate) patches: Patches<T>,
-    curves: Box<[UvCurve<T>]>,
+    /// What the boundary pieces are parts of; a curve itself is made for each piece, as few are ever made.
+    curves: Arc<[CurveSource]>,
     cuts: Arc<[Cut]>,
     pieces: Box<[OnceLock<Box<KeptPiece<T>>>]>,
     /// The patches' boxes in space; `None` where a weight is not proven to be positive.
@@ -137,17 +139,17 @@ const MOST_SEEDED: usize = 64;
 
 impl<T: Real> FaceGeometry<T> {
     fn new(
-        brep: &Brep,
-        face: usize,
+        brep: &Arc<Brep>,
         patches: Patches<T>,
         patch_boxes: Arc<[Option<Box3>]>,
-        cuts: Arc<[Cut]>,
+        (curves, cuts): (Arc<[CurveSource]>, Arc<[Cut]>),
     ) -> Self {
         Self {
+            brep: Arc::clone(brep),
             patch_boxes,
             seeds: OnceLock::new(),
             pieces: cuts.iter().map(|_| OnceLock::new()).collect(),
-            curves: boundary::uv_curves(brep, face).into(),
+            curves,
             patches,
             cuts,
         }
@@ -160,12 +162,12 @@ impl<T: Real> FaceGeometry<T> {
 
     /// The uv curve that a boundary piece is part of, as `uv_curves` numbers them.
     pub(crate) fn piece_curve(&self, index: usize) -> usize {
-        self.cuts[index].curve
+        self.cuts[index].curve as usize
     }
 
     /// The patch that a boundary piece lies on.
     pub(crate) fn piece_patch(&self, index: usize) -> usize {
-        self.cuts[index].patch
+        self.cuts[index].patch as usize
     }
 
     /// A boundary piece; made at the first call.
@@ -176,9 +178,10 @@ impl<T: Real> FaceGeometry<T> {
     fn kept_piece(&self, index: usize) -> &KeptPiece<T> {
         self.pieces[index].get_or_init(|| {
             let cut = &self.cuts[index];
-            let patch = self.patches.lent(cut.patch);
+            let patch = self.patches.lent(cut.patch as usize);
+            let curve = boundary::uv_curve(&self.brep, self.curves[cut.curve as usize]);
             Box::new(KeptPiece {
-                piece: boundary::lift(&self.curves[cut.curve], cut, &patch),
+                piece: boundary::lift(&curve, cut, &patch),
                 products: OnceLock::new(),
                 speeds: OnceLock::new(),
             })
@@ -223,14 +226,17 @@ impl FaceGeometry<f64> {
                 if !jet::fits(p.net.degree) {
                     continue;
                 }
+                // What is rounded for this alone is not kept.
+                let own = (p.is_kept() && !p.net.has_plain()).then(|| p.net.clone());
+                let net = own.as_ref().unwrap_or(&p.net);
                 for k in 0..SEEDS * SEEDS {
                     let mut seed = Seed {
                         point: Point3::origin(),
                         place: patch * SEEDS * SEEDS + k,
                     };
                     let [s, t] = seed.local();
-                    let h = jet::value(&p.net, s, t);
-                    seed.point = Point3::from([0, 1, 2].map(|c| h[c] / h[3] + p.net.origin[c]));
+                    let h = jet::value(net, s, t);
+                    seed.point = Point3::from([0, 1, 2].map(|c| h[c] / h[3] + net.origin[c]));
                     out.push(seed);
                 }
             }
@@ -256,7 +262,7 @@ struct PreparedFace {
 pub struct PreparedBrep {
     /// What tells it from others, while anyone holds a copy.
     identity: Arc<()>,
-    brep: Brep,
+    brep: Arc<Brep>,
     shortcuts: Shortcuts,
     faces: Vec<PreparedFace>,
     /// A box around each face.
@@ -281,7 +287,7 @@ pub struct PreparedBrep {
     least_cracks: Vec<OnceLock<f64>>,
     side_cells: OnceLock<Option<SideCells>>,
     /// The edges that several trims use.
-    shared: OnceLock<Vec<SharedEdge>>,
+    shared: OnceLock<Box<[SharedEdge]>>,
     edge_tree: OnceLock<BoxTree>,
     face_tree: OnceLock<BoxTree>,
 }
@@ -341,7 +347,7 @@ impl PreparedBrep {
             shared: OnceLock::new(),
             edge_tree: OnceLock::new(),
             face_tree: OnceLock::new(),
-            brep,
+            brep: Arc::new(brep),
             shortcuts,
             faces,
             boxes,
@@ -485,11 +491,16 @@ impl PreparedBrep {
         misses: impl Fn(&Box3) -> bool,
         out: &mut Vec<usize>,
     ) {
+        out.clear();
+        // One face needs no tree.
+        if let [only] = &*self.boxes {
+            out.extend((!only.as_ref().is_some_and(misses)).then_some(0));
+            return;
+        }
         let tree = self.face_tree.get_or_init(|| {
             let middle = |b: &Option<Box3>| b.map_or([0.0; 3], |b| b.map(|r| 0.5 * (r[0] + r[1])));
             BoxTree::new(&self.boxes.iter().map(middle).collect::<Vec<_>>())
         });
-        out.clear();
         let known = |face: usize| Known::Box(self.boxes[face]);
         tree.any(line, known, |face| {
             if !(line.has_ends && self.boxes[face].as_ref().is_some_and(&misses)) {
@@ -642,8 +653,10 @@ impl PreparedBrep {
     pub(crate) fn double(&self, face: usize) -> &FaceGeometry<f64> {
         let make = || {
             let (patches, boxes) = Patches::with_boxes(self.brep.surface(face));
+            let curves = boundary::curve_sources(&self.brep, face).into();
             let cuts = boundary::cut_boundary(&self.brep, face, &patches).into();
-            Box::new(FaceGeometry::new(&self.brep, face, patches, boxes, cuts))
+            let boundary = (curves, cuts);
+            Box::new(FaceGeometry::new(&self.brep, patches, boxes, boundary))
         };
         let slot = &self.faces[face].double;
         slot.get_or_init(make)
@@ -664,7 +677,8 @@ impl PreparedBrep {
     fn finer<T: Real>(&self, face: usize) -> Box<FaceGeometry<T>> {
         let double = self.double(face);
         let patches = Patches::on_demand(self.brep.surface(face));
-        let (boxes, cuts) = (double.patch_boxes.clone(), double.cuts.clone());
-        Box::new(FaceGeometry::new(&self.brep, face, patches, boxes, cuts))
+        let boundary = (double.curves.clone(), double.cuts.clone());
+        let boxes = double.patch_boxes.clone();
+        Box::new(FaceGeometry::new(&self.brep, patches, boxes, boundary))
     }
 }

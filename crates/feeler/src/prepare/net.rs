@@ -255,6 +255,11 @@ impl<T: Real> Net<T> {
         })
     }
 
+    /// Whether these have been made.
+    pub(super) fn has_plain(&self) -> bool {
+        self.plain.get().is_some()
+    }
+
     /// One coordinate of all points.
     pub(crate) fn coordinate(&self, c: usize) -> Coefficients<T> {
         Coefficients {

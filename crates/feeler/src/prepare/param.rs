@@ -16,14 +16,14 @@ use std::cmp::Ordering;
 /// `start` and `end` are the least and the greatest f64 on the piece. So an f64 is on the piece exactly if it is in `[start, end]`, each f64 of a
 /// poly-curve's domain is on one of its pieces, and the border between two is between the end of the first and the start of the next, which are
 /// neighbours in f64. A piece shorter than that may hold no f64: then `start > end`.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct ParamMap {
     /// The native parameter at local 0, or the least f64 above it.
     pub start: f64,
     /// The native parameter at local 1, or the greatest f64 below it.
     pub end: f64,
-    /// Where an end is no f64.
-    segment: Option<Segment>,
+    /// Where an end is no f64, which is seldom.
+    segment: Option<Box<Segment>>,
 }
 
 /// What the ends of a piece are, exactly: those of `part`, mapped linearly as `own` to `to`.
@@ -75,7 +75,7 @@ impl ParamMap {
         Some(Self {
             start,
             end,
-            segment: (exact != [true; 2]).then_some(segment),
+            segment: (exact != [true; 2]).then(|| Box::new(segment)),
         })
     }
 
@@ -87,7 +87,8 @@ impl ParamMap {
                 (a.own, a.to, a.part[1]) == (b.own, b.to, b.part[0])
             }
             (a, b) => {
-                let exact = a.is_none_or(|a| a.exact[1]) && b.is_none_or(|b| b.exact[0]);
+                let exact =
+                    a.as_ref().is_none_or(|a| a.exact[1]) && b.as_ref().is_none_or(|b| b.exact[0]);
                 exact && self.end == next.start
             }
         }
@@ -111,7 +112,7 @@ impl ParamMap {
 
     /// The local parameter of a native one: `(t - start) / (end - start)`; exact at ends that are f64.
     pub fn to_local<T: Real>(&self, t: Ball<T>) -> Ball<T> {
-        let exact = self.segment.map_or([true; 2], |s| s.exact);
+        let exact = { self.segment.as_ref() }.map_or([true; 2], |s| s.exact);
         if exact[0] && t.rad == 0.0 && t.mid == T::from_f64(self.start) {
             return Ball::ZERO;
         }
@@ -198,7 +199,7 @@ impl ParamMap {
         // Three roundings of numbers no larger than the ends...
         let slack = 2.0 * f64::EPSILON * around[0].abs().max(around[1].abs());
         // ...and what the ends are off: less than the f64 next to them are apart, one rounding of the larger (or of the least numbers).
-        let slack = match self.segment {
+        let slack = match &self.segment {
             None => slack,
             Some(_) => 2.0 * slack + f64::MIN_POSITIVE,
         };

@@ -89,7 +89,7 @@ pub(crate) fn surface_patches<T: Real>(surface: &Surface) -> Vec<Patch<T>> {
             let source = Source::new(surface);
             let [u, v] = source.counts();
             let all = (0..u).flat_map(|i| (0..v).map(move |j| [i, j]));
-            all.map(|at| source.patch(at)).collect()
+            all.map(|at| source.patch(at, true)).collect()
         }
     }
 }
@@ -181,7 +181,8 @@ impl<T: Real> Source<T> {
 
     /// Native parameters of the patches along u and v.
     fn maps(&self) -> [Vec<ParamMap>; 2] {
-        let of_pieces = |pieces: &[BezierCurve<T, 4>]| pieces.iter().map(|p| p.map).collect();
+        let of_pieces =
+            |pieces: &[BezierCurve<T, 4>]| pieces.iter().map(|p| p.map.clone()).collect();
         match self {
             Self::Plane(s) => [0, 1].map(|c| vec![map(s.domain[c])]),
             Self::Nurbs { spans, .. } => {
@@ -209,9 +210,11 @@ impl<T: Real> Source<T> {
                 let map = |(_, start, end): KnotSpan| ParamMap::new(start, end);
                 [map(spans[0][i]), map(spans[1][j])]
             }
-            Self::Revolution(s) if s.transposed => [s.profile[i].map, map(s.turns.range(j))],
-            Self::Revolution(s) => [map(s.turns.range(i)), s.profile[j].map],
-            Self::Sum { pieces, .. } => [pieces[0][i].map, pieces[1][j].map],
+            Self::Revolution(s) if s.transposed => {
+                [s.profile[i].map.clone(), map(s.turns.range(j))]
+            }
+            Self::Revolution(s) => [map(s.turns.range(i)), s.profile[j].map.clone()],
+            Self::Sum { pieces, .. } => [pieces[0][i].map.clone(), pieces[1][j].map.clone()],
         }
     }
 
@@ -225,13 +228,13 @@ impl<T: Real> Source<T> {
         }
     }
 
-    /// One of the [patches](surface_patches), the same to the last bit.
-    fn patch(&self, [i, j]: [usize; 2]) -> Patch<T> {
+    /// One of the [patches](surface_patches), the same to the last bit; `keep`: whether others will be made of the same turn.
+    fn patch(&self, [i, j]: [usize; 2], keep: bool) -> Patch<T> {
         match self {
             Self::Plane(s) => plane_patch(s),
             Self::Nurbs { surface, spans } => nurbs_patch(surface, [spans[0][i], spans[1][j]]),
-            Self::Revolution(s) if s.transposed => s.patch(j, i),
-            Self::Revolution(s) => s.patch(i, j),
+            Self::Revolution(s) if s.transposed => s.patch(j, i, keep),
+            Self::Revolution(s) => s.patch(i, j, keep),
             Self::Sum { base, pieces } => sum_patch(base, [&pieces[0][i], &pieces[1][j]]),
         }
     }
@@ -297,9 +300,18 @@ fn map(range: Interval) -> ParamMap {
 impl<T: Real> Turns<T> {
     /// `O + along + cos a r + sin a (axis x r)` for each point of the profile, split into its part along the
     /// axis and its part `r` across it: linear in homogeneous points, so it maps control points.
-    fn patch(&self, turn: usize, piece: usize) -> Patch<T> {
+    fn patch(&self, turn: usize, piece: usize, keep: bool) -> Patch<T> {
         let make = || Box::new(self.turns.span(turn));
-        let (turn, piece) = (self.made[turn].get_or_init(make), &self.profile[piece]);
+        let own;
+        let turn = match self.made[turn].get() {
+            Some(made) => made,
+            None if keep => self.made[turn].get_or_init(make),
+            None => {
+                own = make();
+                &own
+            }
+        };
+        let piece = &self.profile[piece];
         let (origin, axis) = (&self.origin, &self.axis);
         let point = |i: usize, p: &Homogeneous<T, 4>| -> Homogeneous<T, 4> {
             let q: [Ball<T>; 3] = std::array::from_fn(|c| p[c] - p[3] * Ball::exact(origin[c]));
@@ -322,12 +334,18 @@ impl<T: Real> Turns<T> {
             for p in points {
                 net.extend((0..count).map(|i| point(i, p)));
             }
-            ([points.len() - 1, count - 1], [piece.map, map(turn.range)])
+            (
+                [points.len() - 1, count - 1],
+                [piece.map.clone(), map(turn.range)],
+            )
         } else {
             for i in 0..count {
                 net.extend(points.iter().map(|p| point(i, p)));
             }
-            ([count - 1, points.len() - 1], [map(turn.range), piece.map])
+            (
+                [count - 1, points.len() - 1],
+                [map(turn.range), piece.map.clone()],
+            )
         };
         let [u, v] = degree;
         Patch {
@@ -366,7 +384,7 @@ fn sum_patch<T: Real>(base: &Vector3<f64>, [a, b]: [&BezierCurve<T, 4>; 2]) -> P
     };
     Patch {
         net: Net::centered(degree, net),
-        maps: [a.map, b.map],
+        maps: [a.map.clone(), b.map.clone()],
         turned: None,
     }
 }
@@ -468,7 +486,7 @@ fn of_columns<T: Real>(
     }
     Patch {
         net: Net::centered(degree, net),
-        maps: [along_u.map, along_v.map],
+        maps: [along_u.map.clone(), along_v.map.clone()],
         turned: None,
     }
 }
@@ -509,6 +527,12 @@ impl<T> std::ops::Deref for Lent<'_, T> {
     }
 }
 
+impl<T> Lent<'_, T> {
+    pub(super) fn is_kept(&self) -> bool {
+        matches!(self, Self::Kept(_))
+    }
+}
+
 impl<T: Real> Patches<T> {
     /// Patches that are made when they are needed.
     pub(super) fn on_demand(surface: &Surface) -> Self {
@@ -541,7 +565,7 @@ impl<T: Real> Patches<T> {
     }
 
     fn kept(&self, index: usize) -> &Kept<T> {
-        self.slots[index].get_or_init(|| self.keep(self.source.patch(self.place(index))))
+        self.slots[index].get_or_init(|| self.keep(self.source.patch(self.place(index), true)))
     }
 
     /// The row and the column of a patch.
@@ -567,7 +591,11 @@ impl<T: Real> Patches<T> {
     pub(crate) fn lent(&self, index: usize) -> Lent<'_, T> {
         match self.slots[index].get() {
             Some(kept) => Lent::Kept(&kept.patch),
-            None => Lent::Own(Box::new(self.source.patch(self.place(index)))),
+            None => {
+                // In f64 all are looked at, row by row; beyond, some.
+                let keep = T::UNIT >= f64::UNIT;
+                Lent::Own(Box::new(self.source.patch(self.place(index), keep)))
+            }
         }
     }
 
@@ -730,7 +758,7 @@ pub(crate) fn meets_itself(surface: &Surface, along_u: bool) -> bool {
 
 #[cfg(test)]
 mod tests {
-    use super::super::spline::PieceCount;
+    use super::super::spline::{PieceCount, curve_piece, piece_places};
     use super::*;
     use crate::nurbs::{Arc, Line, NurbsCurve, NurbsSurface, PolyCurve, Polyline, Revolution, Sum};
     use std::f64::consts::TAU;
@@ -853,12 +881,13 @@ mod tests {
             assert_eq!(maps.each_ref().map(Vec::len), [u, v]);
             for k in 0..all.len() {
                 assert_eq!(maps_of(k), all[k].maps);
-                assert_eq!([maps[0][k / v], maps[1][k % v]], all[k].maps);
+                let own = [&maps[0][k / v], &maps[1][k % v]];
+                assert_eq!(own, all[k].maps.each_ref());
             }
         }
     }
 
-    /// The same of the pieces of curves, and of parts of these.
+    /// The same of the pieces of curves, and of parts of these; each by itself is the same, too.
     #[test]
     fn pieces_are_as_many_as_counted() {
         for curve in curves() {
@@ -872,6 +901,13 @@ mod tests {
                     points: pieces.iter().map(|p| p.points.len()).sum(),
                 };
                 assert_eq!(piece_count(&curve, from, to), made, "{curve:?} {a} {b}");
+                let mut places = Vec::new();
+                piece_places(&curve, from, to, &mut places);
+                let alone = places.into_iter();
+                let alone: Option<Vec<BezierCurve<f64, 4>>> =
+                    alone.map(|p| curve_piece(&curve, from, to, p)).collect();
+                let alone = alone.expect("pieces");
+                assert_eq!(format!("{alone:?}"), format!("{pieces:?}"));
             }
         }
     }

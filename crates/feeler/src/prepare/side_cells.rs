@@ -65,7 +65,7 @@ fn strays(brep: &PreparedBrep, face: usize, out: &mut Vec<Box3>) -> Option<()> {
             let patches = &brep.double(face).patches;
             for index in 0..patches.len() {
                 let maps = patches.maps_of(index);
-                let (across, own) = (maps[k], maps[1 - k]);
+                let (across, own) = (&maps[k], &maps[1 - k]);
                 let around = own.around();
                 let range = [along[0].max(around[0]), along[1].min(around[1])];
                 if [across.start, across.end][end] != side || !(range[0] <= range[1]) {
@@ -160,19 +160,26 @@ impl SideCells {
         if (0..3).any(|c| point[c] < b[c][0] || point[c] > b[c][1]) {
             return Some(false);
         }
-        let (mut cell, mut bounds) = (&self.root, self.bounds);
-        for _ in 0..=MOST_HALVINGS {
+        // Cells are made only on the way to one that tells.
+        let (mut way, mut bounds) = ([0; MOST_HALVINGS], self.bounds);
+        for halvings in 0..=MOST_HALVINGS {
             let middle = Point3::from(bounds.map(|r| r[0] + 0.5 * (r[1] - r[0])));
             if (middle - point).norm() * UP < 0.5 * distance {
+                let cell = way[..halvings].iter().fold(&self.root, |cell, part| {
+                    &cell.parts.get_or_init(Default::default)[*part]
+                });
                 return *cell.side.get_or_init(|| find(middle));
             }
+            let Some(way) = way.get_mut(halvings) else {
+                break;
+            };
             let mut part = 0;
             for c in 0..3 {
                 let above = point[c] >= middle[c];
                 bounds[c][usize::from(!above)] = middle[c];
                 part = 2 * part + usize::from(above);
             }
-            cell = &cell.parts.get_or_init(Default::default)[part];
+            *way = part;
         }
         None
     }

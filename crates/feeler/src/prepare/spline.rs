@@ -1,9 +1,9 @@
 //! Bezier pieces of splines, with bounds.
 
-use super::circle::{arc_pieces, degree, span_count};
+use super::circle::{ArcPieces, degree, span_count};
 use super::param::{ParamMap, order};
 use crate::numeric::{Ball, Dd, Interval, Real};
-use crate::nurbs::{Curve, KnotVector};
+use crate::nurbs::{Curve, KnotVector, NurbsCurve, Polyline};
 use nalgebra::{Point, SVector};
 
 /// A homogeneous point with bounds.
@@ -120,6 +120,149 @@ fn on_segment<T: Real, const D: usize, const H: usize>(
     out
 }
 
+/// The piece of a segment, which runs over `span`, that lies over `[from, to]`.
+fn segment_piece<T: Real, const D: usize, const H: usize>(
+    [a, b]: [&Point<f64, D>; 2],
+    span: Interval,
+    [from, to]: [f64; 2],
+) -> BezierCurve<T, H> {
+    let (s, e) = (from.max(span.start), to.min(span.end));
+    BezierCurve {
+        points: vec![on_segment(a, b, span, s), on_segment(a, b, span, e)],
+        map: ParamMap::new(s, e),
+        arc: None,
+    }
+}
+
+/// The same of segment `index` of a polyline.
+fn polyline_piece<T: Real, const D: usize, const H: usize>(
+    c: &Polyline<D>,
+    index: usize,
+    over: [f64; 2],
+) -> BezierCurve<T, H> {
+    let (points, params) = (&c.points()[index..], &c.params()[index..]);
+    let span = Interval {
+        start: params[0],
+        end: params[1],
+    };
+    segment_piece([&points[0], &points[1]], span, over)
+}
+
+/// The same of the span of a spline that starts at knot `index`.
+fn spline_piece<T: Real, const H: usize>(
+    c: &NurbsCurve<H>,
+    index: usize,
+    [from, to]: [f64; 2],
+) -> BezierCurve<T, H> {
+    let exact = |p: &SVector<f64, H>| std::array::from_fn(|i| Ball::exact(p[i]));
+    let stored = |i: usize| exact(&c.control_points()[i]);
+    let (p, knots) = (c.knots().degree(), c.knots().knots());
+    let (s, e) = (from.max(knots[index]), to.min(knots[index + 1]));
+    let mut points = Blossom::new(c.knots(), index, s, e).apply(stored);
+    // At a knot as often there as the degree the curve is at a control point.
+    if knots[index + 1 - p] == s {
+        points[0] = stored(index - p);
+    }
+    if knots[index + p] == e {
+        points[p] = stored(index);
+    }
+    // The piece is made of affine combinations of the span's control points: where all their weights are 1, so are its own, exactly.
+    let own = &c.control_points()[index - p..=index];
+    if own.iter().all(|p| p[H - 1] == 1.0) {
+        points.iter_mut().for_each(|x| x[H - 1] = Ball::ONE);
+    }
+    BezierCurve {
+        points,
+        map: ParamMap::new(s, e),
+        arc: None,
+    }
+}
+
+/// Which of the pieces of a curve one is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct PiecePlace {
+    /// The segment of a poly-curve.
+    segment: u32,
+    /// The segment of a polyline, the knot that a span starts at, or the part of an arc.
+    part: u32,
+}
+
+impl PiecePlace {
+    fn part(part: usize) -> Self {
+        Self {
+            segment: 0,
+            part: part as u32,
+        }
+    }
+}
+
+/// Which pieces [`curve_pieces`] are, in order.
+pub(crate) fn piece_places<const D: usize, const H: usize>(
+    curve: &Curve<D, H>,
+    from: f64,
+    to: f64,
+    out: &mut Vec<PiecePlace>,
+) {
+    let meets = |start: f64, end: f64| from.max(start) < to.min(end);
+    match curve {
+        Curve::Line(c) => {
+            out.extend(meets(c.domain.start, c.domain.end).then(|| PiecePlace::part(0)));
+        }
+        Curve::Polyline(c) => {
+            let all = c.params().windows(2).enumerate();
+            let met = all.filter(|(_, t)| meets(t[0], t[1]));
+            out.extend(met.map(|(k, _)| PiecePlace::part(k)));
+        }
+        Curve::Nurbs(c) => {
+            let met = c.knots().spans().filter(|(_, a, b)| meets(*a, *b));
+            out.extend(met.map(|(index, ..)| PiecePlace::part(index)));
+        }
+        Curve::Poly(c) => {
+            let all = c.segments().iter().zip(c.params().windows(2));
+            for (k, (piece, t)) in all.enumerate() {
+                let Some([s, e]) = poly_part(piece.domain(), [t[0], t[1]], [from, to]) else {
+                    continue;
+                };
+                let first = out.len();
+                piece_places(piece, s, e, out);
+                out[first..]
+                    .iter_mut()
+                    .for_each(|place| place.segment = k as u32);
+            }
+        }
+        Curve::Arc(c) => {
+            let count = span_count(c.angle, c.domain, from, to);
+            out.extend((0..count).map(PiecePlace::part));
+        }
+    }
+}
+
+/// One of the [`curve_pieces`], by itself: the same to the last bit. `None` where a poly-curve has no such segment there.
+pub(crate) fn curve_piece<T: Real, const D: usize, const H: usize>(
+    curve: &Curve<D, H>,
+    from: f64,
+    to: f64,
+    place: PiecePlace,
+) -> Option<BezierCurve<T, H>> {
+    let part = place.part as usize;
+    Some(match curve {
+        Curve::Line(c) => segment_piece([&c.from, &c.to], c.domain, [from, to]),
+        Curve::Polyline(c) => polyline_piece(c, part, [from, to]),
+        Curve::Nurbs(c) => spline_piece(c, part, [from, to]),
+        Curve::Poly(c) => {
+            let k = place.segment as usize;
+            let (piece, t) = (c.segments().get(k)?, [c.params()[k], c.params()[k + 1]]);
+            let own = piece.domain();
+            let [s, e] = poly_part(own, t, [from, to])?;
+            let mut piece = curve_piece(piece, s, e, place)?;
+            let asked = [from.max(t[0]), to.min(t[1])];
+            reparametrize(&mut piece, [own.start, own.end], t, ([s, e], asked));
+            piece
+        }
+        Curve::Arc(c) => ArcPieces::new(c, from, to).piece(part),
+    })
+}
+
 /// The Bezier pieces of `curve` over `[from, to]`, in order.
 pub(crate) fn curve_pieces<T: Real, const D: usize, const H: usize>(
     curve: &Curve<D, H>,
@@ -127,75 +270,16 @@ pub(crate) fn curve_pieces<T: Real, const D: usize, const H: usize>(
     to: f64,
     out: &mut Vec<BezierCurve<T, H>>,
 ) {
-    let mut segment = |a: &Point<f64, D>, b: &Point<f64, D>, span: Interval| {
-        let (s, e) = (from.max(span.start), to.min(span.end));
-        if s < e {
-            out.push(BezierCurve {
-                points: vec![on_segment(a, b, span, s), on_segment(a, b, span, e)],
-                map: ParamMap::new(s, e),
-                arc: None,
-            });
-        }
-    };
-    match curve {
-        Curve::Line(c) => segment(&c.from, &c.to, c.domain),
-        Curve::Polyline(c) => {
-            for (p, t) in c.points().windows(2).zip(c.params().windows(2)) {
-                segment(
-                    &p[0],
-                    &p[1],
-                    Interval {
-                        start: t[0],
-                        end: t[1],
-                    },
-                );
-            }
-        }
-        Curve::Nurbs(c) => {
-            let exact = |p: &SVector<f64, H>| std::array::from_fn(|i| Ball::exact(p[i]));
-            let stored = |i: usize| exact(&c.control_points()[i]);
-            // Pieces are affine combinations of the control points: where all weights are 1, so are those of the pieces, exactly.
-            let plain = c.control_points().iter().all(|p| p[H - 1] == 1.0);
-            let (p, knots) = (c.knots().degree(), c.knots().knots());
-            for (index, start, end) in c.knots().spans() {
-                let (s, e) = (from.max(start), to.min(end));
-                if s < e {
-                    let mut points = Blossom::new(c.knots(), index, s, e).apply(stored);
-                    // At a knot as often there as the degree the curve is at a control point.
-                    if knots[index + 1 - p] == s {
-                        points[0] = stored(index - p);
-                    }
-                    if knots[index + p] == e {
-                        points[p] = stored(index);
-                    }
-                    if plain {
-                        points.iter_mut().for_each(|x| x[H - 1] = Ball::ONE);
-                    }
-                    out.push(BezierCurve {
-                        points,
-                        map: ParamMap::new(s, e),
-                        arc: None,
-                    });
-                }
-            }
-        }
-        Curve::Poly(c) => {
-            for (piece, t) in c.segments().iter().zip(c.params().windows(2)) {
-                let own = piece.domain();
-                let Some([s, e]) = poly_part(own, [t[0], t[1]], [from, to]) else {
-                    continue;
-                };
-                let first = out.len();
-                curve_pieces(piece, s, e, out);
-                let (own, t) = ([own.start, own.end], [t[0], t[1]]);
-                let asked = [from.max(t[0]), to.min(t[1])];
-                for piece in &mut out[first..] {
-                    reparametrize(piece, own, t, ([s, e], asked));
-                }
-            }
-        }
-        Curve::Arc(c) => arc_pieces(c, from, to, out),
+    if let Curve::Arc(c) = curve {
+        // Its axes are those of all pieces.
+        let pieces = ArcPieces::new(c, from, to);
+        out.extend((0..pieces.len()).map(|k| pieces.piece(k)));
+        return;
     }
+    let mut places = Vec::new();
+    piece_places(curve, from, to, &mut places);
+    let pieces = places.iter();
+    out.extend(pieces.filter_map(|place| curve_piece(curve, from, to, *place)));
 }
 
 /// How many pieces a curve has, and control points in all.

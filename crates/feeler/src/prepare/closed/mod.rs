@@ -157,6 +157,9 @@ impl ClosedFace {
                 }
             }
         }
+        out.curves.shrink_to_fit();
+        out.others.shrink_to_fit();
+        out.other_trims.shrink_to_fit();
         Some(out)
     }
 
