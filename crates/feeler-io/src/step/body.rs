@@ -18,7 +18,7 @@ use crate::sheets::{ROUNDING, jumps, kinds};
 use crate::step_problem::StepProblem;
 use feeler::brep::{Brep, Edge, Vertex};
 use feeler::numeric::Interval;
-use feeler::nurbs::{Curve, Curve3};
+use feeler::nurbs::{Curve, Curve2, Curve3};
 use feeler::prepare::trim_offsets;
 use nalgebra::{Point2, Point3};
 use std::collections::{BTreeMap, BTreeSet, HashMap};
@@ -782,16 +782,24 @@ impl Body<'_, '_> {
         let mut loops: Vec<Vec<EdgeUse>> = Vec::new();
         // Of each trim, the bound that is known, and what a proof costs.
         let mut proofs = Vec::new();
-        // The degree of an image, against that on a bicubic patch; products of polynomials cost its square.
-        let weight = match surface {
-            Form3::Spline([u, v], _) => ((u.degree + v.degree).pow(2)).div_ceil(36),
+        // The degree of an image, against that of a cubic on a bicubic patch; products of polynomials cost its square.
+        let weight = |curve: &Curve2| match (surface, curve) {
+            (Form3::Spline([u, v], _), Curve::Nurbs(n)) => {
+                let degree = (u.degree + v.degree).saturating_mul(n.degree().max(3));
+                degree.saturating_mul(degree).div_ceil(18 * 18)
+            }
+            (Form3::Spline([u, v], _), _) => ((u.degree + v.degree).pow(2)).div_ceil(36),
+            (_, Curve::Nurbs(n)) if n.degree() > 3 => 3,
             _ => 1,
         };
         for uses in done {
             let mut own = Vec::with_capacity(uses.len());
             for u in uses {
                 let curve = self.b.parts.curves2.len();
-                proofs.push((u.bound, u.curve.breaks().len().saturating_mul(weight)));
+                proofs.push((
+                    u.bound,
+                    u.curve.breaks().len().saturating_mul(weight(&u.curve)),
+                ));
                 self.b.parts.curves2.push(u.curve);
                 own.push(EdgeUse {
                     shape: u.key.unwrap_or(usize::MAX),

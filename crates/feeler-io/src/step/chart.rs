@@ -13,6 +13,7 @@ use crate::occt::surfaces::{Axes, Form3};
 use feeler::numeric::{Ball, sin_cos};
 use feeler::nurbs::{Curve, Curve3, Surface};
 use nalgebra::{Matrix2, Point2, Point3, Vector2, Vector3};
+use std::cell::OnceCell;
 use std::f64::consts::TAU;
 
 /// A point is on an axis of revolution if it is no farther off than this part of its distance from the origin: there its
@@ -24,7 +25,7 @@ const SAMPLES: usize = 8;
 /// The most samples of a curve, or of a surface in all.
 const MOST_SAMPLES: usize = 4096;
 /// And the numbers of one.
-const SAMPLE: usize = 5;
+const SAMPLE: usize = 3;
 /// So many of the samples are searched from.
 const TRIED: usize = 4;
 /// Steps of a search: Newton's method needs a few; some curves need them to be damped.
@@ -33,6 +34,9 @@ const STEPS: usize = 16;
 const HALVINGS: usize = 6;
 /// Steps in space below this part of the size are rounding.
 const STILL: f64 = 1.0 / (1_u64 << 46) as f64;
+
+/// What is farther from a surface than this part of the size is beside it.
+const BESIDE: f64 = 1.0 / (1_u64 << 36) as f64;
 
 /// How far a B-spline's opposite borders may be apart for it to be closed, relative to its size.
 const CLOSED: f64 = 1.0 / (1 << 26) as f64;
@@ -63,8 +67,10 @@ pub(super) struct Chart {
     pub(super) domain: Option<[[f64; 2]; 2]>,
     /// No point of the body is farther from the origin in any coordinate.
     size: f64,
-    /// Samples of a B-spline.
-    samples: Vec<(Point2<f64>, Point3<f64>)>,
+    /// The u and v of samples of a B-spline.
+    grid: [Vec<f64>; 2],
+    /// Their points, made for the first search that starts from nothing: most faces need none.
+    samples: OnceCell<Vec<Point3<f64>>>,
 }
 
 /// The uv of a point.
@@ -73,6 +79,31 @@ pub(super) struct Located {
     pub(super) uv: Point2<f64>,
     /// Whether u says nothing: a point on the axis.
     pub(super) on_axis: bool,
+    /// The surface's point there and its derivatives, where the search has found them.
+    derivatives: Option<[Vector3<f64>; 3]>,
+}
+
+impl Located {
+    /// Where a search is to start.
+    pub(super) fn at(uv: Point2<f64>) -> Self {
+        Self {
+            uv,
+            on_axis: false,
+            derivatives: None,
+        }
+    }
+
+    pub(super) fn derivatives(&self, chart: &Chart) -> [Vector3<f64>; 3] {
+        self.derivatives
+            .unwrap_or_else(|| chart.derivatives(&self.uv))
+    }
+
+    pub(super) fn point(&self, chart: &Chart) -> Point3<f64> {
+        match self.derivatives {
+            Some([point, ..]) => Point3::from(point),
+            None => chart.point(&self.uv),
+        }
+    }
 }
 
 fn local(a: &Axes, v: &Vector3<f64>) -> Vector3<f64> {
@@ -174,7 +205,7 @@ impl Chart {
         // What is made here, and what the face is to have.
         let mut room = left.held.clone();
         room.take(2 * surface.numbers()).map_err(form(entity))?;
-        let mut samples = Vec::new();
+        let mut grid = [Vec::new(), Vec::new()];
         let mut domain = None;
         let mut periods = surface.periods();
         let mut profile = |form3: &Form<3, 4>| -> Result<Curve3, ReadError> {
@@ -266,15 +297,10 @@ impl Chart {
                         list.extend(b.last());
                         list
                     };
-                    let [us, vs] = [fine(&us, strides[0]), fine(&vs, strides[1])];
-                    let count = us.len() * vs.len();
-                    room.take(count * SAMPLE).map_err(form(entity))?;
-                    samples.reserve_exact(count);
-                    for u in us {
-                        for &v in &vs {
-                            samples.push((Point2::new(u, v), point(u, v)));
-                        }
-                    }
+                    grid = [fine(&us, strides[0]), fine(&vs, strides[1])];
+                    let [us, vs] = [&grid[0], &grid[1]].map(Vec::len);
+                    let numbers = us * vs * SAMPLE + us + vs * (1 + net::held(n));
+                    room.take(numbers).map_err(form(entity))?;
                 }
                 // Closed where opposite borders are one.
                 for c in 0..2 {
@@ -307,7 +333,8 @@ impl Chart {
             periods,
             domain,
             size,
-            samples,
+            grid,
+            samples: OnceCell::new(),
         })
     }
 
@@ -502,7 +529,11 @@ impl Chart {
     }
 
     /// The uv nearest to a point; `near`: that of a point close by, from which it goes on.
-    pub(super) fn locate(&self, p: &Point3<f64>, near: Option<Point2<f64>>) -> Located {
+    pub(super) fn locate(&self, p: &Point3<f64>, near: Option<&Located>) -> Located {
+        if let Kind::Spline(_) = &self.kind {
+            return self.search(p, near);
+        }
+        let near = near.map(|n| n.uv);
         let mut on_axis = false;
         let round = |c: usize| self.periods[c].filter(|_| self.domain.is_none());
         let mut uv = match &self.kind {
@@ -545,7 +576,8 @@ impl Chart {
                 });
                 Point2::new(u, (p - c.point(u)).dot(direction) / square)
             }
-            Kind::Spline(_) => self.search(p, near),
+            // Searched for above.
+            Kind::Spline(_) => Point2::origin(),
         };
         if let Some(near) = near {
             for c in 0..2 {
@@ -555,14 +587,33 @@ impl Chart {
                 }
             }
         }
-        Located { uv, on_axis }
+        Located {
+            uv,
+            on_axis,
+            derivatives: None,
+        }
+    }
+
+    /// The points of the samples, one u after the other.
+    fn samples(&self) -> &[Point3<f64>] {
+        self.samples.get_or_init(|| {
+            let mut all = Vec::new();
+            if let Kind::Spline(s) = &self.kind
+                && let Surface::Nurbs(s) = &**s
+            {
+                let [us, vs] = &self.grid;
+                all.reserve_exact(us.len() * vs.len());
+                net::points(s, us, vs, |p| all.push(p));
+            }
+            all
+        })
     }
 
     /// In two parameters.
-    fn search(&self, p: &Point3<f64>, near: Option<Point2<f64>>) -> Point2<f64> {
-        let refine = |start: Point2<f64>| {
-            let mut uv = start;
-            let mut d = self.derivatives(&uv);
+    fn search(&self, p: &Point3<f64>, near: Option<&Located>) -> Located {
+        let refine = |start: &Located| {
+            let mut uv = start.uv;
+            let mut d = start.derivatives(self);
             for _ in 0..STEPS {
                 let r = d[0] - p.coords;
                 let (g, h) = normal_equations(&d, &r);
@@ -591,16 +642,32 @@ impl Chart {
                     break;
                 }
             }
-            (uv, (d[0] - p.coords).norm_squared())
+            let found = Located {
+                uv,
+                on_axis: false,
+                derivatives: Some(d),
+            };
+            (found, (d[0] - p.coords).norm_squared())
         };
         if let Some(near) = near {
-            return refine(self.clamped(near)).0;
+            let uv = self.clamped(near.uv);
+            let start = if uv == near.uv {
+                *near
+            } else {
+                Located::at(uv)
+            };
+            return refine(&start).0;
         }
-        let starts = self.samples.iter();
-        let tried = least(starts.map(|(uv, q)| ((q - p).norm_squared(), *uv)));
-        let tried = tried.into_iter().flatten().map(|(_, uv)| refine(uv));
+        let [us, vs] = &self.grid;
+        let starts = us
+            .iter()
+            .flat_map(|u| vs.iter().map(|v| Point2::new(*u, *v)));
+        let starts = starts.zip(self.samples());
+        let tried = least(starts.map(|(uv, q)| ((q - p).norm_squared(), uv)));
+        let tried = tried.into_iter().flatten();
+        let tried = tried.map(|(_, uv)| refine(&Located::at(uv)));
         let best = tried.min_by(|a, b| a.1.total_cmp(&b.1));
-        best.map_or(Point2::origin(), |(uv, _)| uv)
+        best.map_or(Located::at(Point2::origin()), |(found, _)| found)
     }
 
     pub(super) fn clamped(&self, mut uv: Point2<f64>) -> Point2<f64> {
@@ -610,17 +677,81 @@ impl Chart {
         uv
     }
 
-    /// The derivative in uv of a curve that runs on the surface with this derivative in space; `None` where the surface has no tangent
-    /// plane.
-    pub(super) fn pulled_back(
+    /// A place with what the surface does there.
+    pub(super) fn known(&self, uv: Point2<f64>) -> Located {
+        Located {
+            derivatives: Some(self.derivatives(&uv)),
+            ..Located::at(uv)
+        }
+    }
+
+    /// The derivative in uv of the place nearest to a point `p` that moves with `tangent`, from what the surface does there; what is beside the surface is also
+    /// turned by how it bends, found by differences `towards` another place. `None` where it has no tangent plane.
+    pub(super) fn carried(
         &self,
         uv: &Point2<f64>,
+        d: &[Vector3<f64>; 3],
+        towards: &Point2<f64>,
+        p: &Point3<f64>,
         tangent: &Vector3<f64>,
     ) -> Option<Vector2<f64>> {
-        let d = self.derivatives(uv);
-        let (g, h) = normal_equations(&d, tangent);
+        let (g, mut h) = normal_equations(d, tangent);
+        let r = p.coords - d[0];
+        if r.norm() > BESIDE * self.size {
+            for c in 0..2 {
+                let mut near = *uv;
+                near[c] += (towards[c] - uv[c]) / 256.0;
+                let step = near[c] - uv[c];
+                // Along what does not change it does not bend.
+                if step == 0.0 {
+                    continue;
+                }
+                let [_, su, sv] = self.derivatives(&near);
+                h[(0, c)] -= (su - d[1]).dot(&r) / step;
+                h[(1, c)] -= (sv - d[2]).dot(&r) / step;
+            }
+        }
         solve(&h, &g)
     }
+
+    /// The knots of a B-spline between the ends of its domain, in u or v: its derivatives may jump there.
+    pub(super) fn inner_knots(&self, c: usize) -> Vec<f64> {
+        let mut inner = Vec::new();
+        if let Kind::Spline(s) = &self.kind
+            && let Surface::Nurbs(s) = &**s
+        {
+            let knots = if c == 0 { s.knots_u() } else { s.knots_v() };
+            let domain = knots.domain();
+            let all = knots.knots().iter();
+            inner.extend(all.filter(|k| domain.start < **k && **k < domain.end));
+            inner.dedup();
+        }
+        inner
+    }
+
+    /// The degree in u and v of a B-spline, both together.
+    pub(super) fn degree(&self) -> Option<usize> {
+        match &self.kind {
+            Kind::Spline(s) => match &**s {
+                Surface::Nurbs(n) => Some(n.knots_u().degree() + n.knots_v().degree()),
+                _ => None,
+            },
+            _ => None,
+        }
+    }
+}
+
+/// The derivative in uv of a curve that runs on a surface with this derivative in space, from the surface's point and derivatives; `None` where it has no
+/// tangent plane.
+pub(super) fn pulled_back(d: &[Vector3<f64>; 3], tangent: &Vector3<f64>) -> Option<Vector2<f64>> {
+    let (g, h) = normal_equations(d, tangent);
+    solve(&h, &g)
+}
+
+/// How far from a surface's point the one nearest to `p` is, up to squares of that; `None` where there is no tangent plane.
+pub(super) fn foot_off(d: &[Vector3<f64>; 3], p: &Point3<f64>) -> Option<f64> {
+    let step = pulled_back(d, &(p.coords - d[0]))?;
+    Some((d[1] * step.x + d[2] * step.y).norm())
 }
 
 impl Meridian {

@@ -4,7 +4,8 @@
 //! - **Straight in uv**: lines on cylinders and cones, circles about an axis or through it on cylinders, cones, spheres and tori, isoparametric
 //!   curves in general. A straight curve in uv with the edge's parameter is taken where none of its samples is farther from the edge than twice the
 //!   nearest point of the surface is, beyond rounding.
-//! - **Fitted**: otherwise cubics through points and tangents of the projection, halved until the middle of each is within [`FIT`] of the size.
+//! - **Fitted**: otherwise cubics through points and tangents of the projection, halved until each is within [`FIT`] of the size at three points; or, where these would be many,
+//!   quintics that go through points at thirds, too, within a quarter of that.
 //!
 //! **Bound.** On elementary surfaces (and, of circles of latitude, on all that are turned about an axis) the distance `D(t)` of the image of a straight curve in uv and of the edge is
 //! - of a line along a cylinder or cone: of two lines, affine in t, so largest at an end, by convexity;
@@ -16,7 +17,7 @@
 //! surfaces it is bounded from points on them and what their series leave out ([`smooth`]), where no curve is rational. All others are bounded by
 //! the kernel once the BREP is there ([`feeler::prepare::trim_offsets`]).
 
-use super::chart::Chart;
+use super::chart::{Chart, Located, foot_off, pulled_back};
 use super::entities::form;
 use super::geometry::Left;
 use super::points::Points;
@@ -35,14 +36,28 @@ const ROUNDED: f64 = 1.0 / (1_u64 << 32) as f64;
 pub(super) const FIT: f64 = 1.0 / (1_u64 << 29) as f64;
 /// What is farther from a surface, relative to the size and beyond twice the file's tolerance, is not on it.
 const FAR: f64 = 1.0 / (1 << 14) as f64;
-/// Samples of each span of an edge's curve, and in all.
+/// Samples of an edge's curve, of each span (of many spans no more than it has degrees of freedom there), and in all.
 const SAMPLES: usize = 16;
 const MOST_SAMPLES: usize = 2048;
 /// How often a piece is halved, and how many pieces there may be.
 const HALVINGS: u32 = 7;
 const MOST_PIECES: usize = 512;
-/// Numbers of a piece: three control points and three knots.
-const PIECE: usize = 12;
+/// Numbers of a piece for each degree: a control point and a knot.
+const PIECE: usize = 4;
+/// Degrees of fitted curves.
+const CUBIC: usize = 3;
+const QUINTIC: usize = 5;
+/// Beyond this degree the kernel composes no curve with a surface ([`feeler::prepare::trim_offsets`]).
+const MOST_COMPOSED: usize = 192;
+/// So many parts a piece is split into at most, at a time.
+const MOST_PARTS: f64 = 8.0;
+/// Lines of u and v that an edge is searched for places where it crosses them, and steps of each search.
+const MOST_CROSSED: usize = 256;
+const CROSSING: usize = 24;
+/// No two of them are nearer than this part of the edge.
+const CLEAR: f64 = 1.0 / (1 << 20) as f64;
+/// Steps in space below this part of the size are taken for where they lead: surfaces bend little on them.
+const SHORT: f64 = 1.0 / (1 << 16) as f64;
 /// Roundings of points by formula, relative to the size: trigonometric functions and a dozen operations.
 pub(super) const FORMULA: f64 = 64.0 * f64::EPSILON;
 
@@ -80,7 +95,8 @@ struct Sample {
 fn sample(chart: &Chart, points: &Points<'_>, span: Interval, most: usize) -> Trace {
     let inner = { points.breaks().iter().copied() }.filter(|b| span.start < *b && *b < span.end);
     let pieces = inner.clone().count() + 1;
-    let each = (most / (pieces + 1)).clamp(1, SAMPLES);
+    let each = SAMPLES.div_ceil(pieces).max(points.degree() + 1);
+    let each = each.min(most / (pieces + 1)).clamp(1, SAMPLES);
     let mut samples = Vec::with_capacity(pieces * each + 1);
     let mut push = |t: f64| {
         samples.push(Sample {
@@ -100,26 +116,34 @@ fn sample(chart: &Chart, points: &Points<'_>, span: Interval, most: usize) -> Tr
     let n = samples.len();
     let middle = n / 2;
     let mut on_axis = [false; 2];
-    let order = { (middle..n).map(|k| (k, k.wrapping_sub(1))) }
-        .chain((0..middle).rev().map(|k| (k, k + 1)));
-    for (k, from) in order {
-        let near = samples.get(from).filter(|_| k != middle).map(|s| s.uv);
+    let mut first = None;
+    let mut last = None;
+    for k in (middle..n).chain((0..middle).rev()) {
+        if k + 1 == middle {
+            last = first;
+        }
         if let Some(s) = samples.get_mut(k) {
-            let found = chart.locate(&s.at, near);
+            let found = chart.locate(&s.at, last.as_ref());
             s.uv = found.uv;
+            s.off = (found.point(chart) - s.at).norm();
             on_axis[0] |= k == 0 && found.on_axis;
             on_axis[1] |= k + 1 == n && found.on_axis;
+            last = Some(found);
+            if k == middle {
+                first = last;
+            }
         }
     }
     // On the axis u is what it tends to: that of the next sample, and the difference to the one after.
-    if let ([a, b, c, ..], true) = (&mut samples[..], on_axis[0]) {
+    let tend = |a: &mut Sample, b: &Sample, c: &Sample| {
         a.uv.x = 2.0 * b.uv.x - c.uv.x;
+        a.off = (chart.point(&a.uv) - a.at).norm();
+    };
+    if let ([a, b, c, ..], true) = (&mut samples[..], on_axis[0]) {
+        tend(a, b, c);
     }
     if let ([.., c, b, a], true) = (&mut samples[..], on_axis[1]) {
-        a.uv.x = 2.0 * b.uv.x - c.uv.x;
-    }
-    for s in &mut samples {
-        s.off = (chart.point(&s.uv) - s.at).norm();
+        tend(a, b, c);
     }
     Trace { samples, on_axis }
 }
@@ -375,11 +399,285 @@ fn straight_bound(
 struct Knot {
     t: f64,
     uv: Point2<f64>,
+    at: Point3<f64>,
 }
 
 impl From<&Sample> for Knot {
     fn from(s: &Sample) -> Self {
-        Self { t: s.t, uv: s.uv }
+        let Sample { t, uv, at, .. } = *s;
+        Self { t, uv, at }
+    }
+}
+
+/// A piece that is to be fitted: its ends, and the derivatives there.
+#[derive(Clone, Copy)]
+struct Piece {
+    ends: [Knot; 2],
+    tangents: [Vector2<f64>; 2],
+    /// How many pieces it may become.
+    most: usize,
+}
+
+/// What a fitted curve has become.
+enum Fit {
+    /// Its control points, and where its pieces end.
+    Done(Vec<Point2<f64>>, Vec<f64>),
+    /// It comes no nearer.
+    Far,
+    /// It takes more pieces than it may have.
+    Many,
+}
+
+/// A fitted curve's pieces: what they are made of.
+struct Fitter<'f> {
+    chart: &'f Chart,
+    points: &'f Points<'f>,
+    degree: usize,
+    /// How near a piece is to come.
+    near: f64,
+    size: f64,
+}
+
+impl Fitter<'_> {
+    /// The control points of a piece: through both ends with their tangents, and of degree 5 through the edge's points at its thirds.
+    fn control(&self, piece: &Piece) -> [Point2<f64>; QUINTIC + 1] {
+        let ([a, b], [from, to]) = (piece.ends, piece.tangents);
+        let step = (b.t - a.t) / CUBIC as f64;
+        let p = [a.uv, a.uv + from * step, b.uv - to * step, b.uv];
+        let mut all = [b.uv; QUINTIC + 1];
+        if self.degree == CUBIC {
+            all[..=CUBIC].copy_from_slice(&p);
+            return all;
+        }
+        // What is left of each value beyond what the ends and their tangents make; of Bernstein polynomials at thirds, times 243.
+        let step = (b.t - a.t) / QUINTIC as f64;
+        let (q, r) = (a.uv.coords + from * step, b.uv.coords - to * step);
+        let rest = [1.0, 2.0].map(|k| {
+            let s = k / 3.0;
+            let t = a.t + (b.t - a.t) * s;
+            let uv = self.landed(piece, t, on(&p, s), s).uv.coords * 243.0;
+            if k == 1.0 {
+                uv - a.uv.coords * 32.0 - q * 80.0 - r * 10.0 - b.uv.coords
+            } else {
+                uv - a.uv.coords - q * 10.0 - r * 80.0 - b.uv.coords * 32.0
+            }
+        });
+        let inner = [rest[0] * 2.0 - rest[1], rest[1] * 2.0 - rest[0]];
+        let [second, third] = inner.map(|x| Point2::from(x / 120.0));
+        [a.uv, q.into(), second, third, r.into(), b.uv]
+    }
+
+    /// The point of the surface nearest to the edge at `t`. The search starts from `near`, or from the chord at `s` where that is nearer: where an edge runs
+    /// unevenly a piece may be far off.
+    fn landed(&self, piece: &Piece, t: f64, near: Point2<f64>, s: f64) -> Located {
+        let chart = self.chart;
+        let q = self.points.at(t);
+        if chart.is_elementary() {
+            return chart.locate(&q, Some(&Located::at(near)));
+        }
+        let [a, b] = piece.ends;
+        let near = chart.known(chart.clamped(near));
+        let off = (near.point(chart) - q).norm();
+        // So near to the edge, by its own length, that a search cannot go astray.
+        let is_near = off <= FIT * self.size || off <= (b.at - a.at).norm() / 16.0;
+        if !is_near {
+            let chord = chart.known(chart.clamped(a.uv + (b.uv - a.uv) * s));
+            if (chord.point(chart) - q).norm() < off {
+                return chart.locate(&q, Some(&chord));
+            }
+        }
+        chart.locate(&q, Some(&near))
+    }
+
+    /// How far a piece's image is at `s` from where the edge is on the surface. Steps of Newton's method that are short are the distance that they go,
+    /// but for their squares.
+    fn off(&self, piece: &Piece, control: &[Point2<f64>], s: f64) -> f64 {
+        let [a, b] = piece.ends;
+        let t = a.t + (b.t - a.t) * s;
+        let uv = on(control, s);
+        let own = self.chart.derivatives(&self.chart.clamped(uv));
+        let step = foot_off(&own, &self.points.at(t));
+        if let Some(off) = step.filter(|off| *off <= SHORT * self.size) {
+            return off;
+        }
+        let there = self.landed(piece, t, uv, s).point(self.chart);
+        (there.coords - own[0]).norm()
+    }
+
+    /// Where the edge is on the surface within a piece, at `s`, and the derivative: within a piece of the edge's own it is one on both sides.
+    fn knot(&self, piece: &Piece, control: &[Point2<f64>], s: f64) -> (Knot, Option<Vector2<f64>>) {
+        let [a, b] = piece.ends;
+        let t = a.t + (b.t - a.t) * s;
+        let found = self.landed(piece, t, on(control, s), s);
+        let along = self.points.tangent(t, Limit::FromAbove);
+        let d = found.derivatives(self.chart);
+        let (uv, at) = (found.uv, self.points.at(t));
+        let along = self.chart.carried(&uv, &d, &b.uv, &at, &along);
+        (Knot { t, uv, at }, along)
+    }
+
+    /// A piece in `count` parts of one length, the last first; nothing where they would be too short.
+    fn split(&self, piece: &Piece, control: &[Point2<f64>], count: usize) -> Vec<Piece> {
+        let [a, b] = piece.ends;
+        let most = piece.most / count;
+        let mut parts = Vec::with_capacity(count);
+        let mut end = (b, piece.tangents[1]);
+        for k in (0..count).rev() {
+            let (start, along) = match k {
+                0 => (a, Some(piece.tangents[0])),
+                k => self.knot(piece, control, k as f64 / count as f64),
+            };
+            if !(a.t <= start.t && start.t < end.0.t) {
+                return Vec::new();
+            }
+            let [before, after] = [a, end.0]
+                .map(|o| along.unwrap_or_else(|| step(self.chart, self.points, start, o)));
+            parts.push(Piece {
+                ends: [start, end.0],
+                tangents: [after, end.1],
+                most,
+            });
+            end = (start, before);
+        }
+        parts
+    }
+
+    /// `starts`: the ends of the edge's own pieces. `most`: how far off a piece may be that cannot be split, for as many as `most_pieces`; `None`: no such.
+    fn fit(&self, starts: &[Knot], most_pieces: usize, most: Option<f64>) -> Fit {
+        let own = starts.len().saturating_sub(1);
+        let mut control = Vec::with_capacity(self.degree * own + 1);
+        control.extend(starts.first().map(|k| k.uv));
+        let mut written: Vec<f64> = Vec::with_capacity(own);
+        let mut open: Vec<Piece> = Vec::new();
+        for (k, ends) in starts.windows(2).enumerate() {
+            let [a, b] = [ends[0], ends[1]];
+            open.push(Piece {
+                ends: [a, b],
+                tangents: [
+                    tangent(self.chart, self.points, a, b, Limit::FromAbove),
+                    tangent(self.chart, self.points, b, a, Limit::FromBelow),
+                ],
+                most: 1 << HALVINGS,
+            });
+            while let Some(piece) = open.pop() {
+                let p = self.control(&piece);
+                let p = &p[..=self.degree];
+                let (mut worst, mut good) = (0.0, true);
+                for s in [0.5, 0.1875, 0.8125] {
+                    if good {
+                        worst = self.off(&piece, p, s);
+                        good = worst <= self.near;
+                    }
+                }
+                if !good {
+                    // As many as bring it near, by how fast pieces of this degree do.
+                    let orders = 1.0 / (self.degree + 1) as f64;
+                    let wanted = libm::pow(worst / self.near, orders).ceil();
+                    let waiting = own - k - 1 + open.len();
+                    let room = most_pieces.saturating_sub(written.len() + waiting);
+                    // What is no number is two.
+                    let count = (wanted.min(MOST_PARTS) as usize).max(2);
+                    let count = count.min(piece.most).min(room);
+                    if count > 1 {
+                        let parts = self.split(&piece, p, count);
+                        if !parts.is_empty() {
+                            open.extend(parts);
+                            continue;
+                        }
+                    }
+                    match most {
+                        None => return Fit::Many,
+                        Some(most) if worst <= most => {}
+                        Some(_) => return Fit::Far,
+                    }
+                }
+                grow(&mut control, self.degree);
+                control.extend(p.iter().skip(1));
+                grow(&mut written, 1);
+                written.push(piece.ends[1].t);
+            }
+        }
+        Fit::Done(control, written)
+    }
+}
+
+/// The point of a Bezier curve, of a degree up to 5.
+fn on(control: &[Point2<f64>], s: f64) -> Point2<f64> {
+    let mut own = [Point2::origin(); QUINTIC + 1];
+    for (own, p) in own.iter_mut().zip(control) {
+        *own = *p;
+    }
+    for n in (1..control.len()).rev() {
+        for i in 0..n {
+            own[i] = own[i] + (own[i + 1] - own[i]) * s;
+        }
+    }
+    own[0]
+}
+
+/// Where an edge crosses a line of u or v at which derivatives of a B-spline surface may jump, between two samples: its curve in uv bends there. Newton's
+/// method, kept between the two; what it comes near to is a joint in any case.
+fn crossing(
+    chart: &Chart,
+    points: &Points<'_>,
+    [a, b]: [&Sample; 2],
+    c: usize,
+    knot: f64,
+) -> Option<Knot> {
+    let [mut lo, mut hi] = [a, b].map(|s| (s.t, s.uv[c] - knot));
+    let same = (b.uv[c] - a.uv[c]).abs() * f64::EPSILON * 16.0;
+    let mut near = Located::at(a.uv);
+    let mut t = lo.0 + (hi.0 - lo.0) * (lo.1 / (lo.1 - hi.1));
+    for _ in 0..CROSSING {
+        let found = chart.locate(&points.at(t), Some(&near));
+        let off = found.uv[c] - knot;
+        if (off < 0.0) == (lo.1 < 0.0) {
+            lo = (t, off);
+        } else {
+            hi = (t, off);
+        }
+        let along = points.tangent(t, Limit::FromAbove);
+        let rate = pulled_back(&found.derivatives(chart), &along).map(|v| v[c]);
+        near = found;
+        let next = rate.map(|rate| t - off / rate);
+        let next = next.filter(|next| lo.0 < *next && *next < hi.0);
+        let next = next.unwrap_or(0.5 * (lo.0 + hi.0));
+        if off.abs() <= same || !(lo.0 < next && next < hi.0) {
+            break;
+        }
+        t = next;
+    }
+    let mut uv = near.uv;
+    uv[c] = knot;
+    let at = points.at(t);
+    (a.t < t && t < b.t).then_some(Knot { t, uv, at })
+}
+
+/// All such places, but those that are as good as at one of `starts`, among which they are put.
+fn joints(chart: &Chart, points: &Points<'_>, trace: &Trace, starts: &mut Vec<Knot>) {
+    let [Some(first), Some(last)] = [starts.first(), starts.last()].map(|k| k.copied()) else {
+        return;
+    };
+    let clear = (last.t - first.t) * CLEAR;
+    let mut found = Vec::new();
+    for c in 0..2 {
+        let knots = chart.inner_knots(c);
+        for pair in trace.samples.windows(2) {
+            let [a, b] = [&pair[0], &pair[1]];
+            let [lo, hi] = [a.uv[c].min(b.uv[c]), a.uv[c].max(b.uv[c])];
+            let from = knots.partition_point(|k| *k <= lo);
+            let own = knots.iter().skip(from).take_while(|k| **k < hi);
+            for knot in own.take(MOST_CROSSED.saturating_sub(found.len())) {
+                found.extend(crossing(chart, points, [a, b], c, *knot));
+            }
+        }
+    }
+    for knot in found {
+        let at = starts.partition_point(|k| k.t < knot.t);
+        let near = |k: Option<&Knot>| k.is_none_or(|k| (k.t - knot.t).abs() <= clear);
+        if !near(starts.get(at)) && !near(starts.get(at.wrapping_sub(1))) {
+            starts.insert(at, knot);
+        }
     }
 }
 
@@ -395,97 +693,58 @@ fn fitted(
     let [first, .., last] = &trace.samples[..] else {
         return Ok(None);
     };
-    let [first, last] = [first, last].map(Knot::from);
     // Pieces at first: those of the edge's own curve.
     let inner = |s: &&Sample| first.t < s.t && s.t < last.t && points.is_break(s.t);
     let ends = trace.samples.iter().filter(inner);
-    let own = ends.clone().count() + 1;
-    // Before the curve is made of them the points take two thirds of what they do in it, and an eighth more as their list grows.
-    let room = 7 * held.left() / (10 * PIECE);
-    held.take(own * PIECE)?;
-    let most_pieces = own.max(room.min(own + MOST_PIECES));
-    let mut control: Vec<Point2<f64>> = Vec::with_capacity(3 * own + 1);
-    let mut written: Vec<f64> = Vec::with_capacity(own);
-    control.push(first.uv);
-    let mut pieces = 0;
-    let mut stack: Vec<([Knot; 2], [Vector2<f64>; 2], u32)> = Vec::new();
-    let mut begun = first;
-    for (k, end) in ends.map(Knot::from).chain([last]).enumerate() {
-        let waiting = own - k - 1;
-        let tangents = [
-            tangent(chart, points, begun, end, Limit::FromAbove),
-            tangent(chart, points, end, begun, Limit::FromBelow),
-        ];
-        stack.push(([begun, end], tangents, 0));
-        begun = end;
-        while let Some(([a, b], tangents, depth)) = stack.pop() {
-            let third = (b.t - a.t) / 3.0;
-            let p = [
-                a.uv,
-                a.uv + tangents[0] * third,
-                b.uv - tangents[1] * third,
-                b.uv,
-            ];
-            let cubic = |s: f64| {
-                let r = 1.0 - s;
-                let sum = p[0].coords * (r * r * r)
-                    + p[1].coords * (3.0 * r * r * s)
-                    + p[2].coords * (3.0 * r * s * s)
-                    + p[3].coords * (s * s * s);
-                Point2::from(sum)
-            };
-            let middle = 0.5 * (a.t + b.t);
-            // Where the edge is there on the surface, and how far the cubic is from that. Searches start from the cubic, or from the chord
-            // where that is nearer: where an edge runs unevenly the cubic may be far off.
-            let at = |t: f64, s: f64| {
-                let q = points.at(t);
-                let (near, chord) = (cubic(s), a.uv + (b.uv - a.uv) * s);
-                let on = chart.point(&chart.clamped(near));
-                let off = (on - q).norm();
-                let is_near = chart.is_elementary()
-                    || off <= FIT * size
-                    || off <= (chart.point(&chart.clamped(chord)) - q).norm();
-                let start = if is_near { near } else { chord };
-                let uv = chart.locate(&q, Some(start)).uv;
-                (uv, (on - chart.point(&uv)).norm())
-            };
-            let (uv, mut worst) = at(middle, 0.5);
-            let mut good = worst <= FIT * size;
-            for s in [0.25, 0.75] {
-                if good {
-                    worst = at(a.t + (b.t - a.t) * s, s).1;
-                    good = worst <= FIT * size;
-                }
-            }
-            let waiting = waiting + stack.len();
-            let can = depth < HALVINGS && pieces + waiting < most_pieces;
-            if !good && can && a.t < middle && middle < b.t {
-                let m = Knot { t: middle, uv };
-                // Within a piece of the edge's it is one on both sides.
-                let along = chart.pulled_back(&m.uv, &points.tangent(m.t, Limit::FromAbove));
-                let [before, after] =
-                    [a, b].map(|o| along.unwrap_or_else(|| step(chart, points, m, o)));
-                stack.push(([m, b], [after, tangents[1]], depth + 1));
-                stack.push(([a, m], [tangents[0], before], depth + 1));
-                continue;
-            }
-            if !(worst <= most) {
-                return Ok(None);
-            }
-            pieces += 1;
-            grow(&mut control, 3);
-            control.extend(p.iter().skip(1));
-            grow(&mut written, 1);
-            written.push(b.t);
-        }
+    let ends = [first].into_iter().chain(ends).chain([last]);
+    let mut starts: Vec<Knot> = ends.map(Knot::from).collect();
+    let many = held.left() / (16 * PIECE * QUINTIC);
+    if starts.len() + MOST_CROSSED < many {
+        joints(chart, points, trace, &mut starts);
     }
-    held.take((pieces - own) * PIECE)?;
+    let own = starts.len() - 1;
+    // Before the curve is made of them the points take two thirds of what they do in it, and an eighth more as their list grows.
+    let room = |degree: usize| 7 * held.left() / (10 * PIECE * degree);
+    let rooms = [room(CUBIC), room(QUINTIC)];
+    held.take(own * CUBIC * PIECE)?;
+    let fitter = |degree: usize, near: f64| Fitter {
+        chart,
+        points,
+        degree,
+        near,
+        size,
+    };
+    let cubic = fitter(CUBIC, FIT * size);
+    let most_pieces = |room: usize| own.max(room.min(own + MOST_PIECES));
+    // Where few pieces are split cubics do; else quintics take far fewer. Some surfaces have no proof with them.
+    let few = most_pieces(rooms[0]).min(2 * own);
+    let is_composed = chart.degree().is_none_or(|d| d * QUINTIC <= MOST_COMPOSED);
+    let (fit, degree) = if !is_composed || rooms[1] < own {
+        let fit = cubic.fit(&starts, most_pieces(rooms[0]), Some(most));
+        (fit, CUBIC)
+    } else {
+        match cubic.fit(&starts, few, None) {
+            Fit::Many => {
+                let quintic = fitter(QUINTIC, FIT / 4.0 * size);
+                let fit = quintic.fit(&starts, most_pieces(rooms[1]), Some(most));
+                (fit, QUINTIC)
+            }
+            fit => (fit, CUBIC),
+        }
+    };
+    let Fit::Done(control, written) = fit else {
+        return Ok(None);
+    };
+    let pieces = written.len();
+    held.take((pieces * degree).saturating_sub(own * CUBIC) * PIECE)?;
     let control = control.into_iter().map(|q| q.coords.push(1.0)).collect();
-    let mut knots = Vec::with_capacity(3 * pieces + 5);
-    knots.extend([first.t; 4]);
-    knots.extend(written.iter().flat_map(|t| [*t; 3]));
+    let mut knots = Vec::with_capacity(degree * (pieces + 1) + 2);
+    knots.extend(std::iter::repeat_n(first.t, degree + 1));
+    knots.extend(written.iter().flat_map(|t| std::iter::repeat_n(*t, degree)));
     knots.push(last.t);
-    Ok(NurbsCurve::new(3, control, knots).ok().map(Curve::Nurbs))
+    Ok(NurbsCurve::new(degree, control, knots)
+        .ok()
+        .map(Curve::Nurbs))
 }
 
 /// Makes room for `count` more, and for little beyond.
@@ -504,8 +763,17 @@ fn tangent(
     limit: Limit,
 ) -> Vector2<f64> {
     let along = points.tangent(at.t, limit);
+    // The surface's derivatives are those from above: towards smaller u or v they are those just below.
+    let mut uv = at.uv;
+    if chart.domain.is_some() {
+        for c in 0..2 {
+            if other.uv[c] < uv[c] {
+                uv[c] = uv[c].next_down();
+            }
+        }
+    }
     chart
-        .pulled_back(&at.uv, &along)
+        .carried(&uv, &chart.derivatives(&uv), &other.uv, &at.at, &along)
         .unwrap_or_else(|| step(chart, points, at, other))
 }
 
@@ -513,7 +781,7 @@ fn tangent(
 fn step(chart: &Chart, points: &Points<'_>, at: Knot, other: Knot) -> Vector2<f64> {
     let step = (other.t - at.t) / (1 << 12) as f64;
     let near = at.uv + (other.uv - at.uv) / f64::from(1 << 12);
-    let next = chart.locate(&points.at(at.t + step), Some(near));
+    let next = chart.locate(&points.at(at.t + step), Some(&Located::at(near)));
     (next.uv - at.uv) / step
 }
 

@@ -6,8 +6,9 @@
 //! - its frame, orthogonal and of length 1 up to a dozen roundings; sine and cosine, one each; four more of the sum,
 //!
 //! in all less than 32 units of [`f64::EPSILON`] times the radius, and one of the largest coordinate: half of [`FORMULA`](super::pcurve::FORMULA), as
-//! much as a spline of degree 16 takes. Other curves are the kernel's.
+//! much as a spline of degree 16 takes. Other curves are the kernel's; searches, which carry no proof, take splines by basis functions ([`net`]).
 
+use super::net;
 use feeler::numeric::Interval;
 use feeler::nurbs::{Curve, Curve3, Limit};
 use libm::sincos;
@@ -59,6 +60,14 @@ impl<'c> Points<'c> {
         }
     }
 
+    /// Of its pieces; of an arc it is what an ellipse has, twice.
+    pub(super) fn degree(&self) -> usize {
+        match self.curve {
+            Curve::Nurbs(n) => n.degree(),
+            _ => 4,
+        }
+    }
+
     /// The ends of its pieces.
     pub(super) fn breaks(&self) -> &[f64] {
         &self.breaks
@@ -70,13 +79,22 @@ impl<'c> Points<'c> {
         self.breaks.binary_search_by(order).is_ok()
     }
 
-    pub(super) fn at(&self, t: f64) -> Point3<f64> {
+    /// A point of which it is known how far it is off.
+    pub(super) fn proven(&self, t: f64) -> Point3<f64> {
         match &self.arc {
             Some(arc) => {
                 let (sin, cos) = sincos(arc.angle_at(t));
                 arc.center + (arc.x * cos + arc.y * sin)
             }
             None => self.curve.point(t),
+        }
+    }
+
+    /// The same for searches, which carry no proof.
+    pub(super) fn at(&self, t: f64) -> Point3<f64> {
+        match self.curve {
+            Curve::Nurbs(n) => Point3::from(net::on_curve(n, t)[0]),
+            _ => self.proven(t),
         }
     }
 
@@ -91,12 +109,13 @@ impl<'c> Points<'c> {
                 let d = self.curve.derivatives_in::<f64>(t, 1, limit);
                 d.get(1).map(|d| Vector3::from(*d)).unwrap_or_default()
             }
-            None => self
-                .curve
-                .derivatives(t, 1)
-                .get(1)
-                .copied()
-                .unwrap_or_default(),
+            None => match self.curve {
+                Curve::Nurbs(n) => net::on_curve(n, t)[1],
+                _ => {
+                    let d = self.curve.derivatives(t, 1);
+                    d.get(1).copied().unwrap_or_default()
+                }
+            },
         }
     }
 }
@@ -144,7 +163,7 @@ mod tests {
             // One unit beyond both ends, too: the last point goes on there.
             for k in -1..=65 {
                 let t = interval(domain).lerp(f64::from(k) / 64.0);
-                let off = (points.at(t) - curve.point(t)).norm();
+                let off = (points.proven(t) - curve.point(t)).norm();
                 assert!(off <= 32.0 * f64::EPSILON * size, "{angle:?} {t}: {off:e}");
                 let own = curve.derivatives(t, 1)[1];
                 let off = (points.tangent(t, Limit::FromAbove) - own).norm();

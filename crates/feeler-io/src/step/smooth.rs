@@ -18,19 +18,19 @@
 //! `1 / cos(n pi / 2 N)` times its largest value at the `N + 1` points `cos(j pi / N)`, `N > n`, as one of these is within `pi / 2 N` of `a` as an
 //! angle, and a trigonometric polynomial `g` of degree n that is largest at `a` has `g(b) >= g(a) cos(n (a - b))` for `|a - b| <= pi / n` (M. Riesz;
 //! H. Ehlich and K. Zeller, "Schwankung von Polynomen zwischen Gitterpunkten", Math. Z. 86, 1964). It serves for vectors: take the component
-//! along the largest. Here `N = 3 n`, so the factor is `1 / cos(pi / 6)`, and
-//! `|f| <= (max_j |f(x_j)| + e) / cos(pi / 6) + e`.
+//! along the largest. Here `N = 4 n`, so the factor is `1 / cos(pi / 8)`, and
+//! `|f| <= (max_j |f(x_j)| + e) / cos(pi / 8) + e`.
 //!
 //! **Roundings.** What is computed of positive numbers alone has a thousandth to spare, which is also room for a middle that is off by `2 PLACE h`. The Taylor
 //! coefficients of `c` and of `C` come from derivatives at the middle. The k-th of a spline of degree p is made by k difference quotients, each with four
 //! roundings, over spans no shorter than the piece, `2 h`, and `p - k` steps of de Boor's triangle with six each, so that `h^k / k!` times it is off by less
-//! than `C(p, k)` times `3 p` units of the largest control point, and no larger than `C(p, k)` times that point: [`COEFFICIENT`] has room for degrees up to 3.
+//! than `C(p, k)` times `3 p` units of the largest control point, and no larger than `C(p, k)` times that point: [`COEFFICIENT`] has room for degrees up to 5.
 //! Horner's rule adds `p` units to each, and an `x` that is off by two `2 p`: of all the sum is off by less than `2^p 8 p` units in a coordinate ([`horner`]), and
 //! in space by less than twice that. Edges of a higher degree than [`DEGREE`] are evaluated by de Boor's triangles of degree 16 at most, 96 roundings of half a unit of the
 //! largest control point (of an arc no more: [`Points`]), and there are some dozen for the surface, of numbers up to [`Chart::far`]; an angle that is off moves
 //! the point by as much times that: [`FORMULA`], twice, times 1 and the largest angles. The homogeneous points of a rational curve are off by as much of the
 //! largest weight `W`, so a point is by twice that times `W / w`. The points `x_j` are hit at the ends of the piece, elsewhere to `2 PLACE`: as
-//! angles to 2^-20, as the sine is at least sin(pi / 48) there; [`FACTOR`] has room for that.
+//! angles to 2^-20, as the sine is at least sin(pi / 64) there; [`FACTOR`] has room for that.
 //!
 //! **The domain.** The image is that of the curve clamped to the surface's domain, which is made to hold it; what straight curves are
 //! outside is measured and added ([`cut_off`]); a spline is at most [`slack`] outside ([`stays`]), or the bound is not used: `2^-40` of the domain's larger end, but of no more than 8 in an angle, and of 8 times the body's
@@ -46,14 +46,15 @@ use feeler::nurbs::{Curve, Curve2, Curve3, NurbsCurve};
 use nalgebra::{Point2, SVector};
 use std::f64::consts::PI;
 
-/// The highest degree that is kept; edges of a higher degree have their own, up to [`MOST_DEGREE`].
+/// Edges up to this degree are taken by their Taylor coefficients, others point by point, up to [`MOST_DEGREE`].
 const DEGREE: usize = 8;
 const MOST_DEGREE: usize = 16;
-/// Curves in uv: straight, or fitted cubics.
-const DEGREE_UV: usize = 3;
-/// The degree that is kept of rational edges: discs that go around their poles are small, and with 8 pieces would be half as long. They are of degree
-/// [`DEGREE_UV`] at most, too.
-const DEGREE_RATIONAL: usize = 12;
+/// Curves in uv: straight, or fitted cubics and quintics.
+const DEGREE_UV: usize = 5;
+/// Rational edges.
+const DEGREE_RATIONAL: usize = 3;
+/// The degree that is kept of what is no polynomial: with less, pieces would be shorter.
+const KEPT: usize = 12;
 /// What is left out is to be no more than this part of what fitted curves come near, ...
 const LEFT_OUT: f64 = FIT / 16.0;
 /// ...or pieces are halved, so often and so many.
@@ -70,8 +71,8 @@ const STRAY: f64 = 1.0 / (1_u64 << 36) as f64;
 const MOST_OUTSIDE: f64 = 8.0;
 /// A place on a piece is hit to this part of the piece, or there is no bound.
 const PLACE: f64 = 1.0 / (1_u64 << 26) as f64;
-/// `1 / cos(pi / 6)`, 1.1547006, and room for places that are not hit: `16 tan(pi / 6) 2^-20` is a part of 1e-5.
-const FACTOR: f64 = 1.154_75;
+/// `1 / cos(pi / 8)`, 1.0823923, and room for places that are not hit: `16 tan(pi / 8) 2^-20` is a part of 1e-5.
+const FACTOR: f64 = 1.082_45;
 
 /// Bounds on what a coordinate does where `|x| <= r`: from its value in the middle, and in absolute value.
 #[derive(Clone, Copy)]
@@ -81,7 +82,7 @@ pub(super) struct Disc {
 }
 
 /// A bound on the distance of the image of `made` from `curve` at the same parameter all over `span`; `None` of other surfaces, of curves in uv that are
-/// rational, of rational edges of a high degree, of poly-curves, and where pieces would have to be too small or too many. `pieces`: how many there may still be of the file; some 25 points
+/// rational, of rational edges of a high degree, of poly-curves, and where pieces would have to be too small or too many. `pieces`: how many there may still be of the file; some 30 points
 /// are evaluated on each.
 pub(super) fn bound(
     chart: &Chart,
@@ -91,18 +92,16 @@ pub(super) fn bound(
     size: f64,
     pieces: &mut usize,
 ) -> Option<f64> {
-    if *pieces == 0 || !chart.is_elementary() || polynomial(made)? > DEGREE_UV {
+    if *pieces == 0 || !chart.is_elementary() {
         return None;
     }
+    let degree_uv = polynomial(made).filter(|n| *n <= DEGREE_UV)?;
     let rest = Rest::of(curve)?;
     let own_degree = match rest {
-        Rest::Nothing(n) => n.max(DEGREE_UV),
-        _ => DEGREE_UV,
+        Rest::Nothing(n) => n.max(degree_uv),
+        _ => degree_uv,
     };
-    let most_degree = match rest {
-        Rest::Rational(_) => DEGREE_RATIONAL,
-        _ => own_degree.max(DEGREE),
-    };
+    let most_degree = own_degree.max(KEPT);
     let angles = 1.0
         + largest(made, 0)
         + if chart.is_ruled() {
@@ -117,7 +116,14 @@ pub(super) fn bound(
         _ => 0.0,
     };
     let of_points = (2.0 * FORMULA + of_edge) * rest.rounding();
-    let rounding = (of_points + horner(DEGREE_UV) + STRAY) * far * angles;
+    let rounding = (of_points + horner(degree_uv) + STRAY) * far * angles;
+    // What is less than roundings, or than what fitted curves are off, needs no higher degree, which takes more points.
+    let of_fit = if degree_uv > 1 {
+        ROUNDED_OUT * FIT * size
+    } else {
+        0.0
+    };
+    let enough = of_fit.max(ROUNDED_OUT * rounding);
     let of_coefficients = [0, 1].map(|c| COEFFICIENT * largest(made, c));
     let mut ends: Vec<f64> = curve.breaks();
     ends.extend(made.breaks());
@@ -125,12 +131,7 @@ pub(super) fn bound(
     ends.extend([span.start, span.end]);
     ends.sort_by(f64::total_cmp);
     ends.dedup();
-    let nodes: Vec<Vec<f64>> = (own_degree..=most_degree)
-        .map(|n| {
-            let angle = |j: usize| PI * j as f64 / (3 * n) as f64;
-            (1..3 * n).map(|j| libm::cos(angle(j))).collect()
-        })
-        .collect();
+    let mut nodes: [Vec<f64>; MOST_DEGREE + 1] = Default::default();
     let points = Points::of(curve);
     let mut worst = 0.0_f64;
     let mut done = 0;
@@ -145,7 +146,7 @@ pub(super) fn bound(
             if done + waiting + open.len() >= MOST_PIECES || !is_clear {
                 return None;
             }
-            let uv = Local::new(made.derivatives(m, DEGREE_UV), h);
+            let uv = Local::new(made.derivatives(m, degree_uv), h);
             let edge = rest.local(curve, [m, h]);
             let discs = Discs::new(chart, &uv, of_coefficients, &rest, &edge, h)?;
             if !(discs.left_out(most_degree) <= LEFT_OUT * size) {
@@ -156,14 +157,17 @@ pub(super) fn bound(
                 continue;
             }
             done += 1;
-            // What is less than roundings needs no higher degree, which takes more points.
             let mut degrees = own_degree..most_degree;
-            let n = degrees.find(|n| discs.left_out(*n) <= ROUNDED_OUT * rounding);
+            let n = degrees.find(|n| discs.left_out(*n) <= enough);
             let n = n.unwrap_or(most_degree);
             let left_out = discs.left_out(n);
-            let inner = nodes.get(n - own_degree)?.iter();
+            let inner = nodes.get_mut(n)?;
+            if inner.is_empty() {
+                let angle = |j: usize| PI * j as f64 / (4 * n) as f64;
+                inner.extend((1..4 * n).map(|j| libm::cos(angle(j))));
+            }
             let mut own: f64 = 0.0;
-            for t in inner.map(|x| m + h * x).chain([a, b]) {
+            for t in inner.iter().map(|x| m + h * x).chain([a, b]) {
                 // Where it is hit.
                 let x = (t - m) / h;
                 let p = match &edge {
@@ -172,7 +176,7 @@ pub(super) fn bound(
                         let q = own.at(x);
                         q.xyz() / q.w
                     }
-                    Edge::Other => points.at(t).coords,
+                    Edge::Other => points.proven(t).coords,
                 };
                 let off = (chart.point(&Point2::from(uv.at(x))).coords - p).norm();
                 // No number is no bound.
@@ -328,7 +332,7 @@ impl Rest {
                 rate: a.angle.length() / a.domain.length(),
             }),
             Curve::Nurbs(n) if polynomial(curve).is_none() => {
-                if n.degree() > DEGREE_UV {
+                if n.degree() > DEGREE_RATIONAL {
                     return None;
                 }
                 let weights = n.control_points().iter().map(|p| p.w);
@@ -364,7 +368,7 @@ impl Rest {
     fn local(&self, curve: &Curve3, [m, h]: [f64; 2]) -> Edge {
         match self {
             Self::Rational(own) => {
-                Edge::Rational(Local::new(own.curve.derivatives(m, DEGREE_UV), h))
+                Edge::Rational(Local::new(own.curve.derivatives(m, DEGREE_RATIONAL), h))
             }
             Self::Nothing(n) if *n <= DEGREE => {
                 Edge::Polynomial(Local::new(curve.derivatives(m, *n), h))
@@ -581,7 +585,7 @@ mod tests {
                     let seen = seen(&chart, edge, &made, span);
                     assert!(seen > 1e-3, "{name} {i}: {seen}");
                     assert!(proven >= seen, "{name} {i}: {proven} < {seen}");
-                    assert!(proven <= 1.16 * seen, "{name} {i}: {proven} > {seen}");
+                    assert!(proven <= 1.09 * seen, "{name} {i}: {proven} > {seen}");
                 }
             }
         }
