@@ -62,6 +62,21 @@ fn missing(a: &ContactAnswer, b: &ContactAnswer) -> Option<String> {
     lost.map(|c| format!("{c:?}"))
 }
 
+/// Whether a side of the polygon is level to a half-space. All of it is as low, and where it goes down from one of its ends none of it is a minimum: a list may have
+/// a point of it or not.
+fn has_level_side(patch: &Patch, corners: &[Point2<f64>], probe: &Probe) -> bool {
+    let Probe::HalfSpace(below) = probe else {
+        return false;
+    };
+    let surface = patch.surface();
+    let height = |uv: Point2<f64>| below.normal.dot(&surface.point(uv.x, uv.y).coords);
+    let sides = corners.iter().zip(corners.iter().cycle().skip(1));
+    sides.into_iter().any(|(a, b)| {
+        let heights = [0.0, 0.5, 1.0].map(|t| height(a + (b - a) * t));
+        heights.iter().all(|h| (h - heights[0]).abs() < 1e-12)
+    })
+}
+
 fn both(
     patch: &Patch,
     corners: &[Point2<f64>],
@@ -71,7 +86,7 @@ fn both(
     let one = asked(&patch.surface(), corners, probe, accuracy);
     let two = asked(&patch.with_knot(), corners, probe, accuracy);
     let told = |a: &ContactAnswer| a.undecided.is_none() && !a.continuum;
-    if !(told(&one) && told(&two)) {
+    if !(told(&one) && told(&two)) || has_level_side(patch, corners, probe) {
         return Ok(());
     }
     match (missing(&one, &two), missing(&two, &one)) {
