@@ -308,7 +308,7 @@ pub(super) fn made(
             on_axis: trace.on_axis,
         });
     }
-    let fitted = fitted(chart, &points, &trace, size, most, &mut left.held)
+    let fitted = fitted(chart, &points, trace.samples, size, most, &mut left.held)
         .map_err(form(entity))?
         .ok_or_else(|| super::entities::shape(entity, "an edge that could not be projected"))?;
     Ok(Made {
@@ -654,7 +654,7 @@ fn crossing(
 }
 
 /// All such places, but those that are as good as at one of `starts`, among which they are put.
-fn joints(chart: &Chart, points: &Points<'_>, trace: &Trace, starts: &mut Vec<Knot>) {
+fn joints(chart: &Chart, points: &Points<'_>, samples: &[Sample], starts: &mut Vec<Knot>) {
     let [Some(first), Some(last)] = [starts.first(), starts.last()].map(|k| k.copied()) else {
         return;
     };
@@ -662,7 +662,7 @@ fn joints(chart: &Chart, points: &Points<'_>, trace: &Trace, starts: &mut Vec<Kn
     let mut found = Vec::new();
     for c in 0..2 {
         let knots = chart.inner_knots(c);
-        for pair in trace.samples.windows(2) {
+        for pair in samples.windows(2) {
             let [a, b] = [&pair[0], &pair[1]];
             let [lo, hi] = [a.uv[c].min(b.uv[c]), a.uv[c].max(b.uv[c])];
             let from = knots.partition_point(|k| *k <= lo);
@@ -685,23 +685,31 @@ fn joints(chart: &Chart, points: &Points<'_>, trace: &Trace, starts: &mut Vec<Kn
 fn fitted(
     chart: &Chart,
     points: &Points<'_>,
-    trace: &Trace,
+    samples: Vec<Sample>,
     size: f64,
     most: f64,
     held: &mut Budget,
 ) -> Result<Option<Curve2>, Refusal> {
-    let [first, .., last] = &trace.samples[..] else {
+    let [first, .., last] = samples[..] else {
         return Ok(None);
     };
     // Pieces at first: those of the edge's own curve.
     let inner = |s: &&Sample| first.t < s.t && s.t < last.t && points.is_break(s.t);
-    let ends = trace.samples.iter().filter(inner);
-    let ends = [first].into_iter().chain(ends).chain([last]);
-    let mut starts: Vec<Knot> = ends.map(Knot::from).collect();
+    let ends = samples.iter().filter(inner);
+    let mut starts = Vec::with_capacity(ends.clone().count() + 2);
+    starts.extend(
+        [&first]
+            .into_iter()
+            .chain(ends)
+            .chain([&last])
+            .map(Knot::from),
+    );
     let many = held.left() / (16 * PIECE * QUINTIC);
     if starts.len() + MOST_CROSSED < many {
-        joints(chart, points, trace, &mut starts);
+        joints(chart, points, &samples, &mut starts);
     }
+    // Of an edge with many pieces they take as much as what is made now.
+    drop(samples);
     let own = starts.len() - 1;
     // Before the curve is made of them the points take two thirds of what they do in it, and an eighth more as their list grows.
     let room = |degree: usize| 7 * held.left() / (10 * PIECE * degree);
