@@ -9,7 +9,7 @@
 
 use super::error::TextProblem;
 use super::tokens::Tokens;
-use crate::affine::{Affine, MapError};
+use crate::affine::{Affine, MapError, composed};
 use crate::error::ReadError;
 use crate::sheets::ROUNDING;
 use feeler::nurbs::{Curve3, Surface};
@@ -93,7 +93,7 @@ impl Motion {
         })
     }
 
-    pub(super) fn affine(&self) -> Result<Affine, TextProblem> {
+    fn affine(&self) -> Result<Affine, TextProblem> {
         let (r, t) = (&self.rotation, &self.translation);
         #[rustfmt::skip]
         let rows = [
@@ -327,6 +327,34 @@ impl Places {
             count: self.words.len(),
         };
         self.motions.get(place.0).ok_or(identity)
+    }
+}
+
+impl Places {
+    /// The same as a map that knows of how many it is a product; `None`: nothing moves.
+    ///
+    /// # Errors
+    /// As of [`motion`](Self::motion), or a number that is not finite.
+    pub(super) fn affine(&self, place: Place) -> Result<Option<Affine>, TextProblem> {
+        self.motion(place)?;
+        let mut whole: Option<Affine> = None;
+        for (placement, power) in self.words.get(place.0).into_iter().flatten() {
+            let Some((_, m)) = self.placements.get(*placement) else {
+                continue;
+            };
+            let step = match power {
+                ..0 => m
+                    .inverse()
+                    .unwrap_or_else(Motion::identity)
+                    .affine()?
+                    .rounded(),
+                _ => m.affine()?,
+            };
+            for _ in 0..power.unsigned_abs() {
+                whole = composed(whole.as_ref(), Some(&step));
+            }
+        }
+        Ok(whole)
     }
 }
 

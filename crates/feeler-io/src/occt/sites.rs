@@ -4,7 +4,6 @@
 //! is, becomes a block, as do compounds in it; what is held only there is made once, where it stands by itself. All else stands where its locations say.
 
 use super::assembly::{Assembly, Body};
-use super::error::TextProblem;
 use super::motion::Place;
 use super::shapes::{Kind, Orientation, Sub};
 use super::tokens::fail;
@@ -193,12 +192,8 @@ impl Assembly {
 
     /// Where a part of a compound is in it.
     fn map(&self, part: Sub) -> Result<Option<Affine>, ReadError> {
-        if part.place == Place::HERE {
-            return Ok(None);
-        }
-        let motion = self.tables.places.motion(part.place);
-        let map = motion.and_then(|m| m.affine()).map(Some);
-        map.map_err(|problem: TextProblem| fail(self.line(part.shape), problem))
+        let map = self.tables.places.affine(part.place);
+        map.map_err(|problem| fail(self.line(part.shape), problem))
     }
 }
 
