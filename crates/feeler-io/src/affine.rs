@@ -575,9 +575,7 @@ mod tests {
                         let p = [0, 1, 2].map(|c| exact(own.point[c]));
                         let known = maps[..count].iter().fold(p, |p, m| image(&rows(m), &p));
                         for c in 0..3 {
-                            let off = (&exact(found.point[c]) - &known[c])
-                                .approximate()
-                                .abs();
+                            let off = (&exact(found.point[c]) - &known[c]).approximate().abs();
                             assert!(
                                 off <= moved.off,
                                 "{far} {angle} {factor} {count}: {off:e} {:e}",

@@ -15,11 +15,14 @@
 //! | `smooth` | how far images on elementary surfaces are off, without composing them |
 //! | `loops` | sheets, poles, seams |
 //! | `body` | a solid or a set of faces as a BREP |
-//! | `products` | assemblies, placements, units, names |
+//! | `products` | assemblies, placements, names |
+//! | `context` | units and tolerances |
+//! | `sites` | which bodies stand where |
 //! | `document` | the whole file |
 
 mod body;
 mod chart;
+mod context;
 mod document;
 mod entities;
 mod geometry;
@@ -30,6 +33,7 @@ mod part21;
 mod pcurve;
 mod points;
 mod products;
+mod sites;
 mod smooth;
 
 pub use document::read_step;

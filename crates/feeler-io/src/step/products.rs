@@ -1,17 +1,17 @@
-//! Which bodies a file places where: representations and what relates them, units, names.
+//! Representations and what relates them: assemblies, placements, names. [`sites`](super::sites) says where bodies stand.
 //!
 //! A representation is a list of items in one context. Bodies among its items are in it, as are representations that it maps
 //! (`MAPPED_ITEM`) and those related to it by a transformation (`CONTEXT_DEPENDENT_SHAPE_REPRESENTATION`, the assembly's way); a plain
 //! `SHAPE_REPRESENTATION_RELATIONSHIP` says that two are of one thing, in one frame. What is in no other is placed as it
 //! stands.
 
-use super::entities::{Entities, Entity, problem, unsupported};
+use super::context::{Context, context};
+use super::entities::{Entities, unsupported};
 use super::geometry::Geometry;
 use super::part21::{Attribute, Part};
 use crate::affine::{Affine, composed};
 use crate::error::ReadError;
 use crate::occt::surfaces::Axes;
-use crate::step_problem::StepProblem;
 use crate::units::Units;
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 
@@ -19,7 +19,7 @@ use std::collections::{BTreeMap, BTreeSet, HashMap};
 const LONGEST_NAME: usize = 256;
 
 /// Kinds of items that become objects.
-const BODIES: [&str; 5] = [
+pub(super) const BODIES: [&str; 5] = [
     "MANIFOLD_SOLID_BREP",
     "BREP_WITH_VOIDS",
     "FACETED_BREP",
@@ -39,100 +39,32 @@ const OTHERS: [(&str, &str); 9] = [
     ("CSG_SOLID", "CSG solid"),
 ];
 
-/// What stands somewhere.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum What {
-    /// A body, by its entity.
-    Body(u64),
-    /// An assembly, by its index in [`Sites::assemblies`].
-    Assembly(usize),
-}
-
-/// A body or an assembly in its place.
-pub(super) struct Placed {
-    pub(super) what: What,
-    pub(super) representation: u64,
-    /// The representation in whose units it is placed.
-    pub(super) top: u64,
-    /// `None`: as it stands.
-    pub(super) map: Option<Affine>,
-    pub(super) name: String,
-}
-
-/// An assembly that is placed more than once or holds what is.
-pub(super) struct Assembly {
-    pub(super) name: String,
-    /// In its own units.
-    pub(super) members: Vec<Placed>,
-}
-
-/// Where everything stands.
-pub(super) struct Sites {
-    /// What is in no [`Assembly`].
-    pub(super) top: Vec<Placed>,
-    pub(super) assemblies: Vec<Assembly>,
-}
-
-impl Sites {
-    /// The body that is placed first.
-    pub(super) fn first(&self) -> Option<&Placed> {
-        let mut first = self.top.first()?;
-        // No way down without turns is longer.
-        for _ in 0..=self.assemblies.len() {
-            match first.what {
-                What::Body(_) => return Some(first),
-                What::Assembly(k) => first = self.assemblies.get(k)?.members.first()?,
-            }
-        }
-        None
-    }
-
-    /// All places of bodies, each once.
-    pub(super) fn bodies(&self) -> impl Iterator<Item = u64> {
-        let members = self.assemblies.iter().flat_map(|a| &a.members);
-        { self.top.iter().chain(members) }.filter_map(|p| match p.what {
-            What::Body(id) => Some(id),
-            What::Assembly(_) => None,
-        })
-    }
-}
-
-/// What a representation's lengths and angles are in.
-#[derive(Clone, Debug, PartialEq)]
-pub(super) struct Context {
-    pub(super) units: Units,
-    /// Radians.
-    pub(super) angle: f64,
-    /// How far apart what is said to be one may be.
-    pub(super) tolerance: Option<f64>,
-}
-
-struct Child {
-    of: u64,
+pub(super) struct Child {
+    pub(super) of: u64,
     /// The representation that it is in.
     within: u64,
     /// From which placement, in its own units, to which in those of the representation.
     placement: Option<(Axes, Axes)>,
     /// From the units of what stands for the one to those of what stands for the other.
-    map: Option<Affine>,
+    pub(super) map: Option<Affine>,
 }
 
 #[derive(Default)]
-struct Representation {
-    bodies: Vec<u64>,
+pub(super) struct Representation {
+    pub(super) bodies: Vec<u64>,
     others: Vec<&'static str>,
-    children: Vec<Child>,
+    pub(super) children: Vec<Child>,
     context: Option<u64>,
     /// From its units to those of what stands for it.
-    scale: Option<Affine>,
+    pub(super) scale: Option<Affine>,
 }
 
 /// The representations of a file.
 pub(super) struct Products {
-    all: BTreeMap<u64, Representation>,
+    pub(super) all: BTreeMap<u64, Representation>,
     /// The one that stands for all that are of one thing.
     same: HashMap<u64, u64>,
-    names: HashMap<u64, String>,
+    pub(super) names: HashMap<u64, String>,
     /// The representation of each product definition.
     shapes: HashMap<u64, u64>,
     pub(super) others: BTreeMap<&'static str, usize>,
@@ -324,7 +256,7 @@ impl Products {
         Ok(())
     }
 
-    fn root(&self, mut id: u64) -> u64 {
+    pub(super) fn root(&self, mut id: u64) -> u64 {
         while let Some(next) = self.same.get(&id) {
             id = *next;
         }
@@ -440,129 +372,6 @@ impl Products {
         }
     }
 
-    /// All bodies in their places. An assembly is kept as one where it is placed more than once or holds what is, so that all this is no longer than the
-    /// file is, whatever it unfolds to.
-    pub(super) fn sites(&self, entities: &Entities) -> Result<Sites, ReadError> {
-        let walk = Walk::new(self);
-        let mut sites = Sites {
-            top: Vec::new(),
-            assemblies: Vec::new(),
-        };
-        let mut assemblies = Assemblies::default();
-        let mut visited = BTreeSet::new();
-        let tops = { walk.groups.keys() }.filter(|g| !walk.uses.contains_key(g));
-        for &top in tops {
-            let mut open = vec![(top, None, "")];
-            while let Some((group, map, outer)) = open.pop() {
-                let name = self.name(group, outer);
-                if walk.is_assembly(group) {
-                    sites.top.push(Placed {
-                        what: What::Assembly(assemblies.index(group)),
-                        representation: group,
-                        top,
-                        map,
-                        name: name.to_owned(),
-                    });
-                    continue;
-                }
-                // It is used once at most: this ends.
-                visited.insert(group);
-                let inner = self.members(entities, &walk, group, name, |of, c| {
-                    (of, composed(map.as_ref(), c), name)
-                });
-                sites.top.extend(inner.bodies.into_iter().map(|p| Placed {
-                    top,
-                    map: composed(map.as_ref(), p.map.as_ref()),
-                    ..p
-                }));
-                open.extend(inner.children.into_iter().rev());
-            }
-        }
-        while let Some(&group) = assemblies.order.get(sites.assemblies.len()) {
-            visited.insert(group);
-            let name = self.name(group, "");
-            // All that an assembly holds is one, too.
-            let inner = self.members(entities, &walk, group, name, |of, c| Placed {
-                what: What::Assembly(assemblies.index(of)),
-                representation: of,
-                top: group,
-                map: c.cloned(),
-                name: String::new(),
-            });
-            let mut members = inner.bodies;
-            members.extend(inner.children);
-            sites.assemblies.push(Assembly {
-                name: name.to_owned(),
-                members,
-            });
-        }
-        // What is only within itself is below no top.
-        for (group, ids) in &walk.groups {
-            let lost = |id: &&u64| self.all.get(id).is_some_and(|r| !r.bodies.is_empty());
-            if !visited.contains(group)
-                && let Some(id) = ids.iter().find(lost)
-            {
-                return Err(within_itself(*id));
-            }
-        }
-        // What no representation holds.
-        for (id, raw) in &entities.graph().entities {
-            let is_body = |p: &Part| BODIES.contains(&&*p.name);
-            if !raw.is_complex
-                && raw.parts.first().is_some_and(is_body)
-                && !walk.bodies.contains_key(id)
-            {
-                sites.top.push(Placed {
-                    what: What::Body(*id),
-                    representation: 0,
-                    top: 0,
-                    map: None,
-                    name: String::new(),
-                });
-            }
-        }
-        Ok(sites)
-    }
-
-    /// The name of a group, or else that of what it is in.
-    fn name<'a>(&'a self, group: u64, outer: &'a str) -> &'a str {
-        self.names.get(&group).map_or(outer, String::as_str)
-    }
-
-    /// What a group holds, in its own frame: its bodies, named like it where they have no name, and what `child` makes of the groups in it and their maps.
-    fn members<T>(
-        &self,
-        entities: &Entities,
-        walk: &Walk,
-        group: u64,
-        name: &str,
-        mut child: impl FnMut(u64, Option<&Affine>) -> T,
-    ) -> Members<T> {
-        let mut found = Members {
-            bodies: Vec::new(),
-            children: Vec::new(),
-        };
-        for id in walk.groups.get(&group).into_iter().flatten() {
-            let Some(r) = self.all.get(id) else { continue };
-            for body in &r.bodies {
-                let own = entities.simple(*body).map_or("", |e| e.text(0));
-                let plain = own.is_empty() || own == "NONE";
-                found.bodies.push(Placed {
-                    what: What::Body(*body),
-                    representation: *id,
-                    top: group,
-                    map: r.scale.clone(),
-                    name: short(if plain { name } else { own }),
-                });
-            }
-            for c in &r.children {
-                let made = child(self.root(c.of), c.map.as_ref());
-                found.children.push(made);
-            }
-        }
-        found
-    }
-
     /// The context of a representation.
     pub(super) fn context(&self, entities: &Entities, representation: u64) -> Option<Context> {
         let id = self.all.get(&representation)?.context?;
@@ -570,86 +379,8 @@ impl Products {
     }
 }
 
-struct Members<T> {
-    bodies: Vec<Placed>,
-    children: Vec<T>,
-}
-
-/// What is in what, by the representations that stand for all that are of one thing.
-struct Walk {
-    /// The representations of each.
-    groups: BTreeMap<u64, Vec<u64>>,
-    /// How often each is in others, and each body in any.
-    uses: HashMap<u64, usize>,
-    bodies: HashMap<u64, usize>,
-    /// Those that hold what is used more than once.
-    holders: BTreeSet<u64>,
-}
-
-impl Walk {
-    fn new(products: &Products) -> Self {
-        let mut walk = Self {
-            groups: BTreeMap::new(),
-            uses: HashMap::new(),
-            bodies: HashMap::new(),
-            holders: BTreeSet::new(),
-        };
-        for (id, r) in &products.all {
-            walk.groups.entry(products.root(*id)).or_default().push(*id);
-            for c in &r.children {
-                *walk.uses.entry(products.root(c.of)).or_default() += 1;
-            }
-            for b in &r.bodies {
-                *walk.bodies.entry(*b).or_default() += 1;
-            }
-        }
-        let often = |counts: &HashMap<u64, usize>, id: u64| counts.get(&id).is_some_and(|n| *n > 1);
-        for (id, r) in &products.all {
-            let mut children = r.children.iter().map(|c| products.root(c.of));
-            if r.bodies.iter().any(|b| often(&walk.bodies, *b))
-                || children.any(|c| often(&walk.uses, c))
-            {
-                walk.holders.insert(products.root(*id));
-            }
-        }
-        walk
-    }
-
-    fn is_assembly(&self, group: u64) -> bool {
-        self.holders.contains(&group) || self.uses.get(&group).is_some_and(|n| *n > 1)
-    }
-}
-
-/// Groups that are assemblies, in the order met.
-#[derive(Default)]
-struct Assemblies {
-    order: Vec<u64>,
-    indices: HashMap<u64, usize>,
-}
-
-impl Assemblies {
-    fn index(&mut self, group: u64) -> usize {
-        let next = self.order.len();
-        let index = *self.indices.entry(group).or_insert(next);
-        if index == next {
-            self.order.push(group);
-        }
-        index
-    }
-}
-
-/// The refusal of an assembly, by its representation.
-pub(super) fn within_itself(representation: u64) -> ReadError {
-    problem(
-        representation,
-        StepProblem::Shape {
-            what: "an assembly that is part of itself".into(),
-        },
-    )
-}
-
 /// A name of at most [`LONGEST_NAME`] bytes.
-fn short(name: &str) -> String {
+pub(super) fn short(name: &str) -> String {
     let mut end = 0;
     for (at, c) in name.char_indices() {
         if at + c.len_utf8() > LONGEST_NAME {
@@ -658,16 +389,6 @@ fn short(name: &str) -> String {
         end = at + c.len_utf8();
     }
     name.get(..end).unwrap_or_default().to_string()
-}
-
-/// What a list refers to; what else it holds is none of ours.
-fn referred(e: Entity<'_>) -> impl Iterator<Item = u64> {
-    // Of many: files have four units and one uncertainty, and all parts may share the list.
-    let list = e.list(0).unwrap_or_default().iter().take(64);
-    list.filter_map(|a| match a {
-        Attribute::EntityRef(id) => Some(*id),
-        _ => None,
-    })
 }
 
 /// The entities that products and their representations are told by, in order: all such kinds are named alike.
@@ -688,102 +409,6 @@ fn definition(entities: &Entities, id: u64) -> Option<(u64, u64)> {
     let e = entities.part(id, "SHAPE_DEFINITION_REPRESENTATION")?;
     let shape = entities.part(e.optional(0)?, "PRODUCT_DEFINITION_SHAPE")?;
     Some((shape.optional(2)?, e.optional(1)?))
-}
-
-/// Units and tolerance.
-fn context(entities: &Entities, id: u64) -> Option<Context> {
-    let units = entities.part(id, "GLOBAL_UNIT_ASSIGNED_CONTEXT")?;
-    let mut found = Context {
-        units: Units::None,
-        angle: 1.0,
-        tolerance: None,
-    };
-    for unit in referred(units) {
-        if entities.is(unit, "LENGTH_UNIT") {
-            found.units = length(entities, unit, 0);
-        } else if entities.is(unit, "PLANE_ANGLE_UNIT")
-            && let Some(c) = entities.part(unit, "CONVERSION_BASED_UNIT")
-            && let Some(measure) = c.optional(1)
-            && let Some(m) = measured(entities, measure)
-        {
-            found.angle = m.0;
-        }
-    }
-    if let Some(u) = entities.part(id, "GLOBAL_UNCERTAINTY_ASSIGNED_CONTEXT") {
-        for m in referred(u) {
-            if let Some(e) = entities.part(m, "UNCERTAINTY_MEASURE_WITH_UNIT")
-                && let Ok(x) = e.number(0)
-                && x > 0.0
-                && e.optional(1).is_some_and(|u| entities.is(u, "LENGTH_UNIT"))
-            {
-                found.tolerance = Some(x);
-            }
-        }
-    }
-    Some(found)
-}
-
-/// A value and the unit it is in.
-fn measured(entities: &Entities, id: u64) -> Option<(f64, u64)> {
-    let kinds = [
-        "LENGTH_MEASURE_WITH_UNIT",
-        "PLANE_ANGLE_MEASURE_WITH_UNIT",
-        "MEASURE_WITH_UNIT",
-    ];
-    let all = kinds.iter().filter_map(|k| entities.part(id, k));
-    let mut values = all.filter_map(|e| Some((e.number(0).ok()?, e.optional(1)?)));
-    values.next().filter(|(x, _)| *x > 0.0)
-}
-
-/// A unit of length.
-fn length(entities: &Entities, id: u64, depth: u32) -> Units {
-    if let Some(si) = entities.part(id, "SI_UNIT") {
-        // In one part the dimensions come first.
-        let at = usize::from(entities.simple(id).is_some());
-        let factor = match si.word(at) {
-            None => 1.0,
-            Some("EXA") => 1e18,
-            Some("PETA") => 1e15,
-            Some("TERA") => 1e12,
-            Some("GIGA") => 1e9,
-            Some("MEGA") => 1e6,
-            Some("KILO") => 1e3,
-            Some("HECTO") => 1e2,
-            Some("DECA") => 1e1,
-            Some("DECI") => 1e-1,
-            Some("CENTI") => 1e-2,
-            Some("MILLI") => 1e-3,
-            Some("MICRO") => 1e-6,
-            Some("NANO") => 1e-9,
-            Some("PICO") => 1e-12,
-            Some(_) => return Units::None,
-        };
-        let name = si.word(at).unwrap_or("").to_lowercase() + "metre";
-        return known(factor, name);
-    }
-    if let Some(c) = entities.part(id, "CONVERSION_BASED_UNIT") {
-        let at = usize::from(entities.simple(id).is_some());
-        if let Some((value, unit)) = c.optional(at + 1).and_then(|m| measured(entities, m))
-            && depth < 4
-            && let Some(metres) = length(entities, unit, depth + 1).metres()
-        {
-            return known(value * metres, c.text(at).to_lowercase());
-        }
-    }
-    Units::None
-}
-
-/// The named unit that is this long up to rounding, or one of its own.
-fn known(metres: f64, name: String) -> Units {
-    let named = (1..=10).map(Units::from_code);
-    let near = |u: &Units| {
-        u.metres()
-            .is_some_and(|m| (m - metres).abs() <= 4.0 * f64::EPSILON * metres)
-    };
-    { named }.find(near).unwrap_or(Units::Custom {
-        name,
-        metres: Some(metres),
-    })
 }
 
 #[cfg(test)]
