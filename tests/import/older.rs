@@ -271,6 +271,27 @@ fn nested_blocks_stand_where_they_should() {
     assert_eq!(shifts, [0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0]);
 }
 
+/// In other units what blocks place is where their maps take it, within what is said: bodies of the converted file and bodies moved, and then converted, differ by no
+/// more than that and what each is off when it is moved.
+#[test]
+fn units_are_converted_through_blocks() {
+    let document = read_3dm(&f::nested_blocks(12, false)).expect("a file");
+    let mut feet = document.clone();
+    let unit = feeler_io::Units::Feet;
+    let off = feet.convert_units(unit).expect("millimetres");
+    let ratio = 1.0 / 304.8;
+    let size = ratio * 4096.0;
+    assert!(off > 0.0 && off < 64.0 * f64::EPSILON * size, "{off:e}");
+    let mut most: f64 = 0.0;
+    for ((_, a), (_, b)) in document.bodies().zip(feet.bodies()) {
+        for (p, q) in a.parts().vertices.iter().zip(&b.parts().vertices) {
+            most = most.max((p.point.coords * ratio - q.point.coords).amax());
+        }
+    }
+    // And the test's own roundings, and those of moving.
+    assert!(most <= off + 64.0 * f64::EPSILON * size, "{most:e}");
+}
+
 /// What places more copies than there may be, or itself, is refused where it is placed, and nothing else is.
 #[test]
 fn blocks_that_unfold_without_end_are_refused() {

@@ -187,7 +187,9 @@ fn reference_json(
     o.insert("block".into(), json!(block.name));
     let parts = { document.parts(index) }.map(|p| Value::Object(object_json(&p, more)));
     o.insert("parts".into(), parts.collect());
-    let warnings: Vec<&String> = object.warnings.iter().chain(&block.warnings).collect();
+    let blocks = document.placed_blocks(index);
+    let of_blocks = blocks.iter().flat_map(|b| &b.warnings);
+    let warnings: Vec<&String> = object.warnings.iter().chain(of_blocks).collect();
     if !warnings.is_empty() {
         o.insert("warnings".into(), json!(warnings));
     }
@@ -293,7 +295,9 @@ fn as_text(document: &Document, more: More) -> String {
         for (k, part) in document.parts(i).enumerate() {
             object_text(&format!("{title}, part {k}"), &part, more, &mut lines);
         }
-        let warnings = object.warnings.iter().chain(&block.warnings);
+        let blocks = document.placed_blocks(i);
+        let of_blocks = blocks.iter().flat_map(|b| &b.warnings);
+        let warnings = object.warnings.iter().chain(of_blocks);
         lines.extend(warnings.map(|w| format!("  warning: {w}")));
     }
     let unread = unread(document);

@@ -270,6 +270,7 @@ fn is_brep(class: &str) -> bool {
         "assembly",
         "compound",
         "placed shape",
+        "surface_model",
     ]
     .iter()
     .any(|of| class.contains(of))

@@ -50,6 +50,9 @@ pub(crate) fn misplaced(loaded: &Loaded, answer: &Body) -> Option<String> {
     None
 }
 
+/// What is so near to an edge or a vertex, as a part of the model's size, may be said to be on it.
+const NEAR: f64 = 1.0 / (1_u64 << 36) as f64;
+
 /// Whether a point is on a feature, at these parameters of one of its faces.
 fn placed(
     loaded: &Loaded,
@@ -61,25 +64,86 @@ fn placed(
         .ok_or_else(|| "the model has none of that number".to_owned())?;
     let brep = prepared.brep();
     let mut nearest = f64::INFINITY;
+    let mut why = None;
     for face in faces(brep, feature) {
+        let domain = brep.surface(face).domain();
+        let is_in = |c: usize| {
+            let slack = 8.0 * f64::EPSILON * domain[c].length();
+            domain[c].start - slack <= uv[c] && uv[c] <= domain[c].end + slack
+        };
+        if !(is_in(0) && is_in(1)) {
+            why = Some(format!("that is outside of the domain of face {face}"));
+            continue;
+        }
         let (off, slack) = off(brep.surface(face), point, &uv, loaded.size);
         nearest = nearest.min(off);
         // NaN is no place.
         if !(off <= slack) {
             continue;
         }
-        let wanted: &[Side] = match feature {
-            Feature::Face(_) => &[Side::Inside, Side::Boundary],
-            Feature::Edge(_) | Feature::Vertex(_) => &[Side::Outside, Side::Boundary],
+        let is_there = match feature {
+            Feature::Face(_) => is_on(prepared, face, &uv, slack),
+            Feature::Edge(_) | Feature::Vertex(_) => {
+                from_border(brep, feature, face, point) <= (4.0 * slack).max(NEAR * loaded.size)
+            }
         };
-        if is_beside(prepared, face, &uv, slack, wanted) {
+        if is_there {
             return Ok(());
         }
-        return Err(format!(
-            "that is not {wanted:?} of face {face}, nor next to what is"
-        ));
+        why = Some(match feature {
+            Feature::Face(_) => format!("that is trimmed away of face {face}"),
+            _ => format!("that is elsewhere on face {face}"),
+        });
     }
-    Err(format!("the point is off by {nearest:e}"))
+    Err(why.unwrap_or_else(|| format!("the point is off by {nearest:e}")))
+}
+
+/// How far a point is from what an edge or a vertex is on a face: the image of its trims there, or an end of them.
+fn from_border(brep: &Brep, feature: Feature, face: usize, point: &Point3<f64>) -> f64 {
+    /// Parts of a trim, in each of which the nearest point is looked for.
+    const PARTS: usize = 64;
+    const STEPS: usize = 80;
+    let parts = brep.parts();
+    let own = { parts.trims.iter() }
+        .filter(|t| parts.loops.get(t.trim_loop).is_some_and(|l| l.face == face));
+    let surface = brep.surface(face);
+    let mut least = f64::INFINITY;
+    for trim in own {
+        let Some(curve) = parts.curves2.get(trim.curve) else {
+            continue;
+        };
+        let off = |t: f64| {
+            let uv = curve.point(t);
+            (surface.point(uv.x, uv.y) - point).norm()
+        };
+        match feature {
+            Feature::Edge(e) if trim.edge == Some(e) => {
+                for k in 0..PARTS {
+                    // By thirds: the distance falls and rises once on so short a part, near its least.
+                    let [mut a, mut b] =
+                        [k, k + 1].map(|k| trim.span.lerp(k as f64 / PARTS as f64));
+                    for _ in 0..STEPS {
+                        let (c, d) = (a + (b - a) / 3.0, b - (b - a) / 3.0);
+                        if off(c) < off(d) { b = d } else { a = c }
+                    }
+                    least = least.min(off(a)).min(off(b));
+                }
+            }
+            Feature::Vertex(v) if trim.vertices.contains(&v) => {
+                let (mut start, mut end) = (trim.span.start, trim.span.end);
+                if trim.reversed {
+                    std::mem::swap(&mut start, &mut end);
+                }
+                for (vertex, t) in trim.vertices.iter().zip([start, end]) {
+                    if *vertex == v {
+                        least = least.min(off(t));
+                    }
+                }
+            }
+            _ => {}
+        }
+    }
+    least
 }
 
 /// The BREP of a feature that is counted through all of a model, and the feature there.
@@ -148,14 +212,8 @@ fn moved(x: f64, by: f64) -> f64 {
     x + by * 4.0 * f64::EPSILON * x.abs().max(f64::MIN_POSITIVE)
 }
 
-/// Whether parameters, or others whose points are so near, are on one of these sides of a face's border.
-fn is_beside(
-    prepared: &PreparedBrep,
-    face: usize,
-    uv: &Point2<f64>,
-    slack: f64,
-    wanted: &[Side],
-) -> bool {
+/// Whether parameters, or others whose points are so near, are not trimmed away.
+fn is_on(prepared: &PreparedBrep, face: usize, uv: &Point2<f64>, slack: f64) -> bool {
     let at = prepared
         .brep()
         .surface(face)
@@ -169,7 +227,7 @@ fn is_beside(
         };
         let near = Point2::new(step(uv.x, *i, u), step(uv.y, *j, v));
         match side(prepared, face, near).and_then(|s| s.side) {
-            Some(side) => wanted.contains(&side),
+            Some(side) => side != Side::Outside,
             // What cannot be told may be.
             None => true,
         }
@@ -267,8 +325,23 @@ mod tests {
             let own = parts.loops[face.loops.as_ref().unwrap()[0]].trims.iter();
             let edges: BTreeSet<usize> = own.filter_map(|t| parts.trims[*t].edge).collect();
             let there = |e: &usize| said(&cube, point, "edge", *e, border).is_none();
-            assert!(edges.iter().any(there));
+            assert_eq!(edges.iter().filter(|e| there(e)).count(), 1);
             assert!((0..parts.edges.len()).all(|e| edges.contains(&e) || !there(&e)));
+            assert!((0..8).all(|v| said(&cube, point, "vertex", v, border).is_some()));
+            // At a corner one vertex, and edges.
+            let corner = at(0.0, 0.0);
+            let point = of(&corner);
+            let at_corner = |what: &str, n: usize| {
+                (0..n)
+                    .filter(|i| said(&cube, point, what, *i, corner).is_none())
+                    .count()
+            };
+            assert_eq!(at_corner("vertex", 8), 1);
+            // Its third edge is on two other faces, which may have the same parameters there.
+            assert!((2..=3).contains(&at_corner("edge", 12)));
+            // Beyond the domain, whichever point a surface has there.
+            let beyond = Point2::new(1e200, 1e200);
+            assert!(said(&cube, point, "face", f, beyond).is_some());
         }
     }
 }

@@ -194,6 +194,11 @@ impl Affine {
         }
     }
 
+    /// What one rounding of each coordinate of its translation comes to.
+    pub(crate) fn rounding(&self) -> f64 {
+        f64::EPSILON * self.through[1]
+    }
+
     /// The scale, and how far squared lengths and angles are from being scaled by it, relative to its square.
     fn scale(&self) -> (f64, f64) {
         let square = self.matrix.transpose() * self.matrix;
@@ -297,6 +302,14 @@ impl Affine {
             natives: false,
         })
     }
+}
+
+/// Three digits of a bound, no less than it is: the nearest three are off by half of the last, a two-hundredth part at most.
+pub(crate) fn rounded_up(bound: f64) -> String {
+    if bound == 0.0 {
+        return "0".to_owned();
+    }
+    format!("{:.2e}", bound * (1.0 + 0.005 + 1e-6))
 }
 
 /// First the inner, then the outer; `None` is the identity.

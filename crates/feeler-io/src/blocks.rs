@@ -4,7 +4,7 @@
 //! place each other twice make thousands of copies of a part: memory of a [`Document`] does not grow with them. What a reference places is told one by
 //! one ([`Document::placements`]), as the object and the map it is under, and moved there only when that is asked for.
 
-use crate::affine::{Affine, MapError, composed};
+use crate::affine::{Affine, MapError, composed, rounded_up};
 use crate::document::{Document, Object, ObjectKind};
 use crate::error::{Problem, ReadError};
 use crate::numbers::{numbers, numbers_of_curve};
@@ -78,13 +78,13 @@ impl<'d> Placement<'d> {
         let mut warnings = self.object.warnings.clone();
         if off > 0.0 {
             warnings.push(format!(
-                "moved to where a block reference puts it: coordinates are rounded, off by no more than {off:.1e}"
+                "moved to where a block reference puts it: coordinates are rounded, off by no more than {}",
+                rounded_up(off)
             ));
         }
         Cow::Owned(Object {
             name: self.object.name.clone(),
             layer: self.object.layer.clone(),
-            block_member: false,
             kind,
             warnings,
             ..*self.object
@@ -172,7 +172,31 @@ impl Document {
         placements
     }
 
-    /// The same, moved to where it is placed.
+    /// All blocks that the object of this index places, each once, if it is a reference.
+    pub fn placed_blocks(&self, index: usize) -> Vec<&Block> {
+        let mut found = Vec::new();
+        let mut seen = vec![false; self.blocks.len()];
+        let mut open = Vec::new();
+        if let Some(ObjectKind::Block { block, .. }) = self.objects.get(index).map(|o| &o.kind) {
+            open.push(*block);
+        }
+        while let Some(block) = open.pop() {
+            let (Some(own), Some(seen)) = (self.blocks.get(block), seen.get_mut(block)) else {
+                continue;
+            };
+            if std::mem::replace(seen, true) {
+                continue;
+            }
+            found.push(own);
+            open.extend(own.members.iter().rev().filter_map(|m| match m.of {
+                MemberOf::Block(inner) => Some(inner),
+                MemberOf::Object(_) => None,
+            }));
+        }
+        found
+    }
+
+    /// What it [places](Self::placements), moved there.
     pub fn parts(&self, index: usize) -> impl Iterator<Item = Cow<'_, Object>> {
         self.placements(index).map(|p| p.placed())
     }
@@ -218,63 +242,90 @@ impl Weight {
     }
 }
 
-/// What each block places; `None` of one that holds itself or one that does. O(size) whatever they unfold to.
-fn weights(document: &Document) -> Vec<Option<Weight>> {
-    #[derive(Clone, Copy)]
-    enum State {
-        New,
-        Open,
-        Known(Option<Weight>),
-    }
-    let own: Vec<Weight> = document.objects.iter().map(Weight::of_object).collect();
-    let mut states = vec![State::New; document.blocks.len()];
-    for first in 0..document.blocks.len() {
-        // The block, which of its members is next, and what those before it place.
-        let mut open: Vec<(usize, usize, Option<Weight>)> = Vec::new();
+/// Blocks, those that others hold before these; where one holds itself not all are. O(size).
+fn inner_first(blocks: &[Block]) -> Vec<usize> {
+    let mut order = Vec::with_capacity(blocks.len());
+    let mut seen = vec![false; blocks.len()];
+    for first in 0..blocks.len() {
+        // Each with the members that are not looked at yet: a list, not the machine's stack.
+        let mut open: Vec<(usize, std::slice::Iter<'_, Member>)> = Vec::new();
         let mut next = Some(first);
         loop {
             if let Some(block) = next.take()
-                && let Some(state @ State::New) = states.get_mut(block)
+                && let Some(seen) = seen.get_mut(block)
+                && !std::mem::replace(seen, true)
             {
-                *state = State::Open;
-                let itself = Weight {
-                    places: 1,
-                    numbers: 0,
-                };
-                open.push((block, 0, Some(itself)));
+                let members = blocks.get(block).map_or(&[][..], |b| &b.members);
+                open.push((block, members.iter()));
             }
-            let Some((block, at, sum)) = open.last_mut() else {
+            let Some((block, members)) = open.last_mut() else {
                 break;
             };
-            let members = document.blocks.get(*block).map(|b| b.members.as_slice());
-            let Some(member) = members.and_then(|m| m.get(*at)) else {
-                if let Some(state) = states.get_mut(*block) {
-                    *state = State::Known(*sum);
-                }
-                open.pop();
-                continue;
-            };
-            let found = match member.of {
-                MemberOf::Object(object) => own.get(object).copied(),
-                MemberOf::Block(inner) => match states.get(inner) {
-                    Some(State::New) => {
+            match members.next() {
+                Some(member) => {
+                    if let MemberOf::Block(inner) = member.of {
                         next = Some(inner);
-                        continue;
                     }
-                    Some(State::Known(weight)) => *weight,
-                    Some(State::Open) | None => None,
-                },
-            };
-            *sum = sum.zip(found).map(|(a, b)| a.plus(b));
-            *at += 1;
+                }
+                None => {
+                    order.push(*block);
+                    open.pop();
+                }
+            }
         }
     }
-    { states.into_iter() }
-        .map(|s| match s {
-            State::Known(weight) => weight,
-            State::New | State::Open => None,
-        })
-        .collect()
+    order
+}
+
+/// What each block places; `None` of one that holds itself or one that does. O(size) whatever they unfold to.
+fn weights(document: &Document) -> Vec<Option<Weight>> {
+    let own: Vec<Weight> = document.objects.iter().map(Weight::of_object).collect();
+    // One that is not known when it is asked for is within itself.
+    let mut known: Vec<Option<Weight>> = vec![None; document.blocks.len()];
+    for block in inner_first(&document.blocks) {
+        let itself = Weight {
+            places: 1,
+            numbers: 0,
+        };
+        let members = { document.blocks.get(block) }.map_or(&[][..], |b| &b.members);
+        let found = members.iter().map(|m| match m.of {
+            MemberOf::Object(object) => own.get(object).copied(),
+            MemberOf::Block(inner) => known.get(inner).copied().flatten(),
+        });
+        let sum = { found }.try_fold(itself, |sum, found| Some(sum.plus(found?)));
+        if let Some(known) = known.get_mut(block) {
+            *known = sum;
+        }
+    }
+    known
+}
+
+/// How far placed points may be off where objects by themselves are off by `off` and each map's translation by one rounding.
+pub(crate) fn carried(document: &Document, off: f64) -> f64 {
+    let through = |map: Option<&Affine>, inner: f64| match map {
+        Some(map) => map.stretch() * inner + map.rounding(),
+        None => inner,
+    };
+    let mut known = vec![off; document.blocks.len()];
+    for block in inner_first(&document.blocks) {
+        let members = { document.blocks.get(block) }.map_or(&[][..], |b| &b.members);
+        let most = { members.iter() }.map(|m| {
+            let inner = match m.of {
+                MemberOf::Object(_) => off,
+                MemberOf::Block(inner) => known.get(inner).copied().unwrap_or(off),
+            };
+            through(m.map.as_deref(), inner)
+        });
+        let most = most.fold(off, f64::max);
+        if let Some(known) = known.get_mut(block) {
+            *known = most;
+        }
+    }
+    let references = document.objects.iter().filter_map(|o| match &o.kind {
+        ObjectKind::Block { block, map } => Some(through(map.as_deref(), *known.get(*block)?)),
+        _ => None,
+    });
+    references.fold(off, f64::max)
 }
 
 /// Looks at the blocks of a document of so many bytes, once all is read: empties those that hold themselves, and tells which references cannot be taken, by the index of their object.

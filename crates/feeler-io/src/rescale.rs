@@ -1,6 +1,7 @@
 //! A whole document in other units.
 
 use crate::affine::{Affine, MapError};
+use crate::blocks::carried;
 use crate::document::{Document, Object, ObjectKind};
 use crate::units::Units;
 use feeler::brep::{Brep, BrepParts};
@@ -31,9 +32,8 @@ pub enum UnitsError {
 
 impl Document {
     /// Gives all geometry in other units: every length times the ratio of the two, which is rounded to the nearest f64 once. Returns how far any
-    /// point may be from its exact place (that of the rounded ratio), in the new units; 0 where nothing was rounded; of what blocks consist of, that is where it stands
-    /// by itself, and what their maps lose is told [when it is placed](crate::Placement::placed). What objects' warnings tell of lengths stays in the units in which
-    /// they were read.
+    /// point may be from its exact place (that of the rounded ratio), in the new units; 0 where nothing was rounded. Of what blocks place that is where their maps take it;
+    /// what is rounded there is told [when it is placed](crate::Placement::placed). What objects' warnings tell of lengths stays in the units in which they were read.
     ///
     /// # Errors
     /// [`UnitsError`]: no length for one of the units, or a size beyond the kernel's range.
@@ -59,7 +59,9 @@ impl Document {
         }
         self.tolerance = self.tolerance.map(|t| t * factor);
         self.units = to;
-        Ok(off)
+        // A power of two rounds no translation.
+        let is_exact = off == 0.0 && factor.to_bits() & ((1 << 52) - 1) == 0;
+        Ok(if is_exact { 0.0 } else { carried(self, off) })
     }
 }
 

@@ -8,6 +8,7 @@ use super::loops::{Maker, Trouble, Use, closed, lifted};
 use super::part21::Attribute;
 use super::pcurve::{Made, grow, made, pole, taken};
 use super::smooth::cut_off;
+use crate::affine::rounded_up;
 use crate::error::ReadError;
 use crate::numbers::{numbers, numbers_of_spline, numbers_of_surface};
 use crate::occt::builder::{Builder, EdgeUse};
@@ -105,14 +106,6 @@ impl Images {
         }
         said
     }
-}
-
-/// Three digits of a bound, no less than it is: the nearest three are off by half of the last, a two-hundredth part at most.
-pub(super) fn rounded_up(bound: f64) -> String {
-    if bound == 0.0 {
-        return "0".to_owned();
-    }
-    format!("{:.2e}", bound * (1.0 + 0.005 + 1e-6))
 }
 
 /// A piece of an edge, along its curve.

@@ -1,12 +1,12 @@
 //! The whole file.
 
-use super::body::{Made3, brep, faces, rounded_up};
+use super::body::{Made3, brep, faces};
 use super::entities::{Entities, problem, shape};
 use super::geometry::{Geometry, Left};
 use super::part21::{Attribute, parse};
 use super::products::Products;
 use super::sites::{Placed, What, within_itself};
-use crate::affine::{Affine, composed};
+use crate::affine::{Affine, composed, rounded_up};
 use crate::blocks::{Block, Fault, Member, MemberOf, PLACED, faults};
 use crate::document::{Document, Format, Object, ObjectKind};
 use crate::error::ReadError;
@@ -112,6 +112,7 @@ pub fn read_step(bytes: &[u8]) -> Result<Document, ReadError> {
     let mut bodies = Bodies {
         products: &products,
         geometry,
+        units: &units,
         size,
         members: HashMap::new(),
         objects: Vec::new(),
@@ -155,13 +156,14 @@ pub fn read_step(bytes: &[u8]) -> Result<Document, ReadError> {
             warnings: Vec::new(),
         });
     }
+    let objects = bodies.objects;
     let mut document = Document {
         format: Format::Step,
         version,
         opennurbs_version: 0,
         tolerance: context.and_then(|c| c.tolerance),
         units,
-        objects: bodies.objects,
+        objects,
         blocks,
         warnings,
     };
@@ -191,6 +193,8 @@ pub fn read_step(bytes: &[u8]) -> Result<Document, ReadError> {
 struct Bodies<'a> {
     products: &'a Products,
     geometry: Geometry<'a>,
+    /// Those of the document.
+    units: &'a Units,
     /// Of the whole file.
     size: f64,
     /// The object of each body that assemblies place.
@@ -207,6 +211,15 @@ impl Bodies<'_> {
         let index = self.objects.len();
         self.members.insert(id, index);
         self.object(id, p, None, true);
+        let own = { self.products }.context(self.geometry.entities, p.representation);
+        if let (Some(own), Some(object)) = (own, self.objects.get_mut(index))
+            && own.units != *self.units
+        {
+            object.warnings.push(format!(
+                "as a member of an assembly it is in {}, which is not the unit of the document: where it is placed its lengths are",
+                own.units
+            ));
+        }
         index
     }
 
@@ -241,9 +254,9 @@ impl Bodies<'_> {
         for (face, reason) in left_out.into_iter().take(NAMED) {
             let class = format!("face #{face} of {class}");
             let kind = ObjectKind::Refused { class, reason };
+            // No member of a block: it is placed nowhere, and whoever takes the model must hear of it.
             self.objects.push(Object {
                 name: p.name.clone(),
-                block_member,
                 ..Object::new(entities.offset(face), kind)
             });
         }

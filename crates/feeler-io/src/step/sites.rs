@@ -45,12 +45,16 @@ pub(super) struct Sites {
 impl Sites {
     /// The body that is placed first.
     pub(super) fn first(&self) -> Option<&Placed> {
-        let mut first = self.top.first()?;
-        // No way down without turns is longer.
-        for _ in 0..=self.assemblies.len() {
-            match first.what {
-                What::Body(_) => return Some(first),
-                What::Assembly(k) => first = self.assemblies.get(k)?.members.first()?,
+        let mut open: Vec<&Placed> = self.top.iter().rev().collect();
+        let mut seen = BTreeSet::new();
+        while let Some(next) = open.pop() {
+            match next.what {
+                What::Body(_) => return Some(next),
+                What::Assembly(k) if seen.insert(k) => {
+                    let members = self.assemblies.get(k).map(|a| a.members.iter().rev());
+                    open.extend(members.into_iter().flatten());
+                }
+                What::Assembly(_) => {}
             }
         }
         None
@@ -169,9 +173,11 @@ impl Products {
             bodies: Vec::new(),
             children: Vec::new(),
         };
+        // What representations of one thing both list is there once.
+        let mut listed = BTreeSet::new();
         for id in walk.groups.get(&group).into_iter().flatten() {
             let Some(r) = self.all.get(id) else { continue };
-            for body in &r.bodies {
+            for body in r.bodies.iter().filter(|b| listed.insert(**b)) {
                 let own = entities.simple(*body).map_or("", |e| e.text(0));
                 let plain = own.is_empty() || own == "NONE";
                 found.bodies.push(Placed {
@@ -215,12 +221,14 @@ impl Walk {
             bodies: HashMap::new(),
             holders: BTreeSet::new(),
         };
+        let mut listed = BTreeSet::new();
         for (id, r) in &products.all {
             walk.groups.entry(products.root(*id)).or_default().push(*id);
             for c in &r.children {
                 *walk.uses.entry(products.root(c.of)).or_default() += 1;
             }
-            for b in &r.bodies {
+            let group = products.root(*id);
+            for b in r.bodies.iter().filter(|b| listed.insert((group, **b))) {
                 *walk.bodies.entry(*b).or_default() += 1;
             }
         }

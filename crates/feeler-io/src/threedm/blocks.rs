@@ -174,6 +174,11 @@ impl Blocks {
         self.references.insert(index, reference);
     }
 
+    /// The record of the object that stands at `index` is refused: it is no reference.
+    pub(super) fn forget(&mut self, index: usize) {
+        self.references.remove(&index);
+    }
+
     /// Gives the document, of so many bytes, its blocks, and each reference its own. What is amiss with a reference in a block is refused by
     /// itself, and the rest placed.
     pub(super) fn place(self, document: &mut Document, bytes: usize) {

@@ -236,6 +236,7 @@ impl DocumentReader {
         let mut object = Object::new(offset, ObjectKind::Other("object".into()));
         let result = self.record(&mut record, &mut object);
         if let Err(reason) = result.and_then(|()| record.finish()) {
+            self.blocks.forget(self.document.objects.len());
             object.kind = ObjectKind::Refused {
                 class: "object".into(),
                 reason,

@@ -828,6 +828,16 @@ fn bad_faces_are_left_out_and_named() {
     // Two faces meet at an edge.
     let (faces, left) = of(&loaded(&damaged("EDGE_CURVE", 3, 3)));
     assert_eq!((faces, left.len()), (4, 2), "{left:?}");
+    // The same body in a second representation: an object once, and the face is still told to whoever takes the model.
+    let lacking = damaged("ADVANCED_FACE", 1, 2);
+    let solid = { text.lines().find(|l| l.contains("MANIFOLD_SOLID_BREP")) }.expect("a solid");
+    let solid = solid.split_once(' ').expect("its number").0;
+    let again = format!("#90001=SHAPE_REPRESENTATION('',({solid}),$);\nENDSEC;\nEND-ISO");
+    let document = loaded(&lacking.replacen("ENDSEC;\nEND-ISO", &again, 1));
+    assert_eq!(document.bodies().count(), 2);
+    let told = document.objects.iter().filter(|o| !o.block_member);
+    let told = told.filter(|o| matches!(o.kind, ObjectKind::Refused { .. }));
+    assert_eq!(told.count(), 1);
     // Where nothing is left, the body is refused.
     let none = text.replace("PLANE(", "NO_PLANE(");
     let document = loaded(&none);
@@ -902,6 +912,50 @@ fn sets_hold_each_once() {
         panic!("{}", only.kind.name());
     };
     assert_eq!(brep.parts().loops.len(), 1);
+}
+
+/// The unit is that of the first body, wherever it is among parts without any.
+#[test]
+fn empty_parts_have_no_say_in_the_unit() {
+    let mut w = Writer::default();
+    let (mm, inch) = (w.millimetres(), w.inches());
+    let (mm, inch) = (w.context(&mm, ""), w.context(&inch, ""));
+    let ball = w.ball([0.; 3], 1.0);
+    let far = w.ball([254., 0., 0.], 25.4);
+    let here = w.axes([0.; 3], Z, X);
+    let nothing = w.representation(&here, &inch);
+    let part = w.representation(&format!("{here},{ball}"), &inch);
+    let mut mapped = |what: &str| {
+        let map = w.put(format!("REPRESENTATION_MAP({here},{what})"));
+        w.put(format!("MAPPED_ITEM('',{map},{here})"))
+    };
+    let items = [mapped(&nothing), mapped(&part), mapped(&nothing)];
+    w.representation(&items.join(","), &inch);
+    w.representation(&far, &mm);
+    let document = w.document();
+    assert_eq!(document.units, Units::Inches);
+    let balls = breps("it", &document);
+    assert_eq!(balls.len(), 2);
+    // The other ball, of 25.4 mm at 254, is one of an inch at 10.
+    let sizes = balls.iter().map(largest).collect::<Vec<_>>();
+    assert!(
+        (sizes[0] - 1.0).abs() < 1e-9 && (sizes[1] - 10.0).abs() < 1e-9,
+        "{sizes:?}"
+    );
+}
+
+/// A body that two representations of one thing list is there once.
+#[test]
+fn a_body_of_one_thing_is_there_once() {
+    let mut w = Writer::default();
+    let mm = w.millimetres();
+    let mm = w.context(&mm, "");
+    let ball = w.ball([0.; 3], 1.0);
+    let (a, b) = (w.representation(&ball, &mm), w.representation(&ball, &mm));
+    w.put(format!("SHAPE_REPRESENTATION_RELATIONSHIP('','',{a},{b})"));
+    let document = w.document();
+    assert_eq!(document.bodies().count(), 1);
+    assert_eq!(document.objects.len(), 1);
 }
 
 /// What is placed again is there once; references that place more in all than there is room for are refused.
