@@ -50,8 +50,9 @@ pub(crate) fn misplaced(loaded: &Loaded, answer: &Body) -> Option<String> {
     None
 }
 
-/// What is so near to an edge or a vertex, as a part of the model's size, may be said to be on it.
-const NEAR: f64 = 1.0 / (1_u64 << 36) as f64;
+/// What is so near to an edge or a vertex, as a part of the model's size, may be said to be on it: the kernel takes a foot within 2^-40 of the size of a vertex for the
+/// vertex, and an end of a trim may be off that by as much again.
+const NEAR: f64 = 1.0 / (1_u64 << 39) as f64;
 
 /// Whether a point is on a feature, at these parameters of one of its faces.
 fn placed(
@@ -84,7 +85,8 @@ fn placed(
         let is_there = match feature {
             Feature::Face(_) => is_on(prepared, face, &uv, slack),
             Feature::Edge(_) | Feature::Vertex(_) => {
-                from_border(brep, feature, face, point) <= (4.0 * slack).max(NEAR * loaded.size)
+                let near = (4.0 * slack).max(NEAR * loaded.size);
+                from_border(brep, feature, face, point, near) <= near
             }
         };
         if is_there {
@@ -98,8 +100,8 @@ fn placed(
     Err(why.unwrap_or_else(|| format!("the point is off by {nearest:e}")))
 }
 
-/// How far a point is from what an edge or a vertex is on a face: the image of its trims there, or an end of them.
-fn from_border(brep: &Brep, feature: Feature, face: usize, point: &Point3<f64>) -> f64 {
+/// How far a point is from what an edge or a vertex is on a face: the image of its trims there, or an end of them. What is within `near` is near enough.
+fn from_border(brep: &Brep, feature: Feature, face: usize, point: &Point3<f64>, near: f64) -> f64 {
     /// Parts of a trim, in each of which the nearest point is looked for.
     const PARTS: usize = 64;
     const STEPS: usize = 80;
@@ -119,6 +121,9 @@ fn from_border(brep: &Brep, feature: Feature, face: usize, point: &Point3<f64>) 
         match feature {
             Feature::Edge(e) if trim.edge == Some(e) => {
                 for k in 0..PARTS {
+                    if least <= near {
+                        return least;
+                    }
                     // By thirds: the distance falls and rises once on so short a part, near its least.
                     let [mut a, mut b] =
                         [k, k + 1].map(|k| trim.span.lerp(k as f64 / PARTS as f64));
@@ -240,7 +245,7 @@ mod tests {
     use feeler_corpus::Model;
     use serde_json::json;
 
-    /// A cube of side 1 from the origin: its first face is at z = 0, say, whichever it is here.
+    /// A cube of side 1 from the origin.
     fn cube() -> Loaded {
         let corners = [
             [0., 0., 0.],

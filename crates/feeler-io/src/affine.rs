@@ -309,7 +309,9 @@ pub(crate) fn rounded_up(bound: f64) -> String {
     if bound == 0.0 {
         return "0".to_owned();
     }
-    format!("{:.2e}", bound * (1.0 + 0.005 + 1e-6))
+    /// Half of the third digit of 1.00, and what the product rounds.
+    const UP: f64 = 1.0 + 0.005 + 1e-6;
+    format!("{:.2e}", bound * UP)
 }
 
 /// First the inner, then the outer; `None` is the identity.
@@ -512,24 +514,24 @@ impl Mapper<'_> {
 }
 
 #[cfg(test)]
-mod tests {
+pub(crate) mod tests {
     use super::*;
     use feeler::brep::BrepBuilder;
     use feeler::numeric::Dyadic;
 
-    fn rows(m: &Affine) -> [[f64; 4]; 3] {
+    pub(crate) fn rows(m: &Affine) -> [[f64; 4]; 3] {
         [0, 1, 2].map(|i| {
             let r = m.matrix.row(i);
             [r[0], r[1], r[2], m.translation[i]]
         })
     }
 
-    fn exact(x: f64) -> Dyadic {
+    pub(crate) fn exact(x: f64) -> Dyadic {
         Dyadic::from_f64(x).expect("a number")
     }
 
     /// Exactly where a map of f64 takes a point.
-    fn image(m: &[[f64; 4]; 3], p: &[Dyadic; 3]) -> [Dyadic; 3] {
+    pub(crate) fn image(m: &[[f64; 4]; 3], p: &[Dyadic; 3]) -> [Dyadic; 3] {
         [0, 1, 2].map(|i| {
             let terms = [0, 1, 2].map(|j| &exact(m[i][j]) * &p[j]);
             terms.into_iter().fold(exact(m[i][3]), |a, b| &a + &b)
