@@ -271,6 +271,23 @@ fn nested_blocks_stand_where_they_should() {
     assert_eq!(shifts, [0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0]);
 }
 
+/// A reference whose record is damaged behind it is refused, whatever it would place.
+#[test]
+fn damaged_references_place_nothing() {
+    let mut bytes = f::nested_blocks(1, false);
+    let code = 0x0200_8072_u32.to_le_bytes();
+    let at = bytes
+        .windows(4)
+        .position(|w| w == code)
+        .expect("attributes");
+    // Longer than the record that they are in.
+    bytes[at + 4..at + 12].copy_from_slice(&(1_i64 << 40).to_le_bytes());
+    let document = read_3dm(&bytes).expect("a file");
+    let refused = |o: &feeler_io::Object| matches!(o.kind, ObjectKind::Refused { .. });
+    assert_eq!(document.objects.iter().filter(|o| refused(o)).count(), 1);
+    assert_eq!(document.bodies().count(), 1);
+}
+
 /// In other units what blocks place is where their maps take it, within what is said: bodies of the converted file and bodies moved, and then converted, differ by no
 /// more than that and what each is off when it is moved.
 #[test]
