@@ -79,15 +79,23 @@ impl<'d> Placement<'d> {
     /// # Cost
     /// O(size) where there is a map.
     pub fn placed(&self) -> Cow<'d, Object> {
+        self.placed_within().0
+    }
+
+    /// The same, with the bound; 0: nothing was rounded.
+    pub(crate) fn placed_within(&self) -> (Cow<'d, Object>, f64) {
         let (hidden, locked) = (self.hidden, self.locked);
         let is_marked = (hidden, locked) == (self.object.hidden, self.object.locked);
-        let as_it_stands = || match is_marked {
-            true => Cow::Borrowed(self.object),
-            false => Cow::Owned(Object {
-                hidden,
-                locked,
-                ..self.object.clone()
-            }),
+        let as_it_stands = || {
+            let object = match is_marked {
+                true => Cow::Borrowed(self.object),
+                false => Cow::Owned(Object {
+                    hidden,
+                    locked,
+                    ..self.object.clone()
+                }),
+            };
+            (object, 0.0)
         };
         let Some(map) = &self.map else {
             return as_it_stands();
@@ -112,7 +120,7 @@ impl<'d> Placement<'d> {
                 rounded_up(off)
             ));
         }
-        Cow::Owned(Object {
+        let object = Object {
             name: self.object.name.clone(),
             layer: self.object.layer.clone(),
             hidden,
@@ -120,7 +128,8 @@ impl<'d> Placement<'d> {
             kind,
             warnings,
             ..*self.object
-        })
+        };
+        (Cow::Owned(object), off)
     }
 
     fn refused(&self, problem: &MapError) -> ObjectKind {
