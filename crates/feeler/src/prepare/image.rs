@@ -138,22 +138,24 @@ impl<T: Real> Image<T> {
 /// `|dw_i| <= s_i` the curve moves by `(dX - q dw) / w` where `q` is the point for the exact ones, no farther from the
 /// origin than the farthest `q_i`; and `(sum r_i b_i) / (sum w_i b_i) <= max r_i / w_i`. `None` where a weight is
 /// not proven to be positive.
-pub(super) fn exact<T: Real>(points: &[Homogeneous<T, 4>]) -> Option<(Vec<[T; 4]>, f64)> {
+pub(super) fn exact<T: Real, const H: usize>(
+    points: &[Homogeneous<T, H>],
+) -> Option<(Vec<[T; H]>, f64)> {
     let mut farthest: f64 = 0.0;
     for p in points {
-        let w = p[3].mid.approximate();
+        let w = p[H - 1].mid.approximate();
         // A weight with no bound to speak of has none from below either.
-        if !p[3].is_above(0.0) {
+        if !p[H - 1].is_above(0.0) {
             return None;
         }
-        let squares = (0..3).map(|c| (p[c].mid.magnitude() / w).powi(2));
+        let squares = (0..H - 1).map(|c| (p[c].mid.magnitude() / w).powi(2));
         farthest = farthest.max(squares.sum::<f64>().sqrt() * UP);
     }
     let mut slack: f64 = 0.0;
     for p in points {
-        let squares = (0..3).map(|c| p[c].rad * p[c].rad);
-        let moved = squares.sum::<f64>().sqrt() + farthest * p[3].rad;
-        slack = slack.max(moved / p[3].lower() * UP);
+        let squares = (0..H - 1).map(|c| p[c].rad * p[c].rad);
+        let moved = squares.sum::<f64>().sqrt() + farthest * p[H - 1].rad;
+        slack = slack.max(moved / p[H - 1].lower() * UP);
     }
     let mids = points.iter().map(|p| p.map(|x| x.mid)).collect();
     slack.is_finite().then_some((mids, slack))
@@ -275,15 +277,28 @@ impl<'a, T: Real> Grid<'a, T> {
         local[axis] * m.length::<f64>().upper() * UP
     }
 
-    /// How far the image may move in space where parameters in these ranges move by so much. `beside`: bytes that are taken.
-    fn distance(&self, ranges: [[T; 2]; 2], by: [f64; 2], beside: usize) -> Option<f64> {
+    /// How far the image may move in space where parameters in these ranges move by so much; of that they may go so far past a patch's border,
+    /// on its polynomials. `beside`: bytes that are taken.
+    fn distance(
+        &self,
+        ranges: [[T; 2]; 2],
+        by: [f64; 2],
+        past: [f64; 2],
+        beside: usize,
+    ) -> Option<f64> {
+        // Of what is not a number there is no bound.
+        if !by.iter().chain(&past).all(|x| *x >= 0.0) {
+            return None;
+        }
         let mut steepest: [f64; 2] = [0.0; 2];
         for index in self.met_patches(ranges) {
             let patch = self.made(index, beside)?;
-            let slope = slopes(patch)?;
+            let least = [0, 1].map(|k| least_length(&patch.maps[k]));
+            // What a rounding is of a short span is more than the usual.
+            let own = (past[0] / least[0]).max(past[1] / least[1]) * UP;
+            let slope = slopes(patch, own.max(EXTENSION))?;
             for k in 0..2 {
-                let m = &patch.maps[k];
-                steepest[k] = steepest[k].max(slope[k] / least_length(m));
+                steepest[k] = steepest[k].max(slope[k] / least[k]);
             }
         }
         let sum: f64 = (0..2)
@@ -313,14 +328,14 @@ fn least_length(m: &ParamMap) -> f64 {
     m.length::<f64>().lower()
 }
 
-/// A bound on the derivative of a patch along u and v (local parameters), up to [`EXTENSION`] past its border; infinite where
+/// A bound on the derivative of a patch along u and v (local parameters), up to `past` past its border; `None` where
 /// there is none.
 ///
 /// `S' = (X' - S w') / w` with `|X'| <= p max |X_(i+1) - X_i|`, likewise `w'`, and `|S| <= max |X_i / w_i|`. Past the border
-/// by `d` the control points become combinations of these with weights of sum 1 and absolute sum `(1 + 2 d)^p`. With
+/// by `d <= past` the control points become combinations of these with weights of sum 1 and absolute sum `(1 + 2 d)^p`. With
 /// `p d max w / min w <= 1/64` the negative ones make up less than 1.05 p d, so that `w` loses less than 2 %, `S`
 /// and the numerators grow by less than 4 % each: by [`PAST`] in all.
-fn slopes<T: Real>(patch: &Patch<T>) -> Option<[f64; 2]> {
+fn slopes<T: Real>(patch: &Patch<T>, past: f64) -> Option<[f64; 2]> {
     let degree = patch.net.degree;
     let points = &patch.net.points;
     let (mut low, mut high, mut far): (f64, f64, f64) = (f64::INFINITY, 0.0, 0.0);
@@ -348,14 +363,14 @@ fn slopes<T: Real>(patch: &Patch<T>) -> Option<[f64; 2]> {
     };
     let u = steep(width, degree.u, &|i| i / width == degree.u);
     let v = steep(1, degree.v, &|i| i % width == degree.v);
-    let tame = degree.u.max(degree.v) as f64 * EXTENSION * high <= low / 64.0;
+    let tame = degree.u.max(degree.v) as f64 * past * high <= low / 64.0;
     tame.then_some([PAST * u, PAST * v])
 }
 
 /// See [`slopes`].
 const PAST: f64 = 1.125;
 
-/// How far past its border a patch is followed at most, in local parameters.
+/// How far past its border a patch may be followed without asking how far it is, in local parameters.
 const EXTENSION: f64 = 1.0 / (1u64 << 20) as f64;
 
 /// The range of a coordinate over a curve; `None` where it is not known.
@@ -511,6 +526,22 @@ fn localized<T: Real>(
     points.iter().map(both).collect()
 }
 
+/// Where local parameters are known no better than this, they are taken for exact ones.
+const ROUGH: f64 = 1.0 / (1u64 << 30) as f64;
+
+/// A curve in a patch's local parameters, and how far each of them may be from it. Over a span that is short for its parameters' size a rounding of them is much of it:
+/// then the curve is the exact one of the middles. Composed with the patch, what is not known of local parameters counts once for each power, for a point as far as the
+/// control points are from the origin; as a shift it counts for the way along the surface alone, which is short.
+fn middles<T: Real>(local: Vec<Homogeneous<T, 3>>) -> Option<(Vec<Homogeneous<T, 3>>, [f64; 2])> {
+    if !local.iter().flatten().any(|x| x.rad > ROUGH) {
+        return Some((local, [0.0; 2]));
+    }
+    let along = |k: usize| -> Vec<_> { local.iter().map(|p| [p[k], p[2]]).collect() };
+    let off = [exact(&along(0))?.1, exact(&along(1))?.1];
+    let known = |x: Ball<T>| Ball { rad: 0.0, ..x };
+    Some((local.into_iter().map(|p| p.map(known)).collect(), off))
+}
+
 /// Builds an image part by part.
 struct Builder<T> {
     image: Image<T>,
@@ -546,7 +577,7 @@ impl<T: Real> Builder<T> {
                 } else {
                     let ranges = [range(&part.points, 0)?, range(&part.points, 1)?];
                     let widths = ranges.map(|r| (r[1] - r[0]).magnitude());
-                    self.between(grid.distance(ranges, widths, self.bytes)?);
+                    self.between(grid.distance(ranges, widths, [0.0; 2], self.bytes)?);
                 }
                 continue;
             };
@@ -563,26 +594,24 @@ impl<T: Real> Builder<T> {
             if patch.work_bytes(local.len()) > grid.room(self.bytes) {
                 return None;
             }
+            let (local, rounded) = middles(local)?;
             let (space, moved, twist) = lifted(patch, &local);
             // Past the border the patch's polynomials go on by the overhang, and so does the image: on the next patch,
             // or along the border, to which it is clamped.
-            let off = [0, 1].map(|k| (2.0 * part.overhang[k] + moved[k]) * UP);
-            if !off.iter().all(|x| *x <= EXTENSION) {
-                return None;
-            }
+            let off = [0, 1].map(|k| (2.0 * part.overhang[k] + moved[k] + rounded[k]) * UP);
+            let past = [0, 1].map(|k| grid.native(patch, off, k));
             let Some(space) = space else {
                 // As far as the parameters go, all over the patch at most.
                 let widths = std::array::from_fn(|k| {
-                    (ranges[k][1] - ranges[k][0]).magnitude() + 2.0 * grid.native(patch, off, k)
+                    (ranges[k][1] - ranges[k][0]).magnitude() + 2.0 * past[k]
                 });
-                self.between(grid.distance(ranges, widths, self.bytes)?);
+                self.between(grid.distance(ranges, widths, past, self.bytes)?);
                 continue;
             };
             let (points, mut slack) = exact(&space)?;
             slack += twist;
             if off != [0.0; 2] {
-                let moved = [0, 1].map(|k| grid.native(patch, off, k));
-                slack = (slack + grid.distance(ranges, moved, self.bytes)?) * UP;
+                slack = (slack + grid.distance(ranges, past, past, self.bytes)?) * UP;
             }
             self.pending = 0.0;
             let mut stretch = Stretch {
@@ -731,14 +760,11 @@ pub(super) fn point<T: Real>(geometry: &FaceGeometry<T>, at: &Homogeneous<T, 3>)
     let patch = grid.patch(cells[0], cells[1], 0)?;
     let local = localized(point, patch, cells)[0];
     let overhang = [0, 1].map(|k| 2.0 * grid.overhang(k, cells[k], ranges[k]) * UP);
-    if !overhang.iter().all(|x| *x <= EXTENSION) {
-        return None;
-    }
     let moved = [0, 1].map(|k| grid.native(patch, overhang, k));
     let slack = if moved == [0.0; 2] {
         0.0
     } else {
-        grid.distance(ranges, moved, 0)?
+        grid.distance(ranges, moved, moved, 0)?
     };
     let value = patch
         .net
@@ -761,7 +787,7 @@ pub(super) fn steepest<T: Real>(geometry: &FaceGeometry<T>) -> Option<[f64; 2]> 
     let mut most: [f64; 2] = [0.0; 2];
     for index in 0..geometry.patches.len() {
         let patch = geometry.patches.lent(index);
-        let slope = slopes(&patch)?;
+        let slope = slopes(&patch, EXTENSION)?;
         for k in 0..2 {
             let m = &patch.maps[k];
             most[k] = most[k].max(slope[k] / least_length(m) * UP);
