@@ -178,9 +178,28 @@ struct Grid<'a, T> {
     /// Patches that are made for the image alone; of some surfaces they are kept instead.
     own: Box<[OnceLock<Lent<'a, T>>]>,
     maps: [Vec<ParamMap>; 2],
+    /// Of each of the maps.
+    borders: [Vec<Borders<T>>; 2],
     most: usize,
-    /// How near a border a curve may wander, in roundings.
-    roundings: f64,
+}
+
+/// Where a cell starts and ends.
+struct Borders<T> {
+    start: Ball<T>,
+    end: Ball<T>,
+    /// Curves that stay so near a border are not cut there. Less than a cell is long, or as one grows along the axis: starts less it and ends and it stand in order.
+    slack: T,
+}
+
+impl<T: Real> Borders<T> {
+    /// `roundings`: how near a border a curve may wander.
+    fn new(m: &ParamMap, roundings: f64) -> Self {
+        Self {
+            start: m.border(false),
+            end: m.border(true),
+            slack: T::from_f64(roundings * T::UNIT * m.start.abs().max(m.end.abs())),
+        }
+    }
 }
 
 impl<'a, T: Real> Grid<'a, T> {
@@ -193,10 +212,16 @@ impl<'a, T: Real> Grid<'a, T> {
         maps.iter().all(|m| !m.is_empty()).then(|| Self {
             patches,
             own: (0..own).map(|_| OnceLock::new()).collect(),
+            borders: [Vec::new(), Vec::new()],
             maps,
             most,
-            roundings: ROUNDINGS[0],
         })
+    }
+
+    /// How near a border a curve may wander, in roundings. Said before anything is asked.
+    fn set_roundings(&mut self, roundings: f64) {
+        let of = |m: &ParamMap| Borders::new(m, roundings);
+        self.borders = [0, 1].map(|k| self.maps[k].iter().map(of).collect());
     }
 
     /// Bytes that are left beside so many and the patches that are made.
@@ -213,20 +238,15 @@ impl<'a, T: Real> Grid<'a, T> {
         (self.patches.bytes_to_make(index) <= self.room(beside)).then(|| &self.patches[index])
     }
 
-    /// Curves that stay so near a border are not cut there.
-    fn slack(&self, m: &ParamMap) -> T {
-        T::from_f64(self.roundings * T::UNIT * m.start.abs().max(m.end.abs()))
-    }
-
     /// The cell that a range of parameters lies in; `None` if in several.
     fn cell(&self, axis: usize, range: [T; 2]) -> Option<Cell> {
-        let maps = &self.maps[axis];
-        let within = |m: &ParamMap| {
-            let slack = self.slack(m);
-            let [start, end] = [false, true].map(|end| m.border::<T>(end).mid);
-            range[0] >= start - slack && range[1] <= end + slack
-        };
-        if let Some(i) = maps.iter().position(within) {
+        let (borders, maps) = (&self.borders[axis], &self.maps[axis]);
+        // The first that does not end before the range does: all later ones start later.
+        let i = borders.partition_point(|b| range[1] > b.end.mid + b.slack);
+        if let Some(b) = borders.get(i)
+            && range[0] >= b.start.mid - b.slack
+            && range[1] <= b.end.mid + b.slack
+        {
             return Some(Cell::In(i));
         }
         if range[1] <= T::from_f64(maps[0].start) {
@@ -240,28 +260,26 @@ impl<'a, T: Real> Grid<'a, T> {
         let Cell::In(i) = cell else {
             return 0.0;
         };
-        let m = &self.maps[axis][i];
-        let [start, end] = [false, true].map(|end| m.border::<T>(end));
+        let Borders { start, end, .. } = &self.borders[axis][i];
         let low = (start.mid - range[0]).approximate() + start.rad;
         let high = (range[1] - end.mid).approximate() + end.rad;
-        low.max(high).max(0.0) / least_length(m) * UP
+        low.max(high).max(0.0) / least_length(&self.maps[axis][i]) * UP
     }
 
     /// The patches that a range of parameters may meet, with those beside it: first and last.
     fn met(&self, axis: usize, range: [T; 2]) -> [usize; 2] {
-        let maps = &self.maps[axis];
-        let last = maps.len() - 1;
-        let reaches = |m: &ParamMap| {
-            let [start, end] = [false, true].map(|end| m.border::<T>(end));
-            let slack = |border: &Ball<T>| self.slack(m) + T::from_f64(border.rad);
-            range[0] <= end.mid + slack(&end) && range[1] >= start.mid - slack(&start)
-        };
-        let first = maps.iter().position(reaches);
-        let end = maps.iter().rposition(reaches);
-        match (first, end) {
-            (Some(first), Some(end)) => [first, end],
+        let borders = &self.borders[axis];
+        let past = |b: &Borders<T>| range[0] > b.end.mid + (b.slack + T::from_f64(b.end.rad));
+        let begun = |b: &Borders<T>| range[1] >= b.start.mid - (b.slack + T::from_f64(b.start.rad));
+        let (first, end) = (
+            borders.partition_point(past),
+            borders.partition_point(begun),
+        );
+        if first < end {
+            [first, end - 1]
+        } else {
             // Beside the domain.
-            _ => [0, last],
+            [0, borders.len() - 1]
         }
     }
 
@@ -447,6 +465,81 @@ pub(super) fn part<T: Real, const H: usize>(
     d
 }
 
+/// A curve without bounds, to guess where it crosses borders: what is guessed wrong costs time alone.
+struct Plain {
+    /// Control points times binomials.
+    points: Vec<[f64; 3]>,
+}
+
+impl Plain {
+    fn new<T: Real>(points: &[Homogeneous<T, 3>]) -> Self {
+        let n = points.len() - 1;
+        let mut binomial = 1.0;
+        let scaled = points.iter().enumerate().map(|(i, p)| {
+            let scaled = p.map(|x| x.mid.approximate() * binomial);
+            binomial *= (n - i) as f64 / (i + 1) as f64;
+            scaled
+        });
+        Self {
+            points: scaled.collect(),
+        }
+    }
+
+    /// A coordinate: numerator and denominator by Horner's scheme, in t / (1 - t) or the inverse of it (their common factor is left out).
+    fn at(&self, t: f64, c: usize) -> f64 {
+        let (mut x, mut w) = (0.0, 0.0);
+        if t <= 0.5 {
+            let s = t / (1.0 - t);
+            for p in self.points.iter().rev() {
+                (x, w) = (x * s + p[c], w * s + p[2]);
+            }
+        } else {
+            let s = (1.0 - t) / t;
+            for p in &self.points {
+                (x, w) = (x * s + p[c], w * s + p[2]);
+            }
+        }
+        x / w
+    }
+}
+
+/// So many places where a curve crosses borders are guessed before it is halved instead.
+const MOST_GUESSES: usize = 4 * MOST_CROSSINGS;
+
+impl<T: Real> Grid<'_, T> {
+    /// About where a curve crosses a border between two parameters, at the ends of which it is farther from it than it may wander; `None` where its ends may be in one cell.
+    fn crossing(&self, curve: &Plain, from: f64, to: f64) -> Option<f64> {
+        (0..2)
+            .find_map(|axis| {
+                let [a, b] = [from, to].map(|t| curve.at(t, axis));
+                let borders = &self.borders[axis];
+                let [low, high] = if a < b { [a, b] } else { [b, a] };
+                let clear = |at: &Ball<T>, slack: T| {
+                    let (at, slack) = (at.mid.approximate(), slack.approximate());
+                    (low < at - slack && at + slack < high).then_some(at)
+                };
+                // The first start of a cell above the lower end, or the end of the last.
+                let next = borders.partition_point(|b| b.start.mid.approximate() <= low);
+                let border = borders[next..]
+                    .iter()
+                    .find_map(|b| clear(&b.start, b.slack));
+                let border =
+                    border.or_else(|| borders.last().and_then(|b| clear(&b.end, b.slack)))?;
+                let (mut from, mut to) = (from, to);
+                while to - from > f64::EPSILON {
+                    let middle = 0.5 * (from + to);
+                    if (curve.at(middle, axis) < border) == (a < b) {
+                        from = middle;
+                    } else {
+                        to = middle;
+                    }
+                }
+                Some(0.5 * (from + to))
+            })
+            .filter(|t| from < *t && *t < to)
+    }
+}
+
 impl<T> Part<T> {
     /// What it takes in a list: one that grows has room for twice as many, and is copied.
     fn bytes(&self) -> usize {
@@ -455,6 +548,8 @@ impl<T> Part<T> {
 }
 
 /// Cuts a curve at the borders of cells; `None` if into too many parts, or more than there is room for beside so many bytes.
+///
+/// Where ends of a part are seen to be in different cells it is cut where it crosses a border, as floats tell; what is not proven to stay in a cell then is halved.
 fn cut<T: Real>(
     grid: &Grid<T>,
     points: &[Homogeneous<T, 3>],
@@ -463,8 +558,20 @@ fn cut<T: Real>(
     let mut out: Vec<Part<T>> = Vec::new();
     let mut crossings = 0;
     let mut room = grid.room(beside);
+    let plain = Plain::new(points);
+    // In finer arithmetic a place that floats tell is cut again on both sides.
+    let mut guesses = if T::UNIT < f64::UNIT { 0 } else { MOST_GUESSES };
     let mut stack = vec![(0.0, 1.0, 0)];
     while let Some((from, to, depth)) = stack.pop() {
+        if depth < HALVINGS
+            && guesses > 0
+            && let Some(middle) = grid.crossing(&plain, from, to)
+        {
+            guesses -= 1;
+            stack.push((middle, to, depth));
+            stack.push((from, middle, depth));
+            continue;
+        }
         let points = part(points, T::from_f64(from), T::from_f64(to));
         let ranges = [range(&points, 0)?, range(&points, 1)?];
         let cells = match (grid.cell(0, ranges[0]), grid.cell(1, ranges[1])) {
@@ -754,7 +861,7 @@ pub(super) fn point<T: Real>(geometry: &FaceGeometry<T>, at: &Homogeneous<T, 3>)
     let point = std::slice::from_ref(at);
     let ranges = [range(point, 0)?, range(point, 1)?];
     let cells = ROUNDINGS.into_iter().find_map(|roundings| {
-        grid.roundings = roundings;
+        grid.set_roundings(roundings);
         Some([grid.cell(0, ranges[0])?, grid.cell(1, ranges[1])?])
     })?;
     let patch = grid.patch(cells[0], cells[1], 0)?;
@@ -861,7 +968,7 @@ fn image_of<T: Real>(patches: &Patches<T>, curves: &[UvCurve<T>], most: usize) -
     // Crossings are cut finer once where the numbers go finer.
     let levels = u32::from(T::UNIT < f64::UNIT);
     let mut with = |roundings: f64| {
-        grid.roundings = roundings;
+        grid.set_roundings(roundings);
         let mut builder = Builder {
             image: Image {
                 stretches: Vec::new(),
