@@ -84,7 +84,7 @@ fn what_moving_rounds_is_said() {
         let number = number.split(' ').next().expect("a word");
         number.parse().expect("a number")
     };
-    let document = feeler_io::read_file(&root().join(ASSEMBLY)).expect("a file");
+    let document = feeler_io::read_file(root().join(ASSEMBLY)).expect("a file");
     let moved = bound("moved.3dm", &[], "moved to where block references put it");
     let most = (0..document.objects.len()).flat_map(|i| document.parts(i));
     let most = most.flat_map(|part| {
