@@ -62,7 +62,7 @@ pub(super) fn is_continuum(
     };
     let may_lead_far = match objective {
         Objective::SquaredDistance(_) => !low.is_steep(found),
-        Objective::Height(..) => may_lie_along,
+        Objective::Height(..) => may_lie_along || low.is_on_border(found),
     };
     if may_lead_far && low.leads_far(found) {
         return (true, 0);
@@ -162,17 +162,16 @@ impl Low<'_> {
             let growth = (self.limit - s.lo.hi).max(0.0);
             (s.face, s.source) == (foot.face, source)
                 && s.local_minimum
-                && match s.extent {
-                    // A corner of a patch, which says nothing of what is next to it.
-                    Extent::Root(0.0) => self.rises_into_patch(foot),
-                    extent => extent.length(growth) <= self.reach,
-                }
+                && s.extent.length(growth) <= self.reach
+                && self.rises_into_patch(foot, s.extent)
         })
     }
 
-    /// Whether values rise from a corner of a patch along both of its borders, by far more than it takes: then they do so between these, as every way into the patch is made
-    /// of both.
-    fn rises_into_patch(&self, foot: &Foot) -> bool {
+    /// Whether values rise from a border of a patch into it, by far more than it takes; of a foot that is on none, whether its extent tells more than that it is a point.
+    ///
+    /// (What settles a border knows of that alone, and what settles a corner of nothing. From a corner all rises that does along both borders, as every way into the
+    /// patch is made of these.)
+    fn rises_into_patch(&self, foot: &Foot, extent: Extent) -> bool {
         let Locus::Patch { patch, local, .. } = foot.spot else {
             return false;
         };
@@ -190,7 +189,7 @@ impl Low<'_> {
             let inward = match at[k] {
                 x if x <= 0.0 => 1.0,
                 x if x >= 1.0 => -1.0,
-                _ => return false,
+                _ => return !matches!(extent, Extent::Root(0.0)),
             };
             // Negated in effect: what is no number does not rise.
             inward * rise.dot(&along) / along.norm() * self.reach > SURELY * self.slack
@@ -210,7 +209,7 @@ impl Low<'_> {
         let is_steep = |s: &Settled| {
             let growth = (self.limit - s.lo.hi).max(0.0);
             match s.extent {
-                Extent::Root(0.0) => self.rises_into_patch(foot),
+                Extent::Root(0.0) => self.rises_into_patch(foot, s.extent),
                 Extent::Root(_) => STEEP * s.extent.length(growth) <= self.reach,
                 // Of boxes that are not convex only their size is known.
                 Extent::Linear { .. } => false,
@@ -219,6 +218,17 @@ impl Low<'_> {
         let mut own =
             { found.settled.iter() }.filter(|s| (s.face, s.source) == (foot.face, Some(source)));
         foot.trim.is_none() && own.any(is_steep)
+    }
+
+    /// Whether a foot is on the border of a patch, and so may be on that of its face, without a trim that says so.
+    fn is_on_border(&self, found: &Outcome) -> bool {
+        found.foot.as_ref().is_some_and(|f| match f.spot {
+            Locus::Patch { local, .. } => {
+                let is_end = |x: f64| x <= 0.0 || x >= 1.0;
+                f.trim.is_none() && local.iter().any(|x| is_end(x.mid.hi))
+            }
+            Locus::Closed { .. } => false,
+        })
     }
 
     /// Whether a low way leads far from a foot.
@@ -245,7 +255,9 @@ impl Low<'_> {
             slack: self.slack,
             reach: self.reach,
         };
-        rounded <= self.slack && level.leads_far(at, foot.trim)
+        // Of a distance more is asked than that: see `is_steep`.
+        let stands_alone = !self.objective.is_squared() && self.stands_alone(found);
+        rounded <= self.slack && level.leads_far(at, foot.trim, stands_alone)
     }
 
     /// Whether a foot is a vertex from which all edges rise, and on no face of which the half-space lies: what is as low is not connected with it then.

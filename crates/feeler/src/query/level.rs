@@ -14,14 +14,16 @@ use nalgebra::{Point2, Point3};
 const BEYOND: f64 = 1.0 + 1.0 / 16.0;
 /// Directions that are tried first; over so little of a face values turn four times around a foot.
 const DIRECTIONS: usize = 16;
-/// Thirds of a range of directions, to where slopes of roundings end.
-const NARROWED: usize = 56;
+/// ...and between two of them they fall below both by no more than this part of how much they differ around: `1 - cos(2 pi / 16) < 1 / 12`.
+const BETWEEN: f64 = 1.0 / 8.0;
+/// Thirds of a range of directions: to a ten thousandth of it, which is less than a needle is wide that is low and so long.
+const NARROWED: usize = 24;
 /// Trims at a vertex that are looked at.
 const MOST_TRIMS: usize = 16;
 /// The part of the way to a trim's end where it is looked at first.
 const PROBED: f64 = 1.0 / 64.0;
 /// How often a step is set right.
-const STEPS: usize = 3;
+const STEPS: usize = 2;
 
 /// What is low around a foot.
 pub(super) struct Level<'a> {
@@ -36,41 +38,41 @@ pub(super) struct Level<'a> {
 }
 
 impl Level<'_> {
-    /// Whether a low way leads far, from a foot at a place, on a trim if there is one.
-    pub(super) fn leads_far(&self, at: Spot, trim: Option<usize>) -> bool {
-        if let Some(trim) = trim {
-            let passing = self.passing(trim);
-            let starts = passing.iter().map(|t| (*t, self.start(*t)));
-            let starts: Vec<(usize, f64)> = starts.take(MOST_TRIMS).collect();
-            let is_way = |(t, s): &(usize, f64)| self.way(*t, *s, 0.0) || self.way(*t, *s, 1.0);
-            let is_low = |(t, s): &(usize, f64)| self.is_low_around(on_trim(self.brep, *t, *s));
-            // From where a ball's nearest point is on an edge, faces rise.
-            let may_lie_beside = !self.objective.is_squared();
-            starts.iter().any(is_way) || may_lie_beside && starts.iter().any(is_low)
-        } else {
-            self.is_low_around(at)
-        }
+    /// Whether a low way leads far, from a foot at a place, on a trim if there is one; beside it on its face unless it `stands_alone` there.
+    pub(super) fn leads_far(&self, at: Spot, trim: Option<usize>, stands_alone: bool) -> bool {
+        let starts = self.passing(trim).into_iter().take(MOST_TRIMS);
+        let starts: Vec<(usize, f64)> = starts.map(|t| (t, self.start(t))).collect();
+        let is_way = |(t, s): &(usize, f64)| self.way(*t, *s, 0.0) || self.way(*t, *s, 1.0);
+        let is_low = |(t, s): &(usize, f64)| self.is_low_around(on_trim(self.brep, *t, *s));
+        // From where a ball's nearest point is on an edge, faces rise.
+        let may_lie_beside = !self.objective.is_squared();
+        starts.iter().any(is_way)
+            || match trim {
+                Some(_) => may_lie_beside && starts.iter().any(is_low),
+                None => !stands_alone && self.is_low_around(at),
+            }
     }
 
-    /// The trims that pass the foot, which is on one of them.
-    fn passing(&self, trim: usize) -> Vec<usize> {
+    /// The trims that pass the foot, which is on one of them, or a vertex.
+    fn passing(&self, trim: Option<usize>) -> Vec<usize> {
         let parts = self.brep.brep().parts();
         let near = ON_VERTEX * self.brep.size();
-        let [a, b] = parts.trims[trim].vertices;
-        let at = [a, b].into_iter().find(|v| {
+        let is_here = |v: &usize| {
             let vertex = parts.vertices.get(*v);
             vertex.is_some_and(|v| (v.point - self.foot).norm() <= near)
-        });
+        };
+        let at = match trim {
+            Some(trim) => parts.trims[trim].vertices.into_iter().find(is_here),
+            None => (0..parts.vertices.len()).find(is_here),
+        };
         let edges: Vec<usize> = match at {
             Some(vertex) => parts.vertices[vertex].edges.clone(),
-            None => parts.trims[trim].edge.into_iter().collect(),
+            None => trim.and_then(|t| parts.trims[t].edge).into_iter().collect(),
         };
         let mut passing: Vec<usize> = { edges.iter() }
             .flat_map(|e| parts.edges[*e].trims.iter().copied())
             .collect();
-        if !passing.contains(&trim) {
-            passing.push(trim);
-        }
+        passing.extend(trim.filter(|t| !passing.contains(t)));
         passing
     }
 
@@ -139,11 +141,17 @@ impl Level<'_> {
         };
         let spacing = TURN / DIRECTIONS as f64;
         let heights: [f64; DIRECTIONS] = std::array::from_fn(|k| ring.height(spacing * k as f64));
+        let finite = || heights.iter().copied().filter(|h| h.is_finite());
+        let least = finite().fold(f64::INFINITY, f64::min);
+        let most = finite().fold(f64::NEG_INFINITY, f64::max);
+        // Negated in effect: what is no number is not low.
+        let may_be_low = |h: f64| h - BETWEEN * (most - least) <= self.limit;
         (0..DIRECTIONS).any(|k| {
             let before = heights[(k + DIRECTIONS - 1) % DIRECTIONS];
             let after = heights[(k + 1) % DIRECTIONS];
             // Negated in effect: what is no number is no turn.
-            if !(heights[k] <= before && heights[k] <= after && heights[k] < f64::INFINITY) {
+            let is_turn = heights[k] <= before && heights[k] <= after;
+            if !(is_turn && heights[k] < f64::INFINITY && may_be_low(heights[k])) {
                 return false;
             }
             let middle = spacing * k as f64;
