@@ -299,8 +299,7 @@ impl Surroundings<'_> {
     }
 }
 
-/// The point of a trim at a part of its span, clamped to the surface's domain.
-/// The place of a trim at a part of it.
+/// The place of a trim at a part of its span, clamped to the surface's domain.
 pub(super) fn on_trim(brep: &PreparedBrep, trim: usize, s: f64) -> Spot {
     let brep = brep.brep();
     let parts = brep.parts();
