@@ -62,7 +62,10 @@ pub(super) fn is_continuum(
     };
     let may_lead_far = match objective {
         Objective::SquaredDistance(_) => !low.is_steep(found),
-        Objective::Height(..) => may_lie_along || low.is_on_border(found),
+        // What is as low within a face in closed form its formula tells.
+        Objective::Height(..) => {
+            (may_lie_along && !low.is_within_closed(found)) || low.is_on_border(found)
+        }
     };
     if may_lead_far && low.leads_far(found) {
         return (true, 0);
@@ -218,6 +221,15 @@ impl Low<'_> {
         let mut own =
             { found.settled.iter() }.filter(|s| (s.face, s.source) == (foot.face, Some(source)));
         foot.trim.is_none() && own.any(is_steep)
+    }
+
+    /// Whether a foot is within a face that is searched in closed form, on no trim.
+    fn is_within_closed(&self, found: &Outcome) -> bool {
+        let is_closed = |f: &Foot| matches!(f.spot, Locus::Closed { .. });
+        found
+            .foot
+            .as_ref()
+            .is_some_and(|f| f.trim.is_none() && is_closed(f))
     }
 
     /// Whether a foot is on the border of a patch, and so may be on that of its face, without a trim that says so.

@@ -175,6 +175,9 @@ impl Level<'_> {
 /// Directions count from 0 to this once around.
 const TURN: f64 = 4.0;
 
+/// The part of a domain that tells how fast a surface is: far more than roundings, far less than it bends in.
+const NUDGE: f64 = 1.0 / (1u64 << 20) as f64;
+
 /// What is as far from a foot as the reach, over one face.
 struct Ring<'a> {
     level: &'a Level<'a>,
@@ -188,10 +191,13 @@ struct Ring<'a> {
 impl<'a> Ring<'a> {
     /// `None` where parameters do not say where to go.
     fn new(level: &'a Level<'a>, at: Spot) -> Option<Self> {
-        let surface = level.brep.brep().surface(at.face);
-        let domain = surface.domain();
-        let jet = surface.first_derivatives_with_bound(at.uv.x, at.uv.y);
-        let step = [jet.du, jet.dv].map(|d| level.reach / d.norm());
+        let domain = level.brep.brep().surface(at.face).domain();
+        let step = [0, 1].map(|k| {
+            let by = NUDGE * domain[k].length();
+            let mut beside = at;
+            beside.uv[k] += if at.uv[k] <= domain[k].mid() { by } else { -by };
+            by * level.reach / level.off(&point(level.brep, beside))
+        });
         // Negated in effect: what is no number is nowhere.
         let stands = [0, 1].map(|k| !(step[k] < domain[k].length()));
         let pole = match stands {
