@@ -19,6 +19,7 @@ mod joints;
 mod leaf;
 mod line;
 mod local;
+mod near_trim;
 mod node;
 mod normal;
 mod objective;
