@@ -65,7 +65,7 @@ impl Search<'_> {
         let part = part_of(local, u);
         let least = usize::from(!grows);
         let at = |s: f64| {
-            // The width is a f64 or two, as the product is.
+            // What is rounded here is in the radius.
             Ball::exact(u[0]) + Ball::difference(u[1], u[0]) * Ball::<Dd>::exact(s)
         };
         let [on, off] = if depth_at(&part, least as f64) >= 0.0 {
@@ -133,8 +133,8 @@ fn end_between(part: &[Homogeneous<Dd, 3>], to: usize, slack: f64) -> Option<[f6
     None
 }
 
-/// Which part of the slack of a piece is still told from nothing, where what control points are off is counted for each: an eighth of the slack holds some of
-/// the largest.
+/// Which part of the slack of a piece is still told from nothing at a single place, where no more is counted than the place's own roundings. Only a guide: how a place
+/// lies is asked of itself.
 const FINE: f64 = 1.0 / 64.0;
 
 /// Whether all of a part is off its patch, by more than a slack, on one side.
