@@ -212,7 +212,8 @@ pub(crate) fn file(version: u32, records: impl FnOnce(&mut Writer)) -> Vec<u8> {
 }
 
 /// A file of version 50 of blocks, each of which holds two references to the next, as it is and shifted along x by a power of two; the last holds a BREP.
-/// The model has two references to the first: it unfolds to `2^levels` copies. In a ring the last holds one to the first instead.
+/// The model has two references to the first: it unfolds to `2^levels` copies. In a ring the last holds one to the first instead. Shifted references are on
+/// a hidden layer.
 pub(crate) fn nested_blocks(levels: u8, is_ring: bool) -> Vec<u8> {
     const MEMBER: u8 = 3;
     let id = |kind: u8, n: u8| {
@@ -222,13 +223,14 @@ pub(crate) fn nested_blocks(levels: u8, is_ring: bool) -> Vec<u8> {
     };
     let record =
         |w: &mut Writer, own: [u8; 16], mode: u8, class: &str, data: &dyn Fn(&mut Writer)| {
+            let is_shifted = own == id(2, own[0]);
             w.chunk(0x2000_8070, |w| {
                 w.short(0x8200_0071, 0);
                 w.object(class, data);
                 w.chunk(0x0200_8072, |w| {
                     w.u8(0x20);
                     w.raw(&own);
-                    w.i32s(&[0]);
+                    w.i32s(&[i32::from(is_shifted)]);
                     w.raw(&[12, mode, 0]);
                 });
                 w.short(0x8200_007F, 0);
@@ -273,7 +275,15 @@ pub(crate) fn nested_blocks(levels: u8, is_ring: bool) -> Vec<u8> {
             w.short(0xFFFF_FFFF, 0);
         });
     };
-    file_with(50, definitions, |w| {
+    let tables = |w: &mut Writer| {
+        w.chunk(0x1000_0011, |w| {
+            layer(w, 0, "as they are", true);
+            layer(w, 1, "shifted", false);
+            w.short(0xFFFF_FFFF, 0);
+        });
+        definitions(w);
+    };
+    file_with(50, tables, |w| {
         for level in 0..levels {
             references(w, level, if level == 0 { 0 } else { MEMBER });
         }
@@ -281,6 +291,22 @@ pub(crate) fn nested_blocks(levels: u8, is_ring: bool) -> Vec<u8> {
     })
 }
 
+/// A layer's record, as `ON_Layer::Write` of openNURBS lays it out (version 1.1).
+fn layer(w: &mut Writer, index: i32, name: &str, is_visible: bool) {
+    w.chunk(0x2000_8050, |w| {
+        w.object(LAYER, |w| {
+            w.u8(0x11);
+            // Its mode, and three numbers that say nothing here.
+            w.i32s(&[0, index, 0, -1, 0]);
+            // A colour, a line style.
+            w.raw(&[0; 4 + 4 + 16]);
+            w.string(name);
+            w.u8(u8::from(is_visible));
+        });
+    });
+}
+
+const LAYER: &str = "95809813-E985-11D3-BFE5-0010830122F0";
 const INSTANCE_REFERENCE: &str = "F9CFB638-B9D4-4340-87E3-C56E7865D96A";
 const INSTANCE_DEFINITION: &str = "26F8BFF6-2618-417F-A158-153D64A94989";
 

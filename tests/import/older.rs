@@ -271,6 +271,23 @@ fn nested_blocks_stand_where_they_should() {
     assert_eq!(shifts, [0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0]);
 }
 
+/// A reference within a block hides what it places, as one of the model does: left is the one copy that no shifted reference places.
+#[test]
+fn hidden_references_within_blocks_hide_what_they_place() {
+    let document = read_3dm(&f::nested_blocks(3, false)).expect("a file");
+    let seen = feeler_io::Choice {
+        hidden: false,
+        locked: true,
+    };
+    let own = document.breps().next().expect("the member").1;
+    let left: Vec<_> = document.chosen(seen).collect();
+    assert_eq!(left.len(), 1);
+    assert_eq!(left[0].1.parts().vertices, own.parts().vertices);
+    // What is placed knows it, too.
+    let marks = document.parts(0).map(|part| part.hidden);
+    assert_eq!(marks.filter(|hidden| !hidden).count(), 1);
+}
+
 /// A reference whose record is damaged behind it is refused, whatever it would place.
 #[test]
 fn damaged_references_place_nothing() {

@@ -46,29 +46,38 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Bad> {
         feeler_io::write_3dm
     };
     let mut document = read(&args.file)?;
+    let from = document.units.to_string();
+    let in_units = match &document.units {
+        Units::None => String::new(),
+        units => format!(" {units}"),
+    };
+    let scaled = match &args.unit {
+        Some(unit) => document.convert_units(unit.clone()),
+        None => Ok(0.0),
+    };
+    let scaled = scaled.map_err(|e| Bad(format!("{}: {e}", args.file.display())))?;
+    let written = write(&document).map_err(|e| Bad(format!("{}: {e}", args.file.display())))?;
+    // What is off before it is moved is off by that where it is moved to: the first bound says so.
+    let off = scaled + written.off;
+    // The nearest two digits are off by half of the last, a twentieth at most.
+    let up = off * 1.0501;
     let mut lines = Vec::new();
-    if let Some(unit) = &args.unit {
-        let from = document.units.to_string();
-        let off = document.convert_units(unit.clone());
-        let off = off.map_err(|e| Bad(format!("{}: {e}", args.file.display())))?;
-        // What blocks place is moved when it is written, after that.
-        let where_from = match document.blocks() {
-            [] => "",
-            _ => ", before blocks move what they place",
-        };
-        lines.push(if off > 0.0 {
-            // The nearest two digits are off by half of the last, a twentieth at most.
-            let up = off * 1.0501;
-            format!("lengths from {from} to {unit}: rounded, points off by no more than {up:.1e} {unit}{where_from}")
-        } else {
-            format!("lengths from {from} to {unit}: nothing is rounded")
-        });
+    match &args.unit {
+        Some(unit) if off > 0.0 => lines.push(format!(
+            "lengths from {from} to {unit}: rounded, points off by no more than {up:.1e} {unit}"
+        )),
+        Some(unit) => lines.push(format!("lengths from {from} to {unit}: nothing is rounded")),
+        None if off > 0.0 => lines.push(format!(
+            "moved to where block references put it: rounded, points off by no more than {up:.1e}{in_units}"
+        )),
+        None => {}
     }
     let Written {
         bytes,
         notes,
         objects,
-    } = write(&document).map_err(|e| Bad(format!("{}: {e}", args.file.display())))?;
+        ..
+    } = written;
     std::fs::write(&args.out, &bytes)
         .map_err(|e| Bad(format!("{}: cannot be written: {e}", args.out.display())))?;
     let units = match (&document.units, is_brep) {

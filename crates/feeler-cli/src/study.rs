@@ -2,7 +2,7 @@
 
 use crate::{Bad, Outcome, write_error};
 use feeler_gate::census::Census;
-use feeler_io::{ObjectKind, read_file};
+use feeler_io::{Format, ObjectKind, read_file};
 use indicatif::{ProgressBar, ProgressStyle};
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -56,6 +56,8 @@ fn add(census: &mut Census, path: &Path) {
             ObjectKind::Brep(brep) | ObjectKind::Surface(brep) | ObjectKind::Extrusion(brep) => {
                 census.brep(brep);
             }
+            // Only a .3dm has references of its own; those of assemblies and compounds are made in reading.
+            ObjectKind::Block { .. } if document.format != Format::Rhino => {}
             ObjectKind::Refused { class, .. } => census.other(format!("refused: {class}")),
             other => census.other(other.name()),
         }

@@ -186,7 +186,7 @@ impl Model {
                 continue;
             }
             let placements = document.placements(index);
-            for p in placements.filter(|p| choice.takes(p.object)) {
+            for p in placements.filter(|p| choice.takes_placed(p)) {
                 let part = p.placed();
                 if let ObjectKind::Refused { class, reason } = &part.kind
                     && is_brep(class)

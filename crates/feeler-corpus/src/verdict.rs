@@ -7,7 +7,7 @@ mod contacts;
 
 use crate::answer::{AxisSplitLine, Body, Claim, ContactLine, HitLine};
 use crate::truth::{AxisSplitTruth, HitTruth, Truth, TruthEnclosure};
-use contacts::{contacts_verdict, foot_verdict, normal_verdict};
+use contacts::{contacts_verdict, foot_verdict, normal_verdict, standing_verdict};
 use feeler::numeric::Dyadic;
 use feeler::query::{Accuracy, Probe};
 use serde::{Deserialize, Serialize};
@@ -41,6 +41,8 @@ pub enum Fault {
     Value,
     /// A face, edge or vertex, or parameters, that the point is not on.
     Place,
+    /// A continuum that is told as one contact, or the other way round.
+    Continuum,
     /// Another number or kind of derivative roots.
     Roots,
     /// The query was refused, or answered with something else.
@@ -182,10 +184,17 @@ pub fn judge(asked: &Asked, answer: &Body, truth: &Truth) -> Judgement {
             Body::Contact {
                 separation,
                 contacts,
+                continuum,
                 ..
             },
             Truth::Separation(truth),
-        ) => contact_verdict(asked, separation, contacts, truth),
+        ) => {
+            let judgement = contact_verdict(asked, separation, contacts, truth);
+            match contacts.first() {
+                Some(c) => judgement.and(standing_verdict(asked, c, truth, *continuum)),
+                None => judgement,
+            }
+        }
         (
             Body::Contact {
                 separation,
@@ -206,6 +215,9 @@ pub fn judge(asked: &Asked, answer: &Body, truth: &Truth) -> Judgement {
                 judgement = judgement
                     .and(foot_verdict(deepest, foot))
                     .and(normal_verdict(asked, deepest, truth, foot));
+            }
+            if let Some(deepest) = contacts.first() {
+                judgement = judgement.and(standing_verdict(asked, deepest, truth, *continuum));
             }
             if let (true, Some(all)) = (asked.contacts, all) {
                 judgement = judgement.and(contacts_verdict(asked, contacts, all, undecided));

@@ -7,6 +7,7 @@
 mod baseline;
 mod cases;
 pub mod census;
+mod continuum;
 mod engine;
 mod junit;
 mod place;

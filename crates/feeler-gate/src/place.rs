@@ -152,7 +152,7 @@ fn from_border(brep: &Brep, feature: Feature, face: usize, point: &Point3<f64>, 
 }
 
 /// The BREP of a feature that is counted through all of a model, and the feature there.
-fn local(breps: &[PreparedBrep], feature: Feature) -> Option<(&PreparedBrep, Feature)> {
+pub(crate) fn local(breps: &[PreparedBrep], feature: Feature) -> Option<(&PreparedBrep, Feature)> {
     let (Feature::Face(mut index) | Feature::Edge(mut index) | Feature::Vertex(mut index)) =
         feature;
     for prepared in breps {
@@ -171,7 +171,7 @@ fn local(breps: &[PreparedBrep], feature: Feature) -> Option<(&PreparedBrep, Fea
 }
 
 /// The faces that a feature is on.
-fn faces(brep: &Brep, feature: Feature) -> BTreeSet<usize> {
+pub(crate) fn faces(brep: &Brep, feature: Feature) -> BTreeSet<usize> {
     let parts = brep.parts();
     let is_on = |t: &feeler::brep::TrimCurve| match feature {
         Feature::Face(_) => false,

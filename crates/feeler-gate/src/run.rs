@@ -1,6 +1,7 @@
 //! Engines x corpus -> verdicts.
 
 use crate::cases::{Case, Models, cases};
+use crate::continuum::misjudged;
 use crate::engine::Engine;
 use crate::place::misplaced;
 use crate::report::{Failure, Report, Row};
@@ -190,6 +191,9 @@ fn run_model(
         let mut judgement = judge(&asked, &answer, &case.truth);
         if let Some(why) = misplaced(loaded, &answer) {
             judgement = judgement.and(Judgement::wrong(Fault::Place, why));
+        }
+        if let Some(why) = misjudged(loaded, &asked, &answer, &case.truth) {
+            judgement = judgement.and(Judgement::wrong(Fault::Continuum, why));
         }
         let kind = query.query.ask.word();
         row.add(judgement, kind, time, || Failure {

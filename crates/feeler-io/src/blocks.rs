@@ -30,6 +30,22 @@ pub struct Member {
     pub of: MemberOf,
     /// Where it is in the block; `None`: as it stands. (Boxed: most lists are of objects as they stand.)
     pub map: Option<Box<Affine>>,
+    /// Whether the reference that places it in the block, or that one's layer, is hidden.
+    pub hidden: bool,
+    /// The same of locked.
+    pub locked: bool,
+}
+
+impl Member {
+    /// One that is neither hidden nor locked.
+    pub(crate) fn new(of: MemberOf, map: Option<Box<Affine>>) -> Self {
+        Self {
+            of,
+            map,
+            hidden: false,
+            locked: false,
+        }
+    }
 }
 
 /// An object or a block, by its index in the [`Document`].
@@ -50,17 +66,39 @@ pub struct Placement<'d> {
     pub object: &'d Object,
     /// Where it is; `None`: as it stands.
     pub map: Option<Affine>,
+    /// Whether it is hidden, by itself or by a reference within the block that places it. (Of the outermost reference ask the object that it is.)
+    pub hidden: bool,
+    /// The same of locked.
+    pub locked: bool,
 }
 
 impl<'d> Placement<'d> {
-    /// The object moved there. Its last warning then has the bound on how far that is off, if anything was rounded; what other warnings say of lengths holds
+    /// The object moved there, hidden or locked where this is. Its last warning then has the bound on how far that is off, if anything was rounded; what other warnings say of lengths holds
     /// where the object stands by itself. What cannot be moved becomes [`ObjectKind::Refused`].
     ///
     /// # Cost
     /// O(size) where there is a map.
     pub fn placed(&self) -> Cow<'d, Object> {
+        self.placed_within().0
+    }
+
+    /// The same, with the bound; 0: nothing was rounded.
+    pub(crate) fn placed_within(&self) -> (Cow<'d, Object>, f64) {
+        let (hidden, locked) = (self.hidden, self.locked);
+        let is_marked = (hidden, locked) == (self.object.hidden, self.object.locked);
+        let as_it_stands = || {
+            let object = match is_marked {
+                true => Cow::Borrowed(self.object),
+                false => Cow::Owned(Object {
+                    hidden,
+                    locked,
+                    ..self.object.clone()
+                }),
+            };
+            (object, 0.0)
+        };
         let Some(map) = &self.map else {
-            return Cow::Borrowed(self.object);
+            return as_it_stands();
         };
         let moved = |brep: &Brep, kind: fn(Brep) -> ObjectKind| {
             map.apply(brep).map(|moved| (kind(moved.brep), moved.off))
@@ -72,7 +110,7 @@ impl<'d> Placement<'d> {
             ObjectKind::Curve(curve) => {
                 moved_curve(curve, map).map(|(curve, off)| (ObjectKind::Curve(curve), off))
             }
-            _ => return Cow::Borrowed(self.object),
+            _ => return as_it_stands(),
         };
         let (kind, off) = moved.unwrap_or_else(|problem| (self.refused(&problem), 0.0));
         let mut warnings = self.object.warnings.clone();
@@ -82,13 +120,16 @@ impl<'d> Placement<'d> {
                 rounded_up(off)
             ));
         }
-        Cow::Owned(Object {
+        let object = Object {
             name: self.object.name.clone(),
             layer: self.object.layer.clone(),
+            hidden,
+            locked,
             kind,
             warnings,
             ..*self.object
-        })
+        };
+        (Cow::Owned(object), off)
     }
 
     fn refused(&self, problem: &MapError) -> ObjectKind {
@@ -111,7 +152,16 @@ pub struct Placements<'d> {
     /// What is no reference stands for itself.
     itself: Option<Placement<'d>>,
     /// Blocks that are gone through, the outermost first: a list, not the machine's stack.
-    open: Vec<(std::slice::Iter<'d, Member>, Option<Affine>)>,
+    open: Vec<Open<'d>>,
+}
+
+/// A block that is gone through.
+#[derive(Clone, Debug)]
+struct Open<'d> {
+    members: std::slice::Iter<'d, Member>,
+    map: Option<Affine>,
+    hidden: bool,
+    locked: bool,
 }
 
 impl<'d> Iterator for Placements<'d> {
@@ -122,21 +172,33 @@ impl<'d> Iterator for Placements<'d> {
             return Some(itself);
         }
         loop {
-            let (members, outer) = self.open.last_mut()?;
-            let Some(member) = members.next() else {
+            let outer = self.open.last_mut()?;
+            let Some(member) = outer.members.next() else {
                 self.open.pop();
                 continue;
             };
-            let map = composed(outer.as_ref(), member.map.as_deref());
+            let map = composed(outer.map.as_ref(), member.map.as_deref());
+            let (hidden, locked) = (outer.hidden || member.hidden, outer.locked || member.locked);
             match member.of {
                 MemberOf::Object(index) => {
                     if let Some(object) = self.document.objects.get(index) {
-                        return Some(Placement { index, object, map });
+                        return Some(Placement {
+                            index,
+                            object,
+                            map,
+                            hidden: hidden || object.hidden,
+                            locked: locked || object.locked,
+                        });
                     }
                 }
                 MemberOf::Block(block) => {
                     if let Some(block) = self.document.blocks.get(block) {
-                        self.open.push((block.members.iter(), map));
+                        self.open.push(Open {
+                            members: block.members.iter(),
+                            map,
+                            hidden,
+                            locked,
+                        });
                     }
                 }
             }
@@ -159,13 +221,22 @@ impl Document {
                 ..
             }) => {
                 if let Some(block) = self.blocks.get(*block) {
-                    let map = map.as_deref().cloned();
-                    placements.open.push((block.members.iter(), map));
+                    placements.open.push(Open {
+                        members: block.members.iter(),
+                        map: map.as_deref().cloned(),
+                        hidden: false,
+                        locked: false,
+                    });
                 }
             }
             Some(object) => {
-                let map = None;
-                placements.itself = Some(Placement { index, object, map });
+                placements.itself = Some(Placement {
+                    index,
+                    object,
+                    map: None,
+                    hidden: object.hidden,
+                    locked: object.locked,
+                });
             }
             None => {}
         }
@@ -391,7 +462,7 @@ mod tests {
         ] {
             document.blocks.push(Block {
                 name: String::new(),
-                members: vec![Member { of, map }],
+                members: vec![Member::new(of, map)],
                 warnings: Vec::new(),
             });
         }

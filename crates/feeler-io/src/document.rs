@@ -1,7 +1,7 @@
 //! What reading gives.
 
 use crate::affine::Affine;
-use crate::blocks::Block;
+use crate::blocks::{Block, Placement};
 use crate::error::ReadError;
 use crate::units::Units;
 use feeler::brep::Brep;
@@ -94,7 +94,7 @@ impl Document {
         let wanted = objects.filter(move |(_, o)| !o.block_member && choice.takes(o));
         wanted.flat_map(move |(i, _)| {
             let placements = self.placements(i);
-            let wanted = placements.filter(move |p| choice.takes(p.object));
+            let wanted = placements.filter(move |p| choice.takes_placed(p));
             wanted.filter_map(move |p| {
                 let brep = match p.placed() {
                     Cow::Borrowed(object) => Cow::Borrowed(object.body()?),
@@ -135,9 +135,14 @@ impl Default for Choice {
 }
 
 impl Choice {
-    /// Whether an object is taken, by itself: of what a block reference places, ask for each.
+    /// Whether an object is taken, by itself: of what a block reference places, ask for [each](Self::takes_placed).
     pub fn takes(self, object: &Object) -> bool {
         (self.hidden || !object.hidden) && (self.locked || !object.locked)
+    }
+
+    /// Whether what a block reference places is taken, where the reference is.
+    pub fn takes_placed(self, placement: &Placement<'_>) -> bool {
+        (self.hidden || !placement.hidden) && (self.locked || !placement.locked)
     }
 }
 

@@ -133,6 +133,23 @@ fn folder(name: &str) -> PathBuf {
     path
 }
 
+/// References that reading makes of an assembly are no objects of its file; those of a .3dm are.
+#[test]
+fn a_study_counts_references_of_a_file_alone() {
+    let here = folder("references");
+    let models = root().join("corpora/models");
+    let counted = |from: &str, to: &str| {
+        std::fs::copy(models.join(from), here.join("parts").join(to)).unwrap();
+        let [parts, out] = ["parts", "out"].map(|p| here.join(p).to_str().unwrap().to_owned());
+        let run = feeler(&["study", &parts, "--out", &out], "");
+        assert_eq!(run.code, Some(0), "{run:?}");
+        assert!(run.out.contains("| plane |"), "{}", run.out);
+        run.out.contains("| block reference |")
+    };
+    assert!(!counted("step/assembly.step", "a.step"));
+    assert!(counted("3dm/blocks.3dm", "b.3dm"));
+}
+
 #[test]
 fn a_study_of_a_folder() {
     let here = folder("study");

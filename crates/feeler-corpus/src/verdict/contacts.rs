@@ -1,9 +1,9 @@
 //! The foot of a contact, and lists of contacts.
 
-use super::{Asked, Fault, Judgement, Verdict, claim_verdict};
+use super::{Asked, Fault, Judgement, Verdict, claim_verdict, ulp};
 use crate::answer::ContactLine;
 use crate::truth::{ContactTruth, SpaceBox, TruthEnclosure};
-use feeler::query::Probe;
+use feeler::query::{Accuracy, Probe};
 use nalgebra::{Point3, Vector3};
 
 /// The distance of a point from a box, up to a few roundings.
@@ -61,8 +61,6 @@ pub(super) fn normal_verdict(
             (away * signed.signum(), off)
         }
     };
-    /// Beyond this the foot does not tell the direction: on the surface the normal is the face's.
-    const TELLING: f64 = 0.5;
     // NaN, too: the centre is the foot.
     if !(slack < TELLING) {
         return Judgement::right();
@@ -76,6 +74,99 @@ pub(super) fn normal_verdict(
         Judgement::wrong(Fault::Value, reason)
     }
 }
+
+/// Of a continuum: points of it are no higher than the least by the accuracy, or by this part of the model's size.
+const CONTINUUM_SLACK: f64 = 1.0 / (1u64 << 44) as f64;
+
+/// Whether the deepest contact fits itself, and its foot is as far away as the separation says: what holds of any contact, a continuum's too.
+///
+/// No point of a BREP is nearer than the separation. A foot that is off by its bound is farther by no more than that; one of many in a continuum, which have no bound,
+/// is as low as it takes to be one. A foot p and its probe tell a normal: off by e, p turns it by asin(e / d) <= 1.6 e / d at the distance d.
+pub(super) fn standing_verdict(
+    asked: &Asked,
+    claim: &ContactLine,
+    separation: &TruthEnclosure,
+    continuum: Option<bool>,
+) -> Judgement {
+    let continuum = continuum == Some(true);
+    let (Some(probe), Some(_)) = (asked.probe, claim.separation.lo) else {
+        // Without bounds nothing is claimed that is as narrow as this.
+        return Judgement::right();
+    };
+    let normal = Vector3::from(claim.normal);
+    let [foot, on_probe] = [claim.on_brep, claim.on_probe].map(Point3::from);
+    let [lo, hi] = [&separation.lo, &separation.hi].map(|x| x.approximate());
+    let middle = 0.5 * (lo + hi);
+    let (height, least, largest) = match probe {
+        Probe::Sphere(s) => (
+            (foot - s.center).norm(),
+            (middle + s.radius).abs(),
+            s.center.coords.amax().max(s.radius),
+        ),
+        Probe::HalfSpace(h) => (
+            h.normal.dot(&foot.coords),
+            middle + h.offset,
+            h.offset.abs(),
+        ),
+    };
+    // A few roundings of coordinates, of the truth, and of what is made of them here.
+    let largest = largest.max(foot.coords.amax()).max(asked.size);
+    let rounded = 32.0 * f64::EPSILON * largest + (hi - lo);
+    let wrong = |reason: String| Judgement::wrong(Fault::Value, reason);
+    // Each is negated, so that what is no number is wrong.
+    let length = normal.norm();
+    if !((length - 1.0).abs() <= 16.0 * f64::EPSILON) {
+        return wrong(format!("the normal's length is {length:?}"));
+    }
+    if !(height >= least - rounded) {
+        let by = least - height;
+        return wrong(format!("the foot is nearer than the BREP, by {by:e}"));
+    }
+    let slack = match (claim.position_bound, asked.accuracy) {
+        (Some(bound), _) => bound,
+        (None, _) if !continuum => f64::INFINITY,
+        (None, Accuracy::Length(a)) => a.max(CONTINUUM_SLACK * asked.size),
+        (None, Accuracy::Full) => {
+            (CONTINUUM_SLACK * asked.size).max(2.0 * ulp(lo.abs().max(hi.abs())))
+        }
+    };
+    if !(height <= least + slack + rounded) {
+        let by = height - least;
+        return wrong(format!("the foot is farther away than the BREP, by {by:e}"));
+    }
+    let (true_normal, turned, there) = match probe {
+        Probe::HalfSpace(h) => (
+            -h.normal.normalize(),
+            0.0,
+            foot - h.normal * (height - h.offset),
+        ),
+        Probe::Sphere(s) => {
+            let direction = (s.center - foot) * ((middle + s.radius).signum() / height);
+            // Both may be off by what they claim to be.
+            let own = claim.normal_bound.unwrap_or(0.0);
+            let off = claim.position_bound.unwrap_or(0.0) + rounded;
+            (
+                direction,
+                own + 1.6 * off / height,
+                s.center - normal * s.radius,
+            )
+        }
+    };
+    let chord = (normal - true_normal).norm();
+    // Next to the surface its normal counts, and a foot tells none.
+    let tells = turned <= TELLING && (continuum || claim.position_bound.is_some());
+    if tells && !(chord <= turned + 16.0 * f64::EPSILON) {
+        return wrong(format!("the normal is off its foot's by {chord:e}"));
+    }
+    let off = (on_probe - there).norm();
+    if !(off <= rounded) {
+        return wrong(format!("the point on the probe is off by {off:e}"));
+    }
+    Judgement::right()
+}
+
+/// Beyond this a foot does not tell the direction: on the surface the normal is the face's.
+const TELLING: f64 = 0.5;
 
 /// Contacts nearer to each other than this part of the model's size are one.
 const ONE_CONTACT: f64 = 1.0 / (1u64 << 24) as f64;

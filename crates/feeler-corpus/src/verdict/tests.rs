@@ -669,6 +669,8 @@ fn feet_and_normals() {
             ..asked(z)
         };
         let line = |x: f64, normal: [f64; 3]| ContactLine {
+            // From the centre, the radius long.
+            on_probe: [1.0 - normal[0], -normal[1], z - normal[2]],
             normal,
             normal_bound: Some(1e-12),
             normal_is_choice: false,
@@ -690,5 +692,86 @@ fn feet_and_normals() {
             assert_eq!(judged.verdict, Verdict::Wrong);
             assert!(judged.reason.unwrap().contains(why), "{why}");
         }
+    }
+}
+
+/// What the deepest contact is judged by where nothing is known of its foot, as of a continuum: the ball of radius 1/2 in the middle of a sphere of radius 2 about the
+/// origin, from within material, and a half-space on a face `z = 1`.
+#[test]
+fn a_contact_stands_on_its_own() {
+    let asked = Asked {
+        contacts: true,
+        prediction: 4.0,
+        ..ASKED
+    };
+    let judged = |probe: Probe, truth: &str, c: &ContactLine, continuum: bool| {
+        let asked = Asked {
+            probe: Some(probe),
+            ..asked
+        };
+        let t = Truth::Contact {
+            separation: self::truth(truth, truth),
+            foot: None,
+            contacts: None,
+        };
+        let mut body = with_contacts(vec![c.clone()], None);
+        if let Body::Contact {
+            continuum: told, ..
+        } = &mut body
+        {
+            *told = Some(continuum);
+        }
+        judge(&asked, &body, &t)
+    };
+    let ball = Probe::Sphere(feeler::query::Sphere::new([0.0; 3].into(), 0.5).unwrap());
+    let rests = feeler::query::HalfSpace::new([0.0, 0.0, 1.0].into(), 0.5).unwrap();
+    let rests = Probe::HalfSpace(rests);
+    let in_ball = ContactLine {
+        on_brep: [1.2, 1.6, 0.0],
+        normal: [0.6, 0.8, 0.0],
+        on_probe: [-0.3, -0.4, 0.0],
+        ..contact(0.0, -2.5, None)
+    };
+    let on_face = ContactLine {
+        on_brep: [3.0, -2.0, 1.0],
+        normal: [0.0, 0.0, -1.0],
+        on_probe: [3.0, -2.0, 0.5],
+        ..contact(0.0, 0.5, None)
+    };
+    for (probe, truth, right) in [(ball, "-5p-1", &in_ball), (rests, "1p-1", &on_face)] {
+        for continuum in [true, false] {
+            let verdict = judged(probe, truth, right, continuum);
+            assert_eq!(verdict.verdict, Verdict::Right, "{:?}", verdict.reason);
+        }
+        let wrong = |c: ContactLine, continuum: bool, why: &str| {
+            let verdict = judged(probe, truth, &c, continuum);
+            assert_eq!(verdict.verdict, Verdict::Wrong, "{why}");
+            assert!(verdict.reason.unwrap().contains(why), "{why}");
+        };
+        let times = |x: [f64; 3], by: f64| x.map(|x| x * by);
+        // A foot away from the BREP or in front of it, by more than what is low; in a continuum, or by more than its bound.
+        let off = |by: f64, position_bound: Option<f64>| ContactLine {
+            on_brep: times(right.on_brep, by),
+            position_bound,
+            ..right.clone()
+        };
+        wrong(off(1.0 + 1e-9, None), true, "farther away");
+        wrong(off(1.0 + 1e-9, Some(1e-10)), false, "farther away");
+        wrong(off(1.0 - 1e-9, None), true, "nearer");
+        wrong(off(1.0 - 1e-9, Some(1e-7)), false, "nearer");
+        wrong(off(f64::NAN, None), true, "nearer");
+        let normal = |normal: [f64; 3]| ContactLine {
+            normal,
+            ..right.clone()
+        };
+        wrong(normal(times(right.normal, 1.0 + 1e-12)), true, "length");
+        wrong(normal(times(right.normal, f64::NAN)), false, "length");
+        wrong(normal(times(right.normal, -1.0)), true, "its foot's");
+        wrong(normal([0.8, 0.6, 0.0]), true, "its foot's");
+        let beside = ContactLine {
+            on_probe: right.on_probe.map(|x| x + 1e-9),
+            ..right.clone()
+        };
+        wrong(beside, true, "on the probe");
     }
 }

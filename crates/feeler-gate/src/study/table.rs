@@ -101,7 +101,7 @@ pub(crate) fn verdicts(study: &Study) -> Table {
                 &[Fault::FalseContact],
                 &[Fault::Side],
                 &[Fault::Hits, Fault::Roots],
-                &[Fault::Value, Fault::Place],
+                &[Fault::Value, Fault::Place, Fault::Continuum],
                 &[Fault::Refused],
             ];
             row.extend(groups.map(|g| faults(p, g).to_string()));

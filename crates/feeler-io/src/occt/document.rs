@@ -141,7 +141,7 @@ pub fn read_brep(bytes: &[u8]) -> Result<Document, ReadError> {
                 },
             };
             let map = map.map(Box::new);
-            block.members.push(Member { of, map });
+            block.members.push(Member::new(of, map));
         }
         blocks.push(block);
     }

@@ -143,12 +143,12 @@ pub fn read_step(bytes: &[u8]) -> Result<Document, ReadError> {
     }
     let mut blocks = Vec::new();
     for assembly in sites.assemblies {
-        let members = assembly.members.into_iter().map(|p| Member {
-            of: match p.what {
+        let members = assembly.members.into_iter().map(|p| {
+            let of = match p.what {
                 What::Body(id) => MemberOf::Object(bodies.member(id, &p)),
                 What::Assembly(k) => MemberOf::Block(k),
-            },
-            map: p.map.map(Box::new),
+            };
+            Member::new(of, p.map.map(Box::new))
         });
         blocks.push(Block {
             name: assembly.name,

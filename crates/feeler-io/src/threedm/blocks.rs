@@ -184,7 +184,7 @@ impl Blocks {
     pub(super) fn place(self, document: &mut Document, bytes: usize) {
         let mut indices: Vec<usize> = self.references.keys().copied().collect();
         indices.sort_unstable();
-        let mut uses: HashMap<usize, (usize, Affine)> = HashMap::new();
+        let mut uses: HashMap<usize, Member> = HashMap::new();
         for index in indices {
             let (Some(reference), Some(object)) =
                 (self.references.get(&index), document.objects.get_mut(index))
@@ -194,11 +194,19 @@ impl Blocks {
             match self.usable(reference) {
                 // A member is placed with its block.
                 Ok((block, map)) => {
+                    let map = Some(Box::new(map));
                     if !object.block_member {
-                        let map = Some(Box::new(map.clone()));
+                        let map = map.clone();
                         object.kind = ObjectKind::Block { block, map };
                     }
-                    uses.insert(index, (block, map));
+                    // Definitions may name what is not marked as a member, too.
+                    let member = Member {
+                        of: MemberOf::Block(block),
+                        map,
+                        hidden: object.hidden,
+                        locked: object.locked,
+                    };
+                    uses.insert(index, member);
                 }
                 Err(problem) => object.kind = refused(object.offset, problem),
             }
@@ -219,7 +227,7 @@ impl Blocks {
         }
     }
 
-    fn block(&self, definition: &Definition, uses: &HashMap<usize, (usize, Affine)>) -> Block {
+    fn block(&self, definition: &Definition, uses: &HashMap<usize, Member>) -> Block {
         let mut warnings = Vec::new();
         if let Some(path) = &definition.link {
             warnings.push(format!(
@@ -230,14 +238,8 @@ impl Blocks {
         let known = { definition.members.iter() }.filter_map(|id| self.objects.get(id).copied());
         let mut members: Vec<Member> = known
             .map(|at| match uses.get(&at) {
-                Some((block, map)) => Member {
-                    of: MemberOf::Block(*block),
-                    map: Some(Box::new(map.clone())),
-                },
-                None => Member {
-                    of: MemberOf::Object(at),
-                    map: None,
-                },
+                Some(reference) => reference.clone(),
+                None => Member::new(MemberOf::Object(at), None),
             })
             .collect();
         // Objects first, then what blocks within the block place.

@@ -138,22 +138,24 @@ impl<T: Real> Image<T> {
 /// `|dw_i| <= s_i` the curve moves by `(dX - q dw) / w` where `q` is the point for the exact ones, no farther from the
 /// origin than the farthest `q_i`; and `(sum r_i b_i) / (sum w_i b_i) <= max r_i / w_i`. `None` where a weight is
 /// not proven to be positive.
-pub(super) fn exact<T: Real>(points: &[Homogeneous<T, 4>]) -> Option<(Vec<[T; 4]>, f64)> {
+pub(super) fn exact<T: Real, const H: usize>(
+    points: &[Homogeneous<T, H>],
+) -> Option<(Vec<[T; H]>, f64)> {
     let mut farthest: f64 = 0.0;
     for p in points {
-        let w = p[3].mid.approximate();
+        let w = p[H - 1].mid.approximate();
         // A weight with no bound to speak of has none from below either.
-        if !p[3].is_above(0.0) {
+        if !p[H - 1].is_above(0.0) {
             return None;
         }
-        let squares = (0..3).map(|c| (p[c].mid.magnitude() / w).powi(2));
+        let squares = (0..H - 1).map(|c| (p[c].mid.magnitude() / w).powi(2));
         farthest = farthest.max(squares.sum::<f64>().sqrt() * UP);
     }
     let mut slack: f64 = 0.0;
     for p in points {
-        let squares = (0..3).map(|c| p[c].rad * p[c].rad);
-        let moved = squares.sum::<f64>().sqrt() + farthest * p[3].rad;
-        slack = slack.max(moved / p[3].lower() * UP);
+        let squares = (0..H - 1).map(|c| p[c].rad * p[c].rad);
+        let moved = squares.sum::<f64>().sqrt() + farthest * p[H - 1].rad;
+        slack = slack.max(moved / p[H - 1].lower() * UP);
     }
     let mids = points.iter().map(|p| p.map(|x| x.mid)).collect();
     slack.is_finite().then_some((mids, slack))
@@ -176,9 +178,28 @@ struct Grid<'a, T> {
     /// Patches that are made for the image alone; of some surfaces they are kept instead.
     own: Box<[OnceLock<Lent<'a, T>>]>,
     maps: [Vec<ParamMap>; 2],
+    /// Of each of the maps.
+    borders: [Vec<Borders<T>>; 2],
     most: usize,
-    /// How near a border a curve may wander, in roundings.
-    roundings: f64,
+}
+
+/// Where a cell starts and ends.
+struct Borders<T> {
+    start: Ball<T>,
+    end: Ball<T>,
+    /// Curves that stay so near a border are not cut there. Less than a cell is long, or as one grows along the axis: starts less it and ends and it stand in order.
+    slack: T,
+}
+
+impl<T: Real> Borders<T> {
+    /// `roundings`: how near a border a curve may wander.
+    fn new(m: &ParamMap, roundings: f64) -> Self {
+        Self {
+            start: m.border(false),
+            end: m.border(true),
+            slack: T::from_f64(roundings * T::UNIT * m.start.abs().max(m.end.abs())),
+        }
+    }
 }
 
 impl<'a, T: Real> Grid<'a, T> {
@@ -191,10 +212,16 @@ impl<'a, T: Real> Grid<'a, T> {
         maps.iter().all(|m| !m.is_empty()).then(|| Self {
             patches,
             own: (0..own).map(|_| OnceLock::new()).collect(),
+            borders: [Vec::new(), Vec::new()],
             maps,
             most,
-            roundings: ROUNDINGS[0],
         })
+    }
+
+    /// How near a border a curve may wander, in roundings. Said before anything is asked.
+    fn set_roundings(&mut self, roundings: f64) {
+        let of = |m: &ParamMap| Borders::new(m, roundings);
+        self.borders = [0, 1].map(|k| self.maps[k].iter().map(of).collect());
     }
 
     /// Bytes that are left beside so many and the patches that are made.
@@ -211,20 +238,15 @@ impl<'a, T: Real> Grid<'a, T> {
         (self.patches.bytes_to_make(index) <= self.room(beside)).then(|| &self.patches[index])
     }
 
-    /// Curves that stay so near a border are not cut there.
-    fn slack(&self, m: &ParamMap) -> T {
-        T::from_f64(self.roundings * T::UNIT * m.start.abs().max(m.end.abs()))
-    }
-
     /// The cell that a range of parameters lies in; `None` if in several.
     fn cell(&self, axis: usize, range: [T; 2]) -> Option<Cell> {
-        let maps = &self.maps[axis];
-        let within = |m: &ParamMap| {
-            let slack = self.slack(m);
-            let [start, end] = [false, true].map(|end| m.border::<T>(end).mid);
-            range[0] >= start - slack && range[1] <= end + slack
-        };
-        if let Some(i) = maps.iter().position(within) {
+        let (borders, maps) = (&self.borders[axis], &self.maps[axis]);
+        // The first that does not end before the range does: all later ones start later.
+        let i = borders.partition_point(|b| range[1] > b.end.mid + b.slack);
+        if let Some(b) = borders.get(i)
+            && range[0] >= b.start.mid - b.slack
+            && range[1] <= b.end.mid + b.slack
+        {
             return Some(Cell::In(i));
         }
         if range[1] <= T::from_f64(maps[0].start) {
@@ -238,28 +260,26 @@ impl<'a, T: Real> Grid<'a, T> {
         let Cell::In(i) = cell else {
             return 0.0;
         };
-        let m = &self.maps[axis][i];
-        let [start, end] = [false, true].map(|end| m.border::<T>(end));
+        let Borders { start, end, .. } = &self.borders[axis][i];
         let low = (start.mid - range[0]).approximate() + start.rad;
         let high = (range[1] - end.mid).approximate() + end.rad;
-        low.max(high).max(0.0) / least_length(m) * UP
+        low.max(high).max(0.0) / least_length(&self.maps[axis][i]) * UP
     }
 
     /// The patches that a range of parameters may meet, with those beside it: first and last.
     fn met(&self, axis: usize, range: [T; 2]) -> [usize; 2] {
-        let maps = &self.maps[axis];
-        let last = maps.len() - 1;
-        let reaches = |m: &ParamMap| {
-            let [start, end] = [false, true].map(|end| m.border::<T>(end));
-            let slack = |border: &Ball<T>| self.slack(m) + T::from_f64(border.rad);
-            range[0] <= end.mid + slack(&end) && range[1] >= start.mid - slack(&start)
-        };
-        let first = maps.iter().position(reaches);
-        let end = maps.iter().rposition(reaches);
-        match (first, end) {
-            (Some(first), Some(end)) => [first, end],
+        let borders = &self.borders[axis];
+        let past = |b: &Borders<T>| range[0] > b.end.mid + (b.slack + T::from_f64(b.end.rad));
+        let begun = |b: &Borders<T>| range[1] >= b.start.mid - (b.slack + T::from_f64(b.start.rad));
+        let (first, end) = (
+            borders.partition_point(past),
+            borders.partition_point(begun),
+        );
+        if first < end {
+            [first, end - 1]
+        } else {
             // Beside the domain.
-            _ => [0, last],
+            [0, borders.len() - 1]
         }
     }
 
@@ -275,15 +295,28 @@ impl<'a, T: Real> Grid<'a, T> {
         local[axis] * m.length::<f64>().upper() * UP
     }
 
-    /// How far the image may move in space where parameters in these ranges move by so much. `beside`: bytes that are taken.
-    fn distance(&self, ranges: [[T; 2]; 2], by: [f64; 2], beside: usize) -> Option<f64> {
+    /// How far the image may move in space where parameters in these ranges move by so much; of that they may go so far past a patch's border,
+    /// on its polynomials. `beside`: bytes that are taken.
+    fn distance(
+        &self,
+        ranges: [[T; 2]; 2],
+        by: [f64; 2],
+        past: [f64; 2],
+        beside: usize,
+    ) -> Option<f64> {
+        // Of what is not a number there is no bound.
+        if !by.iter().chain(&past).all(|x| *x >= 0.0) {
+            return None;
+        }
         let mut steepest: [f64; 2] = [0.0; 2];
         for index in self.met_patches(ranges) {
             let patch = self.made(index, beside)?;
-            let slope = slopes(patch)?;
+            let least = [0, 1].map(|k| least_length(&patch.maps[k]));
+            // What a rounding is of a short span is more than the usual.
+            let own = (past[0] / least[0]).max(past[1] / least[1]) * UP;
+            let slope = slopes(patch, own.max(EXTENSION))?;
             for k in 0..2 {
-                let m = &patch.maps[k];
-                steepest[k] = steepest[k].max(slope[k] / least_length(m));
+                steepest[k] = steepest[k].max(slope[k] / least[k]);
             }
         }
         let sum: f64 = (0..2)
@@ -313,14 +346,14 @@ fn least_length(m: &ParamMap) -> f64 {
     m.length::<f64>().lower()
 }
 
-/// A bound on the derivative of a patch along u and v (local parameters), up to [`EXTENSION`] past its border; infinite where
+/// A bound on the derivative of a patch along u and v (local parameters), up to `past` past its border; `None` where
 /// there is none.
 ///
 /// `S' = (X' - S w') / w` with `|X'| <= p max |X_(i+1) - X_i|`, likewise `w'`, and `|S| <= max |X_i / w_i|`. Past the border
-/// by `d` the control points become combinations of these with weights of sum 1 and absolute sum `(1 + 2 d)^p`. With
+/// by `d <= past` the control points become combinations of these with weights of sum 1 and absolute sum `(1 + 2 d)^p`. With
 /// `p d max w / min w <= 1/64` the negative ones make up less than 1.05 p d, so that `w` loses less than 2 %, `S`
 /// and the numerators grow by less than 4 % each: by [`PAST`] in all.
-fn slopes<T: Real>(patch: &Patch<T>) -> Option<[f64; 2]> {
+fn slopes<T: Real>(patch: &Patch<T>, past: f64) -> Option<[f64; 2]> {
     let degree = patch.net.degree;
     let points = &patch.net.points;
     let (mut low, mut high, mut far): (f64, f64, f64) = (f64::INFINITY, 0.0, 0.0);
@@ -348,14 +381,14 @@ fn slopes<T: Real>(patch: &Patch<T>) -> Option<[f64; 2]> {
     };
     let u = steep(width, degree.u, &|i| i / width == degree.u);
     let v = steep(1, degree.v, &|i| i % width == degree.v);
-    let tame = degree.u.max(degree.v) as f64 * EXTENSION * high <= low / 64.0;
+    let tame = degree.u.max(degree.v) as f64 * past * high <= low / 64.0;
     tame.then_some([PAST * u, PAST * v])
 }
 
 /// See [`slopes`].
 const PAST: f64 = 1.125;
 
-/// How far past its border a patch is followed at most, in local parameters.
+/// How far past its border a patch may be followed without asking how far it is, in local parameters.
 const EXTENSION: f64 = 1.0 / (1u64 << 20) as f64;
 
 /// The range of a coordinate over a curve; `None` where it is not known.
@@ -432,6 +465,81 @@ pub(super) fn part<T: Real, const H: usize>(
     d
 }
 
+/// A curve without bounds, to guess where it crosses borders: what is guessed wrong costs time alone.
+struct Plain {
+    /// Control points times binomials.
+    points: Vec<[f64; 3]>,
+}
+
+impl Plain {
+    fn new<T: Real>(points: &[Homogeneous<T, 3>]) -> Self {
+        let n = points.len() - 1;
+        let mut binomial = 1.0;
+        let scaled = points.iter().enumerate().map(|(i, p)| {
+            let scaled = p.map(|x| x.mid.approximate() * binomial);
+            binomial *= (n - i) as f64 / (i + 1) as f64;
+            scaled
+        });
+        Self {
+            points: scaled.collect(),
+        }
+    }
+
+    /// A coordinate: numerator and denominator by Horner's scheme, in t / (1 - t) or the inverse of it (their common factor is left out).
+    fn at(&self, t: f64, c: usize) -> f64 {
+        let (mut x, mut w) = (0.0, 0.0);
+        if t <= 0.5 {
+            let s = t / (1.0 - t);
+            for p in self.points.iter().rev() {
+                (x, w) = (x * s + p[c], w * s + p[2]);
+            }
+        } else {
+            let s = (1.0 - t) / t;
+            for p in &self.points {
+                (x, w) = (x * s + p[c], w * s + p[2]);
+            }
+        }
+        x / w
+    }
+}
+
+/// So many places where a curve crosses borders are guessed before it is halved instead.
+const MOST_GUESSES: usize = 4 * MOST_CROSSINGS;
+
+impl<T: Real> Grid<'_, T> {
+    /// About where a curve crosses a border between two parameters, at the ends of which it is farther from it than it may wander; `None` where its ends may be in one cell.
+    fn crossing(&self, curve: &Plain, from: f64, to: f64) -> Option<f64> {
+        (0..2)
+            .find_map(|axis| {
+                let [a, b] = [from, to].map(|t| curve.at(t, axis));
+                let borders = &self.borders[axis];
+                let [low, high] = if a < b { [a, b] } else { [b, a] };
+                let clear = |at: &Ball<T>, slack: T| {
+                    let (at, slack) = (at.mid.approximate(), slack.approximate());
+                    (low < at - slack && at + slack < high).then_some(at)
+                };
+                // The first start of a cell above the lower end, or the end of the last.
+                let next = borders.partition_point(|b| b.start.mid.approximate() <= low);
+                let border = borders[next..]
+                    .iter()
+                    .find_map(|b| clear(&b.start, b.slack));
+                let border =
+                    border.or_else(|| borders.last().and_then(|b| clear(&b.end, b.slack)))?;
+                let (mut from, mut to) = (from, to);
+                while to - from > f64::EPSILON {
+                    let middle = 0.5 * (from + to);
+                    if (curve.at(middle, axis) < border) == (a < b) {
+                        from = middle;
+                    } else {
+                        to = middle;
+                    }
+                }
+                Some(0.5 * (from + to))
+            })
+            .filter(|t| from < *t && *t < to)
+    }
+}
+
 impl<T> Part<T> {
     /// What it takes in a list: one that grows has room for twice as many, and is copied.
     fn bytes(&self) -> usize {
@@ -440,6 +548,8 @@ impl<T> Part<T> {
 }
 
 /// Cuts a curve at the borders of cells; `None` if into too many parts, or more than there is room for beside so many bytes.
+///
+/// Where ends of a part are seen to be in different cells it is cut where it crosses a border, as floats tell; what is not proven to stay in a cell then is halved.
 fn cut<T: Real>(
     grid: &Grid<T>,
     points: &[Homogeneous<T, 3>],
@@ -448,8 +558,20 @@ fn cut<T: Real>(
     let mut out: Vec<Part<T>> = Vec::new();
     let mut crossings = 0;
     let mut room = grid.room(beside);
+    let plain = Plain::new(points);
+    // In finer arithmetic a place that floats tell is cut again on both sides.
+    let mut guesses = if T::UNIT < f64::UNIT { 0 } else { MOST_GUESSES };
     let mut stack = vec![(0.0, 1.0, 0)];
     while let Some((from, to, depth)) = stack.pop() {
+        if depth < HALVINGS
+            && guesses > 0
+            && let Some(middle) = grid.crossing(&plain, from, to)
+        {
+            guesses -= 1;
+            stack.push((middle, to, depth));
+            stack.push((from, middle, depth));
+            continue;
+        }
         let points = part(points, T::from_f64(from), T::from_f64(to));
         let ranges = [range(&points, 0)?, range(&points, 1)?];
         let cells = match (grid.cell(0, ranges[0]), grid.cell(1, ranges[1])) {
@@ -511,6 +633,22 @@ fn localized<T: Real>(
     points.iter().map(both).collect()
 }
 
+/// Where local parameters are known no better than this, they are taken for exact ones.
+const ROUGH: f64 = 1.0 / (1u64 << 30) as f64;
+
+/// A curve in a patch's local parameters, and how far each of them may be from it. Over a span that is short for its parameters' size a rounding of them is much of it:
+/// then the curve is the exact one of the middles. Composed with the patch, what is not known of local parameters counts once for each power, for a point as far as the
+/// control points are from the origin; as a shift it counts for the way along the surface alone, which is short.
+fn middles<T: Real>(local: Vec<Homogeneous<T, 3>>) -> Option<(Vec<Homogeneous<T, 3>>, [f64; 2])> {
+    if !local.iter().flatten().any(|x| x.rad > ROUGH) {
+        return Some((local, [0.0; 2]));
+    }
+    let along = |k: usize| -> Vec<_> { local.iter().map(|p| [p[k], p[2]]).collect() };
+    let off = [exact(&along(0))?.1, exact(&along(1))?.1];
+    let known = |x: Ball<T>| Ball { rad: 0.0, ..x };
+    Some((local.into_iter().map(|p| p.map(known)).collect(), off))
+}
+
 /// Builds an image part by part.
 struct Builder<T> {
     image: Image<T>,
@@ -546,7 +684,7 @@ impl<T: Real> Builder<T> {
                 } else {
                     let ranges = [range(&part.points, 0)?, range(&part.points, 1)?];
                     let widths = ranges.map(|r| (r[1] - r[0]).magnitude());
-                    self.between(grid.distance(ranges, widths, self.bytes)?);
+                    self.between(grid.distance(ranges, widths, [0.0; 2], self.bytes)?);
                 }
                 continue;
             };
@@ -563,26 +701,24 @@ impl<T: Real> Builder<T> {
             if patch.work_bytes(local.len()) > grid.room(self.bytes) {
                 return None;
             }
+            let (local, rounded) = middles(local)?;
             let (space, moved, twist) = lifted(patch, &local);
             // Past the border the patch's polynomials go on by the overhang, and so does the image: on the next patch,
             // or along the border, to which it is clamped.
-            let off = [0, 1].map(|k| (2.0 * part.overhang[k] + moved[k]) * UP);
-            if !off.iter().all(|x| *x <= EXTENSION) {
-                return None;
-            }
+            let off = [0, 1].map(|k| (2.0 * part.overhang[k] + moved[k] + rounded[k]) * UP);
+            let past = [0, 1].map(|k| grid.native(patch, off, k));
             let Some(space) = space else {
                 // As far as the parameters go, all over the patch at most.
                 let widths = std::array::from_fn(|k| {
-                    (ranges[k][1] - ranges[k][0]).magnitude() + 2.0 * grid.native(patch, off, k)
+                    (ranges[k][1] - ranges[k][0]).magnitude() + 2.0 * past[k]
                 });
-                self.between(grid.distance(ranges, widths, self.bytes)?);
+                self.between(grid.distance(ranges, widths, past, self.bytes)?);
                 continue;
             };
             let (points, mut slack) = exact(&space)?;
             slack += twist;
             if off != [0.0; 2] {
-                let moved = [0, 1].map(|k| grid.native(patch, off, k));
-                slack = (slack + grid.distance(ranges, moved, self.bytes)?) * UP;
+                slack = (slack + grid.distance(ranges, past, past, self.bytes)?) * UP;
             }
             self.pending = 0.0;
             let mut stretch = Stretch {
@@ -725,20 +861,17 @@ pub(super) fn point<T: Real>(geometry: &FaceGeometry<T>, at: &Homogeneous<T, 3>)
     let point = std::slice::from_ref(at);
     let ranges = [range(point, 0)?, range(point, 1)?];
     let cells = ROUNDINGS.into_iter().find_map(|roundings| {
-        grid.roundings = roundings;
+        grid.set_roundings(roundings);
         Some([grid.cell(0, ranges[0])?, grid.cell(1, ranges[1])?])
     })?;
     let patch = grid.patch(cells[0], cells[1], 0)?;
     let local = localized(point, patch, cells)[0];
     let overhang = [0, 1].map(|k| 2.0 * grid.overhang(k, cells[k], ranges[k]) * UP);
-    if !overhang.iter().all(|x| *x <= EXTENSION) {
-        return None;
-    }
     let moved = [0, 1].map(|k| grid.native(patch, overhang, k));
     let slack = if moved == [0.0; 2] {
         0.0
     } else {
-        grid.distance(ranges, moved, 0)?
+        grid.distance(ranges, moved, moved, 0)?
     };
     let value = patch
         .net
@@ -761,7 +894,7 @@ pub(super) fn steepest<T: Real>(geometry: &FaceGeometry<T>) -> Option<[f64; 2]> 
     let mut most: [f64; 2] = [0.0; 2];
     for index in 0..geometry.patches.len() {
         let patch = geometry.patches.lent(index);
-        let slope = slopes(&patch)?;
+        let slope = slopes(&patch, EXTENSION)?;
         for k in 0..2 {
             let m = &patch.maps[k];
             most[k] = most[k].max(slope[k] / least_length(m) * UP);
@@ -835,7 +968,7 @@ fn image_of<T: Real>(patches: &Patches<T>, curves: &[UvCurve<T>], most: usize) -
     // Crossings are cut finer once where the numbers go finer.
     let levels = u32::from(T::UNIT < f64::UNIT);
     let mut with = |roundings: f64| {
-        grid.roundings = roundings;
+        grid.set_roundings(roundings);
         let mut builder = Builder {
             image: Image {
                 stretches: Vec::new(),

@@ -1,13 +1,16 @@
 //! Whether points as low as the minimum reach far from its foot. No bound rests on it.
 
 use super::answer::{Accuracy, Contacts, Options};
+use super::level::Level;
+use super::local::{Spot, point};
 use super::objective::Objective;
-use super::outcome::{Foot, Goal, Locus, Outcome, Source, Width};
+use super::outcome::{Foot, Goal, Locus, Outcome, Settled, Source, Width};
 use super::place::{ON_VERTEX, rough_jet};
 use super::search::minimize;
 use super::task::Memory;
 use super::upper::patch_at;
 use crate::numeric::Ball;
+use crate::prepare::closed::Extent;
 use crate::prepare::{Net, Patch, PreparedBrep, curve_jet};
 use crate::trim::Side;
 use nalgebra::{Point2, Point3, Vector3};
@@ -57,6 +60,13 @@ pub(super) fn is_continuum(
             !low.stands_alone(found) && !low.rises_from_corner(found, &normal)
         }
     };
+    let may_lead_far = match objective {
+        Objective::SquaredDistance(_) => !low.is_steep(found),
+        Objective::Height(..) => may_lie_along || low.is_on_border(found),
+    };
+    if may_lead_far && low.leads_far(found) {
+        return (true, 0);
+    }
     let left = goal.budget.saturating_sub(found.nodes);
     // A list has looked at all that is so low, but where formulas say of a face that nothing in it is least: a generator may be so but for a rounding.
     let by_formula = |f: &Foot| matches!(f.spot, Locus::Closed { .. });
@@ -153,7 +163,101 @@ impl Low<'_> {
             (s.face, s.source) == (foot.face, source)
                 && s.local_minimum
                 && s.extent.length(growth) <= self.reach
+                && self.rises_into_patch(foot, s.extent)
         })
+    }
+
+    /// Whether values rise from a border of a patch into it, by far more than it takes; of a foot that is on none, whether its extent tells more than that it is a point.
+    ///
+    /// (What settles a border knows of that alone, and what settles a corner of nothing. From a corner all rises that does along both borders, as every way into the
+    /// patch is made of these.)
+    fn rises_into_patch(&self, foot: &Foot, extent: Extent) -> bool {
+        let Locus::Patch { patch, local, .. } = foot.spot else {
+            return false;
+        };
+        let Patch { net, .. } = &self.brep.double(foot.face).patches[patch];
+        let at = local.map(|x| x.mid.hi);
+        let [here, along_u, along_v] = rough_jet(net, at);
+        let rise = match *self.objective {
+            Objective::SquaredDistance(q) => {
+                let off = here - (q - Point3::from(net.origin));
+                off / off.norm()
+            }
+            Objective::Height(normal, _) => normal,
+        };
+        (0..2).zip([along_u, along_v]).all(|(k, along)| {
+            let inward = match at[k] {
+                x if x <= 0.0 => 1.0,
+                x if x >= 1.0 => -1.0,
+                _ => return !matches!(extent, Extent::Root(0.0)),
+            };
+            // Negated in effect: what is no number does not rise.
+            inward * rise.dot(&along) / along.norm() * self.reach > SURELY * self.slack
+        })
+    }
+
+    /// Whether the distance rises from a foot inside of a face by far more than it takes, as far as what settled it says: it still will a little beyond that.
+    fn is_steep(&self, found: &Outcome) -> bool {
+        /// So many times farther than it does it could be as low.
+        const STEEP: f64 = 8.0;
+        let Some(foot) = found.foot.as_ref() else {
+            return true;
+        };
+        let Some((source, _)) = foot.found else {
+            return true;
+        };
+        let is_steep = |s: &Settled| {
+            let growth = (self.limit - s.lo.hi).max(0.0);
+            match s.extent {
+                Extent::Root(0.0) => self.rises_into_patch(foot, s.extent),
+                Extent::Root(_) => STEEP * s.extent.length(growth) <= self.reach,
+                // Of boxes that are not convex only their size is known.
+                Extent::Linear { .. } => false,
+            }
+        };
+        let mut own =
+            { found.settled.iter() }.filter(|s| (s.face, s.source) == (foot.face, Some(source)));
+        foot.trim.is_none() && own.any(is_steep)
+    }
+
+    /// Whether a foot is on the border of a patch, and so may be on that of its face, without a trim that says so.
+    fn is_on_border(&self, found: &Outcome) -> bool {
+        found.foot.as_ref().is_some_and(|f| match f.spot {
+            Locus::Patch { local, .. } => {
+                let is_end = |x: f64| x <= 0.0 || x >= 1.0;
+                f.trim.is_none() && local.iter().any(|x| is_end(x.mid.hi))
+            }
+            Locus::Closed { .. } => false,
+        })
+    }
+
+    /// Whether a low way leads far from a foot.
+    fn leads_far(&self, found: &Outcome) -> bool {
+        let Some(foot) = found.foot.as_ref() else {
+            return false;
+        };
+        let at = Spot {
+            face: foot.face,
+            uv: foot.uv,
+        };
+        let foot_point = point(self.brep, at);
+        let (limit, most) = match *self.objective {
+            Objective::SquaredDistance(q) => (self.limit.sqrt(), q.coords.amax()),
+            Objective::Height(_, h) => (self.limit, h.abs()),
+        };
+        let rounded = ROUNDED * self.brep.size().max(foot_point.coords.amax()).max(most);
+        // What f64 cannot tell is not looked at.
+        let level = Level {
+            brep: self.brep,
+            objective: self.objective,
+            foot: foot_point,
+            limit,
+            slack: self.slack,
+            reach: self.reach,
+        };
+        // Of a distance more is asked than that: see `is_steep`.
+        let stands_alone = !self.objective.is_squared() && self.stands_alone(found);
+        rounded <= self.slack && level.leads_far(at, foot.trim, stands_alone)
     }
 
     /// Whether a foot is a vertex from which all edges rise, and on no face of which the half-space lies: what is as low is not connected with it then.
@@ -266,6 +370,8 @@ impl Low<'_> {
     }
 }
 
+/// What values may be off by, for a slack to tell anything: some roundings of coordinates.
+const ROUNDED: f64 = 64.0 * f64::EPSILON;
 /// Of what is settled, so much is looked at.
 const MOST_LOOKS: usize = 64;
 /// An end of a trim that is no farther from a vertex than this part of the size is there.

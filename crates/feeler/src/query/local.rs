@@ -299,8 +299,8 @@ impl Surroundings<'_> {
     }
 }
 
-/// The point of a trim at a part of its span, clamped to the surface's domain.
-fn on_trim(brep: &PreparedBrep, trim: usize, s: f64) -> Spot {
+/// The place of a trim at a part of its span, clamped to the surface's domain.
+pub(super) fn on_trim(brep: &PreparedBrep, trim: usize, s: f64) -> Spot {
     let brep = brep.brep();
     let parts = brep.parts();
     let trim = &parts.trims[trim];
@@ -311,7 +311,7 @@ fn on_trim(brep: &PreparedBrep, trim: usize, s: f64) -> Spot {
     Spot { face, uv }
 }
 
-fn point(brep: &PreparedBrep, at: Spot) -> Point3<f64> {
+pub(super) fn point(brep: &PreparedBrep, at: Spot) -> Point3<f64> {
     let surface = brep.brep().surface(at.face);
     surface.point(at.uv.x, at.uv.y)
 }

@@ -17,6 +17,7 @@ mod hit_side;
 mod inside;
 mod joints;
 mod leaf;
+mod level;
 mod line;
 mod local;
 mod near_trim;

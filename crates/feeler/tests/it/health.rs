@@ -1,12 +1,12 @@
 //! Health reports of parts with one thing wrong, whose size is known.
 
 use crate::scenes::{self, cube};
-use feeler::brep::{Brep, BrepBuilder, BrepParts, Defect};
+use feeler::brep::{Brep, BrepBuilder, BrepParts, Defect, TrimSpec};
 use feeler::numeric::Interval;
-use feeler::nurbs::{Curve, NurbsCurve, Plane, Surface};
+use feeler::nurbs::{Curve, Line, NurbsCurve, NurbsSurface, Plane, Surface};
 use feeler::prepare::{Direction, Health, PreparedBrep, Turn, Undefined};
 use feeler::trim::MeetingKind;
-use nalgebra::{Point3, Vector3, Vector4};
+use nalgebra::{Point2, Point3, Vector3, Vector4};
 
 /// What the bound of a Frechet distance may be above the true one: `prepare::matching` stops there.
 const GOOD: f64 = 1.125;
@@ -186,6 +186,99 @@ fn edge_curves_off_their_trims() {
     });
     for o in &h.edges[edge].offsets {
         assert!(high <= o.at_most && o.at_most <= high * GOOD, "{o:?}");
+    }
+}
+
+/// A quarter of a cylinder of radius 1 about y, from y = 0 on, whose second span is 4e-8 long beside parameters of 84: a rounding of them is much of it. Its edges' curves are
+/// those of its border, the straight ones lowered by `by`, and one trim waves by 2e-13 in v, as trims do that were computed.
+fn short_span(by: f64) -> Brep {
+    let (a, d) = (83.6613993513201, 84.7655501742753);
+    let ends = [a, a + 4.2e-8, 84.0400520881385, d];
+    let mut knots = vec![a; 4];
+    knots.extend([[ends[1]; 3], [ends[2]; 3]].concat());
+    knots.extend([d; 4]);
+    // y = v - a: control points of the spans in thirds.
+    let mut ys = vec![0.];
+    for e in ends.windows(2) {
+        ys.extend([1., 2., 3.].map(|k| e[0] - a + (e[1] - e[0]) * k / 3.));
+    }
+    let w = std::f64::consts::FRAC_1_SQRT_2;
+    let quarter = [[1., 0., 1.], [w, w, w], [0., 1., 1.]];
+    let net = { quarter.iter() }
+        .flat_map(|[x, z, w]| ys.iter().map(move |y| Vector4::new(*x, y * w, *z, *w)));
+    let count = ys.len();
+    let knots = [vec![0., 0., 0., 1., 1., 1.], knots];
+    let surface = NurbsSurface::new([2, 3], [3, count], net.collect(), knots).unwrap();
+    let mut b = BrepBuilder::new();
+    let length = ys[ys.len() - 1];
+    let corners = [
+        [1., 0., 0.],
+        [0., 0., 1.],
+        [0., length, 1.],
+        [1., length, 0.],
+    ];
+    let vertices = corners.map(|c| b.vertex(c));
+    let arc = |y: f64| {
+        let points = quarter
+            .map(|[x, z, w]| Vector4::new(x, y * w, z, w))
+            .to_vec();
+        Curve::Nurbs(NurbsCurve::new(2, points, vec![0., 0., 0., 1., 1., 1.]).unwrap())
+    };
+    let straight = |from: [f64; 3], to: [f64; 3]| {
+        let [from, to] = [from, to].map(|p| Point3::new(p[0], p[1], p[2] - by));
+        Curve::Line(Line::new(from, to, interval(0., 1.)).unwrap())
+    };
+    let curves = [
+        arc(0.),
+        straight(corners[1], corners[2]),
+        arc(length),
+        straight(corners[0], corners[3]),
+    ];
+    let ends = [[0, 1], [1, 2], [3, 2], [0, 3]];
+    let in_uv = [
+        [[0., a], [1., a]],
+        [[1., a], [1., d]],
+        [[1., d], [0., d]],
+        [[0., d], [0., a]],
+    ];
+    let trims = (0..4).map(|k| {
+        let [p, q] = in_uv[k].map(|p| Point2::new(p[0], p[1]));
+        let edge = b
+            .edge(ends[k].map(|i| vertices[i]), curves[k].clone())
+            .unwrap();
+        let curve = match k {
+            0 => {
+                let points = [p.x, 0.5, q.x]
+                    .map(|x| Vector3::new(x, if x == 0.5 { a + 4e-13 } else { a }, 1.));
+                let wave = NurbsCurve::new(2, points.to_vec(), vec![0., 0., 0., 1., 1., 1.]);
+                Curve::Nurbs(wave.unwrap())
+            }
+            _ => Curve::Line(Line::new(p, q, interval(0., 1.)).unwrap()),
+        };
+        TrimSpec {
+            vertices: [vertices[k], vertices[(k + 1) % 4]],
+            curve,
+            edge: Some(edge),
+        }
+    });
+    let trims = trims.collect();
+    b.face_with_trims(Surface::Nurbs(surface), vec![trims])
+        .unwrap();
+    b.build().unwrap()
+}
+
+#[test]
+fn edges_over_short_spans() {
+    /// The wave and some thousand roundings of parameters of 84.
+    const NEAR: f64 = 1e-11;
+    for e in &health(short_span(0.)).edges {
+        assert!(e.offsets[0].at_most <= NEAR, "{e:?}");
+    }
+    let by = 1. / 65536.;
+    let lowered = health(short_span(by)).edges;
+    for e in [&lowered[1], &lowered[3]] {
+        let o = &e.offsets[0];
+        assert!(by <= o.at_most && o.at_most <= by * GOOD, "{o:?}");
     }
 }
 

@@ -99,11 +99,13 @@ pub fn write_brep(document: &Document) -> Result<Written, WriteError> {
     let mut notes = Vec::new();
     let mut left_out: BTreeMap<String, usize> = BTreeMap::new();
     let mut roots = Vec::new();
+    let mut off: f64 = 0.0;
     for (index, object) in document.objects.iter().enumerate() {
         if object.block_member {
             continue;
         }
-        for part in document.parts(index) {
+        for placement in document.placements(index) {
+            let (part, moved) = placement.placed_within();
             let brep = match &part.kind {
                 ObjectKind::Brep(b) | ObjectKind::Extrusion(b) | ObjectKind::Surface(b) => b,
                 other => {
@@ -111,6 +113,7 @@ pub fn write_brep(document: &Document) -> Result<Written, WriteError> {
                     continue;
                 }
             };
+            off = off.max(moved);
             let mut own = Notes::default();
             let root = tables.brep(brep, &mut own);
             roots.extend(root.map_err(|Problem(what)| WriteError::Unsupported {
@@ -136,5 +139,6 @@ pub fn write_brep(document: &Document) -> Result<Written, WriteError> {
         bytes: tables.file(HEADER).into_bytes(),
         notes,
         objects,
+        off,
     })
 }

@@ -53,6 +53,8 @@ pub struct Written {
     pub notes: Vec<String>,
     /// How many objects were written.
     pub objects: usize,
+    /// How far any point of what block references place may be from where their maps take it, as it was moved there to be written; 0: nothing was rounded.
+    pub off: f64,
 }
 
 /// What openNURBS calls a kind of object in a record.
@@ -89,11 +91,14 @@ pub fn write_3dm(document: &Document) -> Result<Written, WriteError> {
         written: 0,
     };
     let mut records = Writer::new();
+    let mut off: f64 = 0.0;
     for (i, object) in document.objects.iter().enumerate() {
         if object.block_member {
             continue;
         }
-        for part in document.parts(i) {
+        for placement in document.placements(i) {
+            let (part, moved) = placement.placed_within();
+            off = off.max(moved);
             file.object(&mut records, &part, i)?;
         }
     }
@@ -143,6 +148,7 @@ pub fn write_3dm(document: &Document) -> Result<Written, WriteError> {
         bytes: out.finish(),
         notes,
         objects: file.written,
+        off,
     })
 }
 
