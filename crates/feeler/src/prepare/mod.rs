@@ -52,7 +52,7 @@ pub(crate) use course::{Course, Round};
 pub(crate) use exact::{Ratio, When};
 pub(crate) use image::{Image, Stretch};
 pub(crate) use near::distance;
-pub(crate) use net::{Products, curve_jet};
+pub(crate) use net::{Products, curve_jet, part_of};
 pub(crate) use polygon::{Meeting, Polygon};
 pub(crate) use quotient::{Quotient, least_squared_distance};
 pub(crate) use row::row_in_line;

@@ -424,6 +424,38 @@ impl<T: Real> Net<T> {
         Self::new(degree, points, origin)
     }
 
+    /// The part over a box, relative to a point `q`. Next to `q` what cancels does so here, on the points: products of what is left are off by parts of themselves,
+    /// while products about another place are off by parts of the squared distance from there. (A dimension of a box without width is at 0 or 1.)
+    pub(crate) fn about(&self, q: [f64; 3], [u, v]: [[f64; 2]; 2]) -> Self {
+        let part = |points: &[Homogeneous<T, 4>], range: [f64; 2]| match points {
+            [first, .., last] if range[0] == range[1] => {
+                vec![if range[0] == 0.0 { *first } else { *last }]
+            }
+            _ => part_of(points, range),
+        };
+        let rows = self.points.chunks_exact(self.degree.v + 1);
+        let rows: Vec<_> = rows.map(|row| part(row, v)).collect();
+        let columns: Vec<_> = (0..rows[0].len())
+            .map(|j| part(&rows.iter().map(|r| r[j]).collect::<Vec<_>>(), u))
+            .collect();
+        let degree = Bidegree {
+            u: columns[0].len() - 1,
+            v: columns.len() - 1,
+        };
+        let away: [Ball<T>; 3] = std::array::from_fn(|c| Ball::difference(q[c], self.origin[c]));
+        let points = (0..=degree.u).flat_map(|i| columns.iter().map(move |column| column[i]));
+        let points = points.map(|p| {
+            // Averages of 1 are 1.
+            let w = if self.unit_weights { Ball::ONE } else { p[3] };
+            let at = |c: usize| match self.unit_weights {
+                true => p[c] - away[c],
+                false => p[c] - away[c] * w,
+            };
+            [at(0), at(1), at(2), w]
+        });
+        Self::new(degree, points.collect(), q)
+    }
+
     /// Bytes of its lists, as large as they were reserved.
     pub(super) fn bytes(&self) -> usize {
         self.points.capacity() * size_of::<Homogeneous<T, 4>>()
@@ -448,6 +480,38 @@ impl<T: Real> Net<T> {
             t: along_t,
         }
     }
+}
+
+/// The control points of a part of a curve: of what is up to its end that beyond its start, by de Casteljau twice. (Pieces that are kept are made by
+/// blossoms, which take more by the degree and have fewer roundings.)
+pub(crate) fn part_of<T: Real, const H: usize>(
+    points: &[Homogeneous<T, H>],
+    [a, b]: [f64; 2],
+) -> Vec<Homogeneous<T, H>> {
+    let count = points.len();
+    let mut d = points.to_vec();
+    let blend = |p: &Homogeneous<T, H>, q: &Homogeneous<T, H>, [y, x]: [Ball<T>; 2]| {
+        std::array::from_fn(|c| y * p[c] + x * q[c])
+    };
+    if b != 1.0 {
+        let x = Ball::exact(b);
+        let weights = [Ball::ONE - x, x];
+        for k in 1..count {
+            for i in (k..count).rev() {
+                d[i] = blend(&d[i - 1], &d[i], weights);
+            }
+        }
+    }
+    if a != 0.0 {
+        let whole = Ball::exact(b);
+        let weights = [Ball::difference(b, a) / whole, Ball::exact(a) / whole];
+        for k in 1..count {
+            for i in 0..count - k {
+                d[i] = blend(&d[i], &d[i + 1], weights);
+            }
+        }
+    }
+    d
 }
 
 /// A homogeneous point and its derivatives along s and t.
@@ -581,6 +645,86 @@ mod tests {
             let net = Net::<f64>::new(Bidegree { u: 1, v: 1 }, points, [0.0; 3]);
             // w = 1 and w_s = (0 + 1) / 2 there, y w = 5 and (y w)_s = (0 + 10) / 2: y_s = 5 - 5 / 2.
             assert!(net.speeds()[0] >= 2.5, "{:?}", net.speeds());
+        }
+    }
+
+    /// In rationals, by blossoms: a part relative to a point next to it holds the exact points, and is known to digits of the patch's size at most, so that squares of distances of
+    /// `d` are known to digits of `d` times that.
+    #[test]
+    fn parts_about_a_point() {
+        let q = |x: f64| Q::try_from(x).expect("a number");
+        let exact = |x: Dd| q(x.hi) + q(x.lo);
+        let degree = Bidegree { u: 2, v: 1 };
+        let apex = [3.0, 4.0, 12.0];
+        for weights in [[1.0; 6], [1.0, 0.75, 0.5, 0.3, 1.0, 1e-3]] {
+            let places = [
+                [0.0, 0.0, 0.0],
+                apex,
+                [1.0, 0.1, 0.2],
+                apex,
+                [2.0, 0.7, 0.3],
+                apex,
+            ];
+            let points: Vec<[f64; 4]> = places
+                .iter()
+                .zip(weights)
+                .map(|(p, w)| [p[0] * w, p[1] * w, p[2] * w, w])
+                .collect();
+            let net = Net::<Dd>::new(
+                degree,
+                points.iter().map(|p| p.map(Ball::exact)).collect(),
+                [0.5, 0.25, -1.0],
+            );
+            let center = [3.5, 4.25, 11.0 + 1e-9];
+            let end = 1.0 - 1.0 / (1u64 << 40) as f64;
+            for [u, v] in [
+                [[0.25, 0.5], [end, 1.0]],
+                [[0.0, 1.0], [1.0, 1.0]],
+                [[0.0, 0.0], [0.75, 1.0]],
+                [[0.5, 1.0], [0.0, 1.0]],
+            ] {
+                let about = net.about(center, [u, v]);
+                let count = |r: [f64; 2], d: usize| if r[0] == r[1] { 0 } else { d };
+                let of = Bidegree {
+                    u: count(u, 2),
+                    v: count(v, 1),
+                };
+                assert_eq!((about.degree, about.origin), (of, center));
+                assert_eq!(about.unit_weights, weights == [1.0; 6]);
+                let blend = |t: f64, a: &Q, b: &Q| a * (Q::ONE - q(t)) + b * q(t);
+                for (k, found) in about.points.iter().enumerate() {
+                    let (i, j) = (k / (of.v + 1), k % (of.v + 1));
+                    // Of a blossom's arguments i are the end, the others the start.
+                    let at_u = if i == 2 {
+                        [u[1]; 2]
+                    } else if i == 1 {
+                        [u[0], u[1]]
+                    } else {
+                        [u[0]; 2]
+                    };
+                    let at_v = v[j];
+                    for c in 0..4 {
+                        let value = |m: usize| {
+                            q(points[m][c])
+                                - if c < 3 {
+                                    (q(center[c]) - q(net.origin[c])) * q(points[m][3])
+                                } else {
+                                    Q::ZERO
+                                }
+                        };
+                        let row = |m: usize| blend(at_v, &value(2 * m), &value(2 * m + 1));
+                        let first = [
+                            blend(at_u[0], &row(0), &row(1)),
+                            blend(at_u[0], &row(1), &row(2)),
+                        ];
+                        let truth = blend(at_u[1], &first[0], &first[1]);
+                        let off = exact(found[c].mid) - truth;
+                        let off = if off < Q::ZERO { -off } else { off };
+                        assert!(off <= q(found[c].rad), "{u:?} {v:?} {k} {c}");
+                        assert!(found[c].rad <= 512.0 * Dd::UNIT, "{:?}", found[c]);
+                    }
+                }
+            }
         }
     }
 }

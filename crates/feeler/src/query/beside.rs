@@ -1,11 +1,14 @@
 //! Where parts of boundary pieces lie to their patches: a trim that passes a border of patches has a piece on either side that goes on a little past it,
 //! where what its patch's polynomials say is not the face.
 
-use super::leaf::LEAST_STEP;
+use super::leaf::{Cell, LEAST_STEP};
+use super::node::Node;
 use super::outcome::Source;
 use super::search::Search;
+use super::shape::Shape;
+use super::task::Arithmetic;
 use crate::numeric::{Ball, Dd, Real};
-use crate::prepare::{Homogeneous, curve_jet};
+use crate::prepare::{Homogeneous, curve_jet, part_of};
 
 const UP: f64 = 1.0 + 64.0 * f64::EPSILON;
 
@@ -22,12 +25,7 @@ impl Search<'_> {
         let local = &geometry.piece(index).local;
         let slack = border_slack(local);
         let part = part_of(local, range);
-        let exact = Ball::exact(slack);
-        let off = (0..2).any(|c| {
-            let below = |p: &Homogeneous<Dd, 3>| (p[c] + p[2] * exact).upper() < 0.0;
-            let above = |p: &Homogeneous<Dd, 3>| (p[c] - p[2] - p[2] * exact).lower() > 0.0;
-            part.iter().all(below) || part.iter().all(above)
-        });
+        let off = is_off(&part, slack);
         let twice = 2.0 * slack;
         let leaves = !twice.is_finite()
             || part.iter().any(|p| {
@@ -36,6 +34,50 @@ impl Search<'_> {
                 !(0..2).all(|c| (p[c].mid - p[2].mid).hi <= near && p[c].mid.hi >= -near)
             });
         PiecePlace { off, leaves }
+    }
+
+    /// A bound of `f` on what is on its patch of a part of a piece, too short to be halved, on which what is on the patch ends; and the best place there kept.
+    ///
+    /// Where `f` is convex on the part that bounds it. Where it is monotone it is least at one end of what is on the patch: at the end of the range, or at a place beyond which all
+    /// is off the patch, known to more digits than ends of ranges have; `f` is no less on the rest than there.
+    pub(super) fn crossing_bound<T: Real + Arithmetic>(
+        &mut self,
+        (face, index): (usize, usize),
+        node: &Node<T>,
+        shape: (&Shape, Dd),
+    ) -> Option<Dd> {
+        let source = Source::Piece { face, index };
+        let (u, sign) = (node.u, shape.0.monotone[0]);
+        if sign == 0 {
+            if !(shape.0.convexity > 0.0) {
+                return None;
+            }
+            let leaf = self.certify(source, &Cell::from(node), shape)?;
+            self.try_point(source, leaf.p, false);
+            return Some(leaf.lo);
+        }
+        let grows = sign > 0;
+        let local = &self.brep.double_double(face).piece(index).local;
+        let slack = border_slack(local);
+        if !slack.is_finite() {
+            return None;
+        }
+        let part = part_of(local, u);
+        let least = usize::from(!grows);
+        let at = |s: f64| {
+            // What is rounded here is in the radius.
+            Ball::exact(u[0]) + Ball::difference(u[1], u[0]) * Ball::<Dd>::exact(s)
+        };
+        let [on, off] = if depth_at(&part, least as f64) >= 0.0 {
+            [least as f64; 2]
+        } else {
+            end_between(&part, least, slack)?
+        };
+        self.try_point(source, [at(on).mid, Dd::ZERO], false);
+        let f = self
+            .objective
+            .value(self.net_dd(source)?, [at(off), Ball::ZERO]);
+        Some(f.mid - Dd::from((f.rad + 4.0 * Dd::UNIT * f.mid.magnitude()) * UP))
     }
 
     /// Whether a part that is off its patch may begin or end at a parameter of a boundary piece.
@@ -71,33 +113,38 @@ impl Search<'_> {
     }
 }
 
-/// The control points of a part of a curve: of what is up to its end that beyond its start, by de Casteljau twice. (Pieces that are kept are made by
-/// blossoms, which take more by the degree and have fewer roundings.)
-fn part_of(points: &[Homogeneous<Dd, 3>], [a, b]: [f64; 2]) -> Vec<Homogeneous<Dd, 3>> {
-    let mut d = points.to_vec();
-    let count = d.len();
-    let blend = |p: &Homogeneous<Dd, 3>, q: &Homogeneous<Dd, 3>, [y, x]: [Ball<Dd>; 2]| {
-        std::array::from_fn(|c| y * p[c] + x * q[c])
-    };
-    if b != 1.0 {
-        let x = Ball::exact(b);
-        let weights = [Ball::ONE - x, x];
-        for k in 1..count {
-            for i in (k..count).rev() {
-                d[i] = blend(&d[i - 1], &d[i], weights);
-            }
-        }
+/// Where a part of a boundary piece, along which what is on its patch ends, has its end, in parts of the range: the last place known to be on the patch, going from one end
+/// of the range to the other (`to`), and one beyond which all is [off](PiecePlace::off) it. `None` where that is not found.
+fn end_between(part: &[Homogeneous<Dd, 3>], to: usize, slack: f64) -> Option<[f64; 2]> {
+    let [from, to] = [1 - to, to].map(|end| (end as f64, depth_at(part, end as f64)));
+    if !(from.1 >= 0.0 && to.1 < 0.0) {
+        return None;
     }
-    if a != 0.0 {
-        let whole = Ball::exact(b);
-        let weights = [Ball::difference(b, a) / whole, Ball::exact(a) / whole];
-        for k in 1..count {
-            for i in 0..count - k {
-                d[i] = blend(&d[i], &d[i + 1], weights);
-            }
+    let on = border_between(part, from, to, FINE * slack);
+    let mut step = f64::EPSILON;
+    while step < 1.0 {
+        let off = on + (to.0 - on) * step;
+        let rest = part_of(part, [off.min(to.0), off.max(to.0)]);
+        if is_off(&rest, 0.0) {
+            return Some([on, off]);
         }
+        step *= 4.0;
     }
-    d
+    None
+}
+
+/// Which part of the slack of a piece is still told from nothing at a single place, where no more is counted than the place's own roundings. Only a guide: how a place
+/// lies is asked of itself.
+const FINE: f64 = 1.0 / 64.0;
+
+/// Whether all of a part is off its patch, by more than a slack, on one side.
+fn is_off(part: &[Homogeneous<Dd, 3>], slack: f64) -> bool {
+    let exact = Ball::exact(slack);
+    (0..2).any(|c| {
+        let below = |p: &Homogeneous<Dd, 3>| (p[c] + p[2] * exact).upper() < 0.0;
+        let above = |p: &Homogeneous<Dd, 3>| (p[c] - p[2] - p[2] * exact).lower() > 0.0;
+        part.iter().all(below) || part.iter().all(above)
+    })
 }
 
 /// The part of a range of a boundary piece where that is on its patch: what matters of a range that passes the border. `None` where both ends are off the

@@ -58,6 +58,8 @@ const SMALL_BALL: f64 = 1.0 / (1u64 << 20) as f64;
 pub(super) const LEAST_STEP: f64 = 1.0 / (1u128 << 96) as f64;
 /// A value that is off by more than this share of the width wanted is found in triple-double.
 const LOST: f64 = 1.0 / 32.0;
+/// No more than a third.
+const THIRD: f64 = 0.333;
 /// How often the ball of critical points is shrunk.
 const SHRINK_STEPS: usize = 24;
 
@@ -131,7 +133,12 @@ impl Search<'_> {
                     (leaf.p[k].hi + r).min(range[1]),
                 ]
             };
-            let side = self.classify(face, index, around(0, cell.u), around(1, cell.v));
+            let mut side = self.classify(face, index, around(0, cell.u), around(1, cell.v));
+            if side == BoxSide::Mixed && leaf.rho <= SMALL_BALL {
+                // A trim passes next to it: the ball itself may be clear of that.
+                let radius = [cell.u, cell.v].map(|r| leaf.rho * (r[1] - r[0]) * UP);
+                side = self.side_around((face, index), leaf.p, radius);
+            }
             if leaf.empty || side == BoxSide::Outside {
                 match cell.node {
                     Some(node) => self.push_borders(heap, source, inside, node),
@@ -198,8 +205,18 @@ impl Search<'_> {
             }
         };
         let narrow = leaf.lo >= self.near(least(own), QUARTER)
-            && leaf.lo >= self.near(least(end), 3.0 * QUARTER);
+            && leaf.lo >= self.near(least(end), self.most_served());
         narrow || leaf.lo >= self.enough()
+    }
+
+    /// Which share of the width a leaf's bounds may take up. Ends that are rounded to f64 take up to an ulp more each, and in full the width is two ulps or more: of bounds that
+    /// are `k` ulps apart the rounded ones are `k + 1` at most, for whole `k`. A third of a width of `k + 1` to `k + 2` ulps is no more than `k`.
+    fn most_served(&self) -> f64 {
+        if self.goal.width.is_full() {
+            THIRD
+        } else {
+            3.0 * QUARTER
+        }
     }
 
     /// Where a descent on a node starts: at the best point so far, if it is on it; else in the middle.
@@ -259,7 +276,7 @@ impl Search<'_> {
 
     /// Bounds on a node that is convex for `G = N - tau C`, by what is known about its shape with some tau. As cheaply as
     /// serves: in f64, then with a value in double-double, then with Newton's method in double-double.
-    fn certify<T: Real>(
+    pub(super) fn certify<T: Real>(
         &self,
         source: Source,
         cell: &Cell<T>,
@@ -316,6 +333,24 @@ impl Search<'_> {
             });
             let step = super::upper::newton_step(slope, h, blocked);
             let mut moved = false;
+            let long = |k: usize| step[k].abs() > 0.5 * widths[k];
+            if T::UNIT < f64::UNIT && widths[0] > 0.0 && widths[1] > 0.0 && (long(0) || long(1)) {
+                // The minimum is off the node: what is least on it is on a side.
+                let room: [[f64; 2]; 2] =
+                    std::array::from_fn(|k| ranges[k].map(|end| (Dd::from(end) - p[k]).hi));
+                for (k, place) in least_on_sides(slope, h, room).into_iter().enumerate() {
+                    let next = match place {
+                        Place::End(high) => Dd::from(ranges[k][usize::from(high)]),
+                        Place::Between(step) => clamp(p[k] + Dd::from(step), ranges[k]),
+                    };
+                    moved |= (next - p[k]).magnitude() > LEAST_STEP;
+                    p[k] = next;
+                }
+                if !moved {
+                    break;
+                }
+                continue;
+            }
             for k in 0..2 {
                 if blocked[k] || step[k].abs() > 0.5 * widths[k] {
                     continue;
@@ -481,6 +516,49 @@ pub(super) fn convexity<T: Real>(shape: &Shape, cell: &Cell<T>, tau_error: f64) 
 
 fn ball(x: Dd) -> Ball<Dd> {
     Ball { mid: x, rad: 0.0 }
+}
+
+/// A coordinate of a place on a side of a box: at the low or the high (`true`) end, or a step away.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Place {
+    End(bool),
+    Between(f64),
+}
+
+/// Where on the sides of a box a quadratic function of this slope and Hessian is least, which is convex and has its minimum elsewhere; `room` is how far it is
+/// to the ends. Only a guide.
+fn least_on_sides(slope: [f64; 2], h: [f64; 3], room: [[f64; 2]; 2]) -> [Place; 2] {
+    let value = |s: [f64; 2]| {
+        slope[0] * s[0]
+            + slope[1] * s[1]
+            + 0.5 * (h[0] * s[0] * s[0] + h[2] * s[1] * s[1])
+            + h[1] * s[0] * s[1]
+    };
+    let mut best = (f64::INFINITY, [Place::Between(0.0); 2]);
+    for (k, high) in [(0, false), (0, true), (1, false), (1, true)] {
+        let end = room[k][usize::from(high)];
+        let other = 1 - k;
+        let least = -(slope[other] + h[1] * end) / h[2 * other];
+        let [low, top] = room[other];
+        // Negated: what is no number is at the low end.
+        let (step, place) = if !(least > low) {
+            (low, Place::End(false))
+        } else if least >= top {
+            (top, Place::End(true))
+        } else {
+            (least, Place::Between(least))
+        };
+        let (steps, places) = if k == 0 {
+            ([end, step], [Place::End(high), place])
+        } else {
+            ([step, end], [place, Place::End(high)])
+        };
+        let own = value(steps);
+        if own < best.0 {
+            best = (own, places);
+        }
+    }
+    best.1
 }
 
 fn clamp(x: Dd, range: [f64; 2]) -> Dd {

