@@ -198,7 +198,7 @@ fn a_query_that_was_asked_before_allocates_no_more_than_it_does_today() {
             "wavy prism",
             wavy_prism(6),
             0.1,
-            [1, 1, 0, 4126, 1, 0, 23, 21, 4785, 23, 3, 1, 0, 0, 4, 0, 25],
+            [1, 1, 0, 4126, 1, 0, 23, 21, 4827, 23, 3, 1, 0, 0, 4, 0, 25],
         ),
         (
             "bicubic",

@@ -35,6 +35,8 @@ pub(super) fn continuum_slack(brep: &PreparedBrep, options: &Options) -> f64 {
 /// The extents of what it settled say so, or points as low that are seen where it left something open. A search for the deepest contact passes over what is as
 /// low as its foot. Of a distance, that is as low along an edge as it says; but a half-space rests on edges, generators and faces as soon as on one of their ends, so
 /// that next to a foot that nothing proves to stand alone (on the border of a face, above all) it is looked for again, by a search for all that is so low.
+/// Needles that are as low are found by [`Level`]: of a half-space wherever its foot may not stand alone; of a ball at full accuracy, and from a foot within a face
+/// (at others and from edges it takes far longer than the answer, and a ball that is that near to a centre of curvature may be told as a point).
 pub(super) fn is_continuum(
     brep: &PreparedBrep,
     objective: &Objective,
@@ -61,7 +63,11 @@ pub(super) fn is_continuum(
         }
     };
     let may_lead_far = match objective {
-        Objective::SquaredDistance(_) => !low.is_steep(found),
+        Objective::SquaredDistance(_) => {
+            options.accuracy == Accuracy::Full
+                && found.foot.as_ref().is_some_and(|f| f.trim.is_none())
+                && !low.is_steep(found)
+        }
         // What is as low within a face in closed form its formula tells.
         Objective::Height(..) => {
             (may_lie_along && !low.is_within_closed(found)) || low.is_on_border(found)

@@ -140,7 +140,14 @@ impl Level<'_> {
             return false;
         };
         let spacing = TURN / DIRECTIONS as f64;
-        let heights: [f64; DIRECTIONS] = std::array::from_fn(|k| ring.height(spacing * k as f64));
+        let mut heights = [f64::INFINITY; DIRECTIONS];
+        for (k, height) in heights.iter_mut().enumerate() {
+            *height = ring.height(spacing * k as f64);
+            // Mostly all of what is around is low, or nothing.
+            if *height <= self.limit && ring.is_low(spacing * k as f64) {
+                return true;
+            }
+        }
         let finite = || heights.iter().copied().filter(|h| h.is_finite());
         let least = finite().fold(f64::INFINITY, f64::min);
         let most = finite().fold(f64::NEG_INFINITY, f64::max);
@@ -155,9 +162,6 @@ impl Level<'_> {
                 return false;
             }
             let middle = spacing * k as f64;
-            if ring.is_low(middle) {
-                return true;
-            }
             let [mut a, mut b] = [middle - spacing, middle + spacing];
             for _ in 0..NARROWED {
                 let third = (b - a) / 3.0;
