@@ -216,11 +216,12 @@ pub fn judge(asked: &Asked, answer: &Body, truth: &Truth) -> Judgement {
                     .and(foot_verdict(deepest, foot))
                     .and(normal_verdict(asked, deepest, truth, foot));
             }
-            if let Some(deepest) = contacts.first() {
-                judgement = judgement.and(standing_verdict(asked, deepest, truth, *continuum));
-            }
             if let (true, Some(all)) = (asked.contacts, all) {
                 judgement = judgement.and(contacts_verdict(asked, contacts, all, undecided));
+            }
+            // Last: what the truth tells of a foot says more.
+            if let Some(deepest) = contacts.first() {
+                judgement = judgement.and(standing_verdict(asked, deepest, truth, *continuum));
             }
             judgement
         }
