@@ -47,4 +47,4 @@ pub use truth::{
     AxisSplitTruth, ContactTruth, HitTruth, SpaceBox, SplitRootTruth, Truth, TruthEnclosure,
     TruthHeader,
 };
-pub use verdict::{Asked, Fault, Judgement, Verdict, judge, ulp};
+pub use verdict::{Asked, CONTINUUM_SLACK, Fault, Judgement, Verdict, judge, ulp};

@@ -7,6 +7,7 @@ mod contacts;
 
 use crate::answer::{AxisSplitLine, Body, Claim, ContactLine, HitLine};
 use crate::truth::{AxisSplitTruth, HitTruth, Truth, TruthEnclosure};
+pub use contacts::CONTINUUM_SLACK;
 use contacts::{contacts_verdict, foot_verdict, normal_verdict, standing_verdict};
 use feeler::numeric::Dyadic;
 use feeler::query::{Accuracy, Probe};

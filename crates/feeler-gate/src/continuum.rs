@@ -15,13 +15,11 @@ use feeler::nurbs::Surface;
 use feeler::prepare::PreparedBrep;
 use feeler::query::{Accuracy, Feature, Probe, side};
 use feeler::trim::Side;
-use feeler_corpus::{Asked, Body, ContactLine, Truth};
+use feeler_corpus::{Asked, Body, CONTINUUM_SLACK, ContactLine, Truth};
 use nalgebra::{Point2, Point3};
 use std::f64::consts::TAU;
 
-/// Of the definition: points are low within the accuracy, or this part of the size...
-const SLACK: f64 = 1.0 / (1u64 << 44) as f64;
-/// ...and far beyond this part of it.
+/// Of the definition: points are low within the accuracy, or [`CONTINUUM_SLACK`] of the size, and far beyond this part of it.
 const REACH: f64 = 1.0 / (1u64 << 12) as f64;
 
 /// What is amiss with the claim that the contact is a continuum, or that it is none; `None` also where that cannot be told.
@@ -69,13 +67,13 @@ pub(crate) fn misjudged(
     };
     let rounded = around.rounded(large) + (hi - lo).abs();
     if *claimed {
-        let slack = high.max(SLACK * large);
+        let slack = high.max(CONTINUUM_SLACK * large);
         let is_telling = one_foot && rounded <= TELLING * slack;
         let told = || around.is_steep(feature, first, 2.0 * slack, 0.5 * REACH * small);
         (is_telling && told())
             .then(|| "a continuum is claimed, and all is higher next to its foot".to_owned())
     } else {
-        let slack = low.max(SLACK * small);
+        let slack = low.max(CONTINUUM_SLACK * small);
         // A way that is half as low leaves no doubt.
         let is_telling = rounded <= TELLING * slack;
         let far =
@@ -351,8 +349,10 @@ impl<'a> Ring<'a> {
     fn at(&self, direction: f64) -> (Point2<f64>, Point3<f64>) {
         const UP: f64 = 1.0 + 1.0 / 64.0;
         let (sin, cos) = direction.sin_cos();
+        /// A sine of less is one of a multiple of pi, but for its roundings.
+        const ALONG: f64 = 1e-12;
         // Exactly along a parameter where that is meant.
-        let whole = |x: f64| if x.abs() < 1e-12 { 0.0 } else { x };
+        let whole = |x: f64| if x.abs() < ALONG { 0.0 } else { x };
         let way = [whole(cos) * self.step[0], whole(sin) * self.step[1]];
         let place = |t: f64| {
             let uv = Point2::new(self.from.x + t * way[0], self.from.y + t * way[1]);
@@ -477,7 +477,9 @@ mod tests {
         let normal = normal.unwrap_or_else(Vector3::z);
         let domain = surface.domain();
         // How the normal turns along a parameter.
-        let h = 1e-4 * domain[which].length();
+        /// The part of a domain over which its turning is seen: a centre need not be met by more than a few digits.
+        const STEP: f64 = 1e-4;
+        let h = STEP * domain[which].length();
         let way = |x: f64| match which {
             0 => Point2::new(x, uv.y),
             _ => Point2::new(uv.x, x),

@@ -75,8 +75,8 @@ pub(super) fn normal_verdict(
     }
 }
 
-/// Of a continuum: points of it are no higher than the least by the accuracy, or by this part of the model's size.
-const CONTINUUM_SLACK: f64 = 1.0 / (1u64 << 44) as f64;
+/// Of a continuum: points of it are no higher than the least by the accuracy, or by this part of the model's size (DESIGN, *Continuum*).
+pub const CONTINUUM_SLACK: f64 = 1.0 / (1u64 << 44) as f64;
 
 /// Whether the deepest contact fits itself, and its foot is as far away as the separation says: what holds of any contact, a continuum's too.
 ///

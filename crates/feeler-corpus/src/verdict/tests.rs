@@ -699,6 +699,13 @@ fn feet_and_normals() {
 /// origin, from within material, and a half-space on a face `z = 1`.
 #[test]
 fn a_contact_stands_on_its_own() {
+    /// By how much places are off, of their own lengths: far more than what is low (2^-44 of the size) and roundings...
+    const OFF: f64 = 1e-9;
+    /// ...and bounds that have no room for it, and that have.
+    const NARROW: f64 = OFF / 10.0;
+    const WIDE: f64 = 100.0 * OFF;
+    /// A normal's length is off by some thousand roundings.
+    const LONGER: f64 = 1.0 + 4096.0 * f64::EPSILON;
     let asked = Asked {
         contacts: true,
         prediction: 4.0,
@@ -755,21 +762,21 @@ fn a_contact_stands_on_its_own() {
             position_bound,
             ..right.clone()
         };
-        wrong(off(1.0 + 1e-9, None), true, "farther away");
-        wrong(off(1.0 + 1e-9, Some(1e-10)), false, "farther away");
-        wrong(off(1.0 - 1e-9, None), true, "nearer");
-        wrong(off(1.0 - 1e-9, Some(1e-7)), false, "nearer");
+        wrong(off(1.0 + OFF, None), true, "farther away");
+        wrong(off(1.0 + OFF, Some(NARROW)), false, "farther away");
+        wrong(off(1.0 - OFF, None), true, "nearer");
+        wrong(off(1.0 - OFF, Some(WIDE)), false, "nearer");
         wrong(off(f64::NAN, None), true, "nearer");
         let normal = |normal: [f64; 3]| ContactLine {
             normal,
             ..right.clone()
         };
-        wrong(normal(times(right.normal, 1.0 + 1e-12)), true, "length");
+        wrong(normal(times(right.normal, LONGER)), true, "length");
         wrong(normal(times(right.normal, f64::NAN)), false, "length");
         wrong(normal(times(right.normal, -1.0)), true, "its foot's");
         wrong(normal([0.8, 0.6, 0.0]), true, "its foot's");
         let beside = ContactLine {
-            on_probe: right.on_probe.map(|x| x + 1e-9),
+            on_probe: right.on_probe.map(|x| x + OFF),
             ..right.clone()
         };
         wrong(beside, true, "on the probe");

@@ -181,23 +181,24 @@ struct Grid<'a, T> {
     /// Of each of the maps.
     borders: [Vec<Borders<T>>; 2],
     most: usize,
+    /// How near a border a curve may wander, in roundings.
+    roundings: f64,
 }
 
 /// Where a cell starts and ends.
 struct Borders<T> {
     start: Ball<T>,
     end: Ball<T>,
-    /// Curves that stay so near a border are not cut there. Less than a cell is long, or as one grows along the axis: starts less it and ends and it stand in order.
-    slack: T,
+    /// What a rounding of its parameters is at most.
+    rounding: f64,
 }
 
 impl<T: Real> Borders<T> {
-    /// `roundings`: how near a border a curve may wander.
-    fn new(m: &ParamMap, roundings: f64) -> Self {
+    fn new(m: &ParamMap) -> Self {
         Self {
             start: m.border(false),
             end: m.border(true),
-            slack: T::from_f64(roundings * T::UNIT * m.start.abs().max(m.end.abs())),
+            rounding: T::UNIT * m.start.abs().max(m.end.abs()),
         }
     }
 }
@@ -212,16 +213,17 @@ impl<'a, T: Real> Grid<'a, T> {
         maps.iter().all(|m| !m.is_empty()).then(|| Self {
             patches,
             own: (0..own).map(|_| OnceLock::new()).collect(),
-            borders: [Vec::new(), Vec::new()],
+            borders: [0, 1].map(|k| maps[k].iter().map(Borders::new).collect()),
             maps,
             most,
+            roundings: ROUNDINGS[0],
         })
     }
 
-    /// How near a border a curve may wander, in roundings. Said before anything is asked.
-    fn set_roundings(&mut self, roundings: f64) {
-        let of = |m: &ParamMap| Borders::new(m, roundings);
-        self.borders = [0, 1].map(|k| self.maps[k].iter().map(of).collect());
+    /// Curves that stay so near a border are not cut there. (From a cell to the next it changes by less than these are long, so that starts less it stand in order, and ends
+    /// and it: both are looked up by halving.)
+    fn slack(&self, b: &Borders<T>) -> T {
+        T::from_f64(self.roundings * b.rounding)
     }
 
     /// Bytes that are left beside so many and the patches that are made.
@@ -242,10 +244,10 @@ impl<'a, T: Real> Grid<'a, T> {
     fn cell(&self, axis: usize, range: [T; 2]) -> Option<Cell> {
         let (borders, maps) = (&self.borders[axis], &self.maps[axis]);
         // The first that does not end before the range does: all later ones start later.
-        let i = borders.partition_point(|b| range[1] > b.end.mid + b.slack);
+        let i = borders.partition_point(|b| range[1] > b.end.mid + self.slack(b));
         if let Some(b) = borders.get(i)
-            && range[0] >= b.start.mid - b.slack
-            && range[1] <= b.end.mid + b.slack
+            && range[0] >= b.start.mid - self.slack(b)
+            && range[1] <= b.end.mid + self.slack(b)
         {
             return Some(Cell::In(i));
         }
@@ -269,8 +271,9 @@ impl<'a, T: Real> Grid<'a, T> {
     /// The patches that a range of parameters may meet, with those beside it: first and last.
     fn met(&self, axis: usize, range: [T; 2]) -> [usize; 2] {
         let borders = &self.borders[axis];
-        let past = |b: &Borders<T>| range[0] > b.end.mid + (b.slack + T::from_f64(b.end.rad));
-        let begun = |b: &Borders<T>| range[1] >= b.start.mid - (b.slack + T::from_f64(b.start.rad));
+        let past = |b: &Borders<T>| range[0] > b.end.mid + (self.slack(b) + T::from_f64(b.end.rad));
+        let begun =
+            |b: &Borders<T>| range[1] >= b.start.mid - (self.slack(b) + T::from_f64(b.start.rad));
         let (first, end) = (
             borders.partition_point(past),
             borders.partition_point(begun),
@@ -522,9 +525,9 @@ impl<T: Real> Grid<'_, T> {
                 let next = borders.partition_point(|b| b.start.mid.approximate() <= low);
                 let border = borders[next..]
                     .iter()
-                    .find_map(|b| clear(&b.start, b.slack));
+                    .find_map(|b| clear(&b.start, self.slack(b)));
                 let border =
-                    border.or_else(|| borders.last().and_then(|b| clear(&b.end, b.slack)))?;
+                    border.or_else(|| borders.last().and_then(|b| clear(&b.end, self.slack(b))))?;
                 let (mut from, mut to) = (from, to);
                 while to - from > f64::EPSILON {
                     let middle = 0.5 * (from + to);
@@ -861,7 +864,7 @@ pub(super) fn point<T: Real>(geometry: &FaceGeometry<T>, at: &Homogeneous<T, 3>)
     let point = std::slice::from_ref(at);
     let ranges = [range(point, 0)?, range(point, 1)?];
     let cells = ROUNDINGS.into_iter().find_map(|roundings| {
-        grid.set_roundings(roundings);
+        grid.roundings = roundings;
         Some([grid.cell(0, ranges[0])?, grid.cell(1, ranges[1])?])
     })?;
     let patch = grid.patch(cells[0], cells[1], 0)?;
@@ -968,7 +971,7 @@ fn image_of<T: Real>(patches: &Patches<T>, curves: &[UvCurve<T>], most: usize) -
     // Crossings are cut finer once where the numbers go finer.
     let levels = u32::from(T::UNIT < f64::UNIT);
     let mut with = |roundings: f64| {
-        grid.set_roundings(roundings);
+        grid.roundings = roundings;
         let mut builder = Builder {
             image: Image {
                 stretches: Vec::new(),

@@ -40,7 +40,7 @@ pub(super) struct Level<'a> {
 impl Level<'_> {
     /// Whether a low way leads far, from a foot at a place, on a trim if there is one; beside it on its face unless it `stands_alone` there.
     pub(super) fn leads_far(&self, at: Spot, trim: Option<usize>, stands_alone: bool) -> bool {
-        let starts = self.passing(trim).into_iter().take(MOST_TRIMS);
+        let starts = self.passing(at.face, trim).into_iter().take(MOST_TRIMS);
         let starts: Vec<(usize, f64)> = starts.map(|t| (t, self.start(t))).collect();
         let is_way = |(t, s): &(usize, f64)| self.way(*t, *s, 0.0) || self.way(*t, *s, 1.0);
         let is_low = |(t, s): &(usize, f64)| self.is_low_around(on_trim(self.brep, *t, *s));
@@ -53,8 +53,8 @@ impl Level<'_> {
             }
     }
 
-    /// The trims that pass the foot, which is on one of them, or a vertex.
-    fn passing(&self, trim: Option<usize>) -> Vec<usize> {
+    /// The trims that pass the foot on a face, which is on one of them, or a vertex of the face.
+    fn passing(&self, face: usize, trim: Option<usize>) -> Vec<usize> {
         let parts = self.brep.brep().parts();
         let near = ON_VERTEX * self.brep.size();
         let is_here = |v: &usize| {
@@ -63,7 +63,11 @@ impl Level<'_> {
         };
         let at = match trim {
             Some(trim) => parts.trims[trim].vertices.into_iter().find(is_here),
-            None => (0..parts.vertices.len()).find(is_here),
+            None => {
+                let loops = parts.faces[face].loops.iter().flatten();
+                let trims = loops.flat_map(|l| &parts.loops[*l].trims);
+                { trims.flat_map(|t| parts.trims[*t].vertices) }.find(is_here)
+            }
         };
         let edges: Vec<usize> = match at {
             Some(vertex) => parts.vertices[vertex].edges.clone(),
