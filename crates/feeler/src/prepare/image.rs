@@ -9,7 +9,7 @@ use super::boundary::{CurveSource, UvCurve, trim_curves, trim_end, uv_curve};
 use super::closed::V3;
 use super::compose::compose;
 use super::matching::Pair;
-use super::net::curve_jet;
+use super::net::{curve_jet, part_of};
 use super::patch::COMPOSE_HALVINGS;
 use super::patch::Lent;
 use super::spline::curve_pieces;
@@ -427,47 +427,6 @@ struct Part<T> {
     points: Vec<Homogeneous<T, 3>>,
 }
 
-/// The Bezier curve over `[from, to]` of one over `[0, 1]`.
-pub(super) fn part<T: Real, const H: usize>(
-    points: &[Homogeneous<T, H>],
-    from: T,
-    to: T,
-) -> Vec<Homogeneous<T, H>> {
-    let known = |mid: T| Ball { mid, rad: 0.0 };
-    let mut d = points.to_vec();
-    let n = d.len();
-    let step = |d: &mut [Homogeneous<T, H>], k: usize, t: Ball<T>| {
-        // An average: the other form, a + t (b - a), would treble radii at each step.
-        let rest = Ball::ONE - t;
-        for i in 0..k {
-            for c in 0..H {
-                d[i][c] = rest * d[i][c] + t * d[i + 1][c];
-            }
-        }
-    };
-    if to != T::ONE {
-        // The left part: the first points, level by level.
-        let mut left = Vec::with_capacity(n);
-        for k in (0..n).rev() {
-            left.push(d[0]);
-            step(&mut d, k, known(to));
-        }
-        d = left;
-    }
-    if from != T::ZERO {
-        let t = if to == T::ONE {
-            known(from)
-        } else {
-            known(from) / known(to)
-        };
-        // After all levels what stands in place is the right part.
-        for k in (1..n).rev() {
-            step(&mut d, k, t);
-        }
-    }
-    d
-}
-
 /// A curve without bounds, to guess where it crosses borders: what is guessed wrong costs time alone.
 struct Plain {
     /// Control points times binomials.
@@ -575,7 +534,7 @@ fn cut<T: Real>(
             stack.push((from, middle, depth));
             continue;
         }
-        let points = part(points, T::from_f64(from), T::from_f64(to));
+        let points = part_of(points, [from, to].map(T::from_f64));
         let ranges = [range(&points, 0)?, range(&points, 1)?];
         let cells = match (grid.cell(0, ranges[0]), grid.cell(1, ranges[1])) {
             (Some(u), Some(v)) => Some([u, v]),
@@ -692,11 +651,11 @@ impl<T: Real> Builder<T> {
                 continue;
             };
             let patch = grid.patch(u, v, self.bytes)?;
-            let points = self::part(points, T::from_f64(part.from), T::from_f64(part.to));
+            let points = part_of(points, [part.from, part.to].map(T::from_f64));
             let local = localized(&points, patch, [u, v]);
             if parts > 0 && patch.wants_parts(&local, T::UNIT) {
-                for [from, to] in [[T::ZERO, T::ONE.half()], [T::ONE.half(), T::ONE]] {
-                    self.curve(grid, &self::part(&points, from, to), levels, parts - 1)?;
+                for half in [[T::ZERO, T::ONE.half()], [T::ONE.half(), T::ONE]] {
+                    self.curve(grid, &part_of(&points, half), levels, parts - 1)?;
                 }
                 continue;
             }

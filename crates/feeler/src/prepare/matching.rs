@@ -24,7 +24,8 @@
 //! values of T, so that they lose no more than T does.
 
 use super::compose::Products;
-use super::image::{Image, Stretch, exact, part};
+use super::image::{Image, Stretch, exact};
+use super::net::part_of;
 use crate::numeric::{Ball, Real};
 use nalgebra::Vector3;
 
@@ -232,8 +233,8 @@ fn lean<T: Real>(points: &[[T; 4]], axis: &Vector3<f64>) -> Option<f64> {
 /// A bound of the distance within a pair, and how much of it is slack.
 fn bound<T: Real>(stretches: [&Stretch<T>; 2], from: [T; 2], to: [T; 2]) -> Option<(f64, f64)> {
     let [a, b] = stretches;
-    let (a_points, a_slack) = exact(&part(&a.net().points, from[0], to[0]))?;
-    let (b_points, b_slack) = exact(&part(&b.net().points, from[1], to[1]))?;
+    let (a_points, a_slack) = exact(&part_of(&a.net().points, [from[0], to[0]]))?;
+    let (b_points, b_slack) = exact(&part_of(&b.net().points, [from[1], to[1]]))?;
     let curves = (a.slack + b.slack + a_slack + b_slack) * UP;
     let known = |points: &[[T; 4]], c: usize| -> Vec<Ball<T>> {
         points

@@ -431,7 +431,7 @@ impl<T: Real> Net<T> {
             [first, .., last] if range[0] == range[1] => {
                 vec![if range[0] == 0.0 { *first } else { *last }]
             }
-            _ => part_of(points, range),
+            _ => part_of(points, range.map(T::from_f64)),
         };
         let rows = self.points.chunks_exact(self.degree.v + 1);
         let rows: Vec<_> = rows.map(|row| part(row, v)).collect();
@@ -482,32 +482,38 @@ impl<T: Real> Net<T> {
     }
 }
 
-/// The control points of a part of a curve: of what is up to its end that beyond its start, by de Casteljau twice. (Pieces that are kept are made by
-/// blossoms, which take more by the degree and have fewer roundings.)
+/// The control points over `[from, to]` of a curve over `[0, 1]`: of what is up to its end that beyond its start, by de Casteljau twice. (Pieces that are kept are
+/// made by blossoms, which take more by the degree and have fewer roundings.)
 pub(crate) fn part_of<T: Real, const H: usize>(
     points: &[Homogeneous<T, H>],
-    [a, b]: [f64; 2],
+    [from, to]: [T; 2],
 ) -> Vec<Homogeneous<T, H>> {
-    let count = points.len();
+    let known = |mid: T| Ball { mid, rad: 0.0 };
     let mut d = points.to_vec();
-    let blend = |p: &Homogeneous<T, H>, q: &Homogeneous<T, H>, [y, x]: [Ball<T>; 2]| {
-        std::array::from_fn(|c| y * p[c] + x * q[c])
+    let n = d.len();
+    // An average: the other form, a + t (b - a), would treble radii at each step.
+    let blend = |a: &Homogeneous<T, H>, b: &Homogeneous<T, H>, t: Ball<T>| {
+        let rest = Ball::ONE - t;
+        std::array::from_fn(|c| rest * a[c] + t * b[c])
     };
-    if b != 1.0 {
-        let x = Ball::exact(b);
-        let weights = [Ball::ONE - x, x];
-        for k in 1..count {
-            for i in (k..count).rev() {
-                d[i] = blend(&d[i - 1], &d[i], weights);
+    if to != T::ONE {
+        // Level by level; each leaves its first point in place.
+        for k in 1..n {
+            for i in (k..n).rev() {
+                d[i] = blend(&d[i - 1], &d[i], known(to));
             }
         }
     }
-    if a != 0.0 {
-        let whole = Ball::exact(b);
-        let weights = [Ball::difference(b, a) / whole, Ball::exact(a) / whole];
-        for k in 1..count {
-            for i in 0..count - k {
-                d[i] = blend(&d[i], &d[i + 1], weights);
+    if from != T::ZERO {
+        let t = if to == T::ONE {
+            known(from)
+        } else {
+            known(from) / known(to)
+        };
+        // Each leaves its last.
+        for k in 1..n {
+            for i in 0..n - k {
+                d[i] = blend(&d[i], &d[i + 1], t);
             }
         }
     }

@@ -24,7 +24,7 @@ impl Search<'_> {
         let geometry = self.brep.double_double(face);
         let local = &geometry.piece(index).local;
         let slack = border_slack(local);
-        let part = part_of(local, range);
+        let part = part_of(local, range.map(Dd::from));
         let off = is_off(&part, slack);
         let twice = 2.0 * slack;
         let leaves = !twice.is_finite()
@@ -62,7 +62,7 @@ impl Search<'_> {
         if !slack.is_finite() {
             return None;
         }
-        let part = part_of(local, u);
+        let part = part_of(local, u.map(Dd::from));
         let least = usize::from(!grows);
         let at = |s: f64| {
             // What is rounded here is in the radius.
@@ -124,7 +124,7 @@ fn end_between(part: &[Homogeneous<Dd, 3>], to: usize, slack: f64) -> Option<[f6
     let mut step = f64::EPSILON;
     while step < 1.0 {
         let off = on + (to.0 - on) * step;
-        let rest = part_of(part, [off.min(to.0), off.max(to.0)]);
+        let rest = part_of(part, [off.min(to.0), off.max(to.0)].map(Dd::from));
         if is_off(&rest, 0.0) {
             return Some([on, off]);
         }

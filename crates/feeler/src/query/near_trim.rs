@@ -165,8 +165,9 @@ impl Around {
                 }
                 continue;
             }
-            open.push(part_of(&part, [0.0, 0.5]));
-            open.push(part_of(&part, [0.5, 1.0]));
+            for half in [[0.0, 0.5], [0.5, 1.0]] {
+                open.push(part_of(&part, half.map(Dd::from)));
+            }
         }
         true
     }
