@@ -3,38 +3,21 @@
 //! Both images are run through in pairs of parts, in order, `A` over `[a0, a1]` with `B` over `[b0, b1]`: a matching that
 //! never turns back, so that the largest distance within a pair bounds the Frechet distance.
 //!
-//! Within a pair let `e(s) = A(s) - B(s)` at equal relative parameters. With `A = X / V`, `B = Y / W` it is
-//! `(X W - Y V) / (V W)`, at every `s` a convex combination of the quotients `e_k` of its Bernstein coefficients, as `V W > 0`. So
-//! every convex function of `e`, such as its length or that of a projection, is bounded by the largest value at the `e_k`.
-//!
-//! 1. `|e| <= max |e_k|`.
-//! 2. Two parametrisations of nearly one curve differ along it far more than across it. Let `t` be a unit vector, `e_T = e.t`
-//!    and `e_P` the rest. Let both parts be monotone along `t`, and `B' ` in the cone `|B'_P| <= m B'_T`. Match points of equal
-//!    height `.t`, and those whose height the other part does not reach with its end there. `B` at the matched place
-//!    differs from `B(s)` in height by at most `|e_T(s)|`, hence across by at most `m |e_T(s)|`. So matched points are
-//!    apart by no more than `max |e_P| + m max |e_T|` across, and along by `max(|e_T(0)|, |e_T(1)|)`: where the other
-//!    part does not reach, its end is at most as far as the own end beside it.
-//!
-//!    The cone: the derivative of a rational Bezier curve with weights > 0 is a combination with coefficients >= 0 of
-//!    the `q_j - q_i`, `i < j`, and so of the steps `q_(i+1) - q_i` of its control polygon
-//!    (`b_i b_j' - b_i' b_j = (j - i) b_i b_j / (s (1 - s)) >= 0`).
+//! What bounds the distance within a pair is in `matched`.
 //!
 //! The pair with the largest bound is cut where that may help: one part at its middle, the other at the nearest point.
 //! For smooth curves and the second bound the loss falls with the cube of the parts' length. The end points of parts are
 //! values of T, so that they lose no more than T does.
 
-use super::compose::Products;
-use super::image::{Image, Stretch, exact};
-use super::net::part_of;
-use crate::numeric::{Ball, Real};
+use super::image::{Image, Stretch};
+use super::matched::{Factors, NEAR_SLACK, bound};
+use crate::numeric::Real;
 use nalgebra::Vector3;
 
 /// A bound that is off by a few roundings.
 const UP: f64 = 1.0 + 64.0 * f64::EPSILON;
 /// A bound no more than so many times what is found at matched points is good enough.
 const GOOD: f64 = 1.125;
-/// Nor is it cut below so many times its slack.
-const NEAR_SLACK: f64 = 4.0;
 /// Cuts: as many as this much work allows, the product of two curves' coefficients for a unit; but no fewer and no more than
 /// these.
 const WORK: usize = 4096;
@@ -191,127 +174,11 @@ pub(super) struct Pair<T> {
     turn: usize,
 }
 
-/// Control points in f64 and a bound on each one's error: `(vector, radius)`.
-fn rounded<T: Real>(e: [Ball<T>; 3]) -> (Vector3<f64>, f64) {
-    let v = Vector3::from_fn(|c, _| e[c].mid.approximate());
-    // Rounding to f64, and the radii of the three.
-    let radius = (0..3).map(|c| e[c].rad + f64::EPSILON * v[c].abs());
-    (v, radius.sum::<f64>() * UP)
-}
-
-/// Bounds of the parts of a vector along the unit vector nearest to `axis` and across it.
-fn along_and_across(v: &Vector3<f64>, radius: f64, axis: &Vector3<f64>) -> ([f64; 2], f64) {
-    let length = axis.norm();
-    let height = v.dot(axis) / length;
-    // Products, sums, a norm and a quotient: far fewer than 16 roundings of numbers no larger than |v|.
-    let error = radius + 16.0 * f64::EPSILON * v.norm();
-    let across = (v - axis * (height / length)).norm() + error;
-    ([height - error, height + error], across * UP)
-}
-
-/// Whether a control polygon is monotone along an axis, and how far its steps lean from it at most.
-fn lean<T: Real>(points: &[[T; 4]], axis: &Vector3<f64>) -> Option<f64> {
-    let q = |p: &[T; 4]| -> [Ball<T>; 3] {
-        let known = |mid: T| Ball { mid, rad: 0.0 };
-        std::array::from_fn(|c| known(p[c]) / known(p[3]))
-    };
-    let mut most: f64 = 0.0;
-    let mut last = q(&points[0]);
-    for p in &points[1..] {
-        let next = q(p);
-        let (step, radius) = rounded(std::array::from_fn(|c| next[c] - last[c]));
-        let (along, across) = along_and_across(&step, radius, axis);
-        if !(along[0] > 0.0) {
-            return None;
-        }
-        most = most.max(across / along[0] * UP);
-        last = next;
-    }
-    Some(most)
-}
-
-/// A bound of the distance within a pair, and how much of it is slack.
-fn bound<T: Real>(stretches: [&Stretch<T>; 2], from: [T; 2], to: [T; 2]) -> Option<(f64, f64)> {
-    let [a, b] = stretches;
-    let (a_points, a_slack) = exact(&part_of(&a.net().points, [from[0], to[0]]))?;
-    let (b_points, b_slack) = exact(&part_of(&b.net().points, [from[1], to[1]]))?;
-    let curves = (a.slack + b.slack + a_slack + b_slack) * UP;
-    let known = |points: &[[T; 4]], c: usize| -> Vec<Ball<T>> {
-        points
-            .iter()
-            .map(|p| Ball {
-                mid: p[c],
-                rad: 0.0,
-            })
-            .collect()
-    };
-    let (v, w) = (known(&a_points, 3), known(&b_points, 3));
-    let products = Products::new(v.len() - 1, w.len() - 1);
-    let both = products.of(&v, &w);
-    let difference: [Vec<Ball<T>>; 3] = std::array::from_fn(|c| {
-        let shift = Ball::difference(a.origin[c], b.origin[c]);
-        let x: Vec<_> = known(&a_points, c)
-            .iter()
-            .zip(&v)
-            .map(|(x, v)| *x + shift * *v)
-            .collect();
-        let (xw, yv) = (products.of(&x, &w), products.of(&v, &known(&b_points, c)));
-        xw.iter().zip(&yv).map(|(p, q)| *p - *q).collect()
-    });
-    if !both.iter().all(|x| x.is_above(0.0)) {
-        return None;
-    }
-    let e: Vec<_> = (0..both.len())
-        .map(|k| rounded(std::array::from_fn(|c| difference[c][k] / both[k])))
-        .collect();
-    let slack = curves + e.iter().map(|(_, r)| *r).fold(0.0, f64::max);
-    let direct = e.iter().map(|(v, r)| v.norm() + r).fold(0.0, f64::max) * UP;
-    let chord = || {
-        let last = a_points.len() - 1;
-        Vector3::from_fn(|c, _| {
-            let q = |i: usize| a_points[i][c] / a_points[i][3];
-            (q(last) - q(0)).approximate()
-        })
-    };
-    let sliced = || {
-        let axis = chord();
-        let length = axis.norm();
-        if !(length > 0.0) {
-            return None;
-        }
-        let axis = axis / length;
-        lean(&a_points, &axis)?;
-        let m = lean(&b_points, &axis)?;
-        let (mut along, mut across, mut ends): (f64, f64, f64) = (0.0, 0.0, 0.0);
-        for (k, (v, r)) in e.iter().enumerate() {
-            let (height, off) = along_and_across(v, *r, &axis);
-            let height = height[0].abs().max(height[1].abs());
-            along = along.max(height);
-            across = across.max(off);
-            if k == 0 || k + 1 == e.len() {
-                ends = ends.max(height);
-            }
-        }
-        let across = (across + m * along) * UP;
-        Some((across * across + ends * ends).sqrt() * UP)
-    };
-    let mut best = direct;
-    if direct > NEAR_SLACK * slack
-        && let Some(sliced) = sliced()
-    {
-        best = best.min(sliced);
-    }
-    let total = (best + curves) * UP;
-    total.is_finite().then_some((total, slack))
-}
-
 /// Bytes that [`frechet`] takes at most for two images with so many control points in a stretch, beside a pair for each stretch.
 pub(super) fn frechet_bytes<T: Real>(a: usize, b: usize) -> usize {
-    let ball = size_of::<Ball<T>>();
-    // Of both parts the points, their coordinates, the products and the differences; of one its net and two parts of it.
-    let pair = Products::<T>::bytes(a, b) + 16 * (a + b) * ball;
-    let part = a.max(b) * (4 * size_of::<[Ball<T>; 4]>());
-    MOST_CUTS * size_of::<Pair<T>>() + pair.max(part)
+    // Of both parts the points, the sums of their products and the differences; a foot's curve in f64 takes less.
+    let pair = Factors::<T>::bytes(a, b) + 3 * (a + b) * size_of::<[T; 4]>();
+    MOST_CUTS * size_of::<Pair<T>>() + pair + (a + b) * size_of::<[f64; 4]>()
 }
 
 struct Matching<'a, T> {
@@ -319,6 +186,7 @@ struct Matching<'a, T> {
     pairs: Vec<Pair<T>>,
     /// The farthest of the matched points from its nearest point: an estimate from below.
     farthest: f64,
+    factors: Option<Factors<T>>,
 }
 
 impl<T: Real> Matching<'_, T> {
@@ -327,8 +195,9 @@ impl<T: Real> Matching<'_, T> {
     }
 
     fn add(&mut self, stretches: [usize; 2], from: [T; 2], to: [T; 2], turn: usize) -> Option<()> {
-        let both = [0, 1].map(|k| self.stretch(k, stretches[k]));
-        let (bound, slack) = bound(both, from, to)?;
+        let images = self.images;
+        let both = [0, 1].map(|k| &images[k].stretches[stretches[k]]);
+        let (bound, slack) = bound(both, from, to, &mut self.factors)?;
         self.pairs.push(Pair {
             stretches,
             from,
@@ -399,6 +268,7 @@ pub(super) fn frechet<T: Real>(a: &Image<T>, b: &Image<T>) -> Option<f64> {
         images: [a, b],
         pairs: Vec::with_capacity(a.stretches.len() + b.stretches.len() + MOST_CUTS),
         farthest: 0.0,
+        factors: None,
     };
     matching.start()?;
     // What a pair costs goes with the product of the degrees.
@@ -410,6 +280,7 @@ pub(super) fn frechet<T: Real>(a: &Image<T>, b: &Image<T>) -> Option<f64> {
         let by_bound = |x: &usize, y: &usize| pairs[*x].bound.total_cmp(&pairs[*y].bound);
         let worst = (0..pairs.len()).max_by(by_bound)?;
         let p = &pairs[worst];
+        // Nor is it cut below so many times its slack.
         let good = (GOOD * matching.farthest).max(NEAR_SLACK * p.slack);
         if left == 0 || p.bound <= good + a.extra + b.extra {
             return Some((p.bound + a.extra + b.extra) * UP);

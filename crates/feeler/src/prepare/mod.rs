@@ -16,6 +16,7 @@ mod exact;
 mod health;
 mod image;
 pub(crate) mod jet;
+mod matched;
 mod matching;
 mod near;
 mod net;
