@@ -104,6 +104,14 @@ fn spheres() {
     compare("analytic/sphere.json.gz");
 }
 
+/// In frames that are off by roundings.
+#[test]
+fn turned_spheres() {
+    compare("brep/mirrored.brep");
+    compare("thesis/shift_gate.brep");
+    compare("thesis/cube_corner_sphere_cut.brep");
+}
+
 #[test]
 fn cylinders() {
     compare("thesis/cylinder.3dm");

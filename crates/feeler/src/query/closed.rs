@@ -15,7 +15,7 @@ use super::upper::{NEIGHBOURS, step_ulp};
 use super::whole_faces::place_inside;
 use crate::numeric::{Dd, Real};
 use crate::prepare::PreparedBrep;
-use crate::prepare::closed::{Boxes, ClosedCurve, ClosedFace, Minimum, lead, widened};
+use crate::prepare::closed::{Boxes, ClosedCurve, ClosedFace, Critical, Minimum, lead, widened};
 use crate::trim::{BoxSide, Side};
 use nalgebra::Point2;
 use std::collections::BinaryHeap;
@@ -150,14 +150,33 @@ impl Search<'_> {
             return Some((rough.minimum, side));
         }
         if sharp {
-            return Some((form.surface.sharpened(target, &rough), side));
+            let minimum = form.surface.sharpened(target, &rough);
+            return Some((self.at_foot(form, &rough, minimum), side));
         }
         let fine = form.surface.critical_fine(target)?;
         let side = match boxes_side(self.brep, face, &fine.boxes) {
             BoxSide::Mixed if fine.minimum.unique => self.side_of_foot(face, form, &fine.minimum),
+            BoxSide::Inside => {
+                let minimum = self.at_foot(form, &fine, fine.minimum);
+                return Some((minimum, BoxSide::Inside));
+            }
             side => side,
         };
         Some((fine.minimum, side))
+    }
+
+    /// A minimum whose boxes are in the region, known by the surface itself where the formula's model of it is not enough.
+    fn at_foot(&self, form: &ClosedFace, found: &Critical, mut minimum: Minimum) -> Minimum {
+        if !self.is_fine(&minimum)
+            && let Some([low, high]) = form.surface.at_foot(&self.target, found)
+        {
+            let [l, h] = minimum.range;
+            minimum.range = [
+                if low > l { low } else { l },
+                if high < h { high } else { h },
+            ];
+        }
+        minimum
     }
 
     /// Whether a foot is in the region, where boxes of f64 do not tell: by its parameters in double-double.

@@ -31,4 +31,5 @@ mod rulings;
 mod scenes;
 mod solids;
 mod steps;
+mod turned_forms;
 mod warm;

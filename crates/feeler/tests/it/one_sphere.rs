@@ -2,7 +2,7 @@
 
 use crate::scenes::Random;
 use feeler::brep::Brep;
-use feeler::numeric::Interval;
+use feeler::numeric::{Dd, Interval, Real};
 use feeler::nurbs::{Arc, Curve, Revolution, Surface};
 use feeler::prepare::{PreparedBrep, Shortcuts};
 use feeler::query::{Accuracy, Options, Probe, Sphere, Workspace, contact};
@@ -162,4 +162,70 @@ fn centres_next_to_the_sphere_s_own() {
             }
         }
     }
+}
+
+/// A sphere in a frame that is off by roundings, with both poles, is exactly one all the same: by formula to the last digit but for feet next to the poles.
+#[test]
+fn turned_spheres_with_poles_are_exact() {
+    let mut random = Random::new(31);
+    let mut counts = [0; 2];
+    for round in 0..24 {
+        let center = Point3::from(random.direction() * random.between(0.0, 20.0));
+        let radius = random.between(0.1, 5.0);
+        let frame = Rotation3::new(random.direction() * random.between(0.1, 3.0));
+        let (latitudes, turn) = ([-FRAC_PI_2, FRAC_PI_2], [0.0, TAU]);
+        let brep = sphere(center, radius, frame, latitudes, turn, round % 2 == 1);
+        let searched = Shortcuts {
+            closed_forms: false,
+            ..Shortcuts::ALL
+        };
+        let searched = PreparedBrep::with_shortcuts(brep.clone(), searched);
+        let brep = PreparedBrep::new(brep);
+        let axis = frame * Vector3::z();
+        let full = Options {
+            accuracy: Accuracy::Full,
+            prediction: f64::INFINITY,
+            ..Options::default()
+        };
+        let (mut one, mut other) = (Workspace::default(), Workspace::default());
+        for k in 0..24 {
+            let across = axis.cross(&random.direction()).normalize();
+            let aside = match k % 3 {
+                0 => random.between(0.1, 3.0),
+                _ => 10f64.powf(random.between(-20.0, -1.0)),
+            };
+            let pole = if k % 2 == 0 { axis } else { -axis };
+            let direction = pole * aside.cos() + across * aside.sin();
+            let q = center + direction * (radius * random.between(0.2, 3.0));
+            let ball = Sphere::new(q, 0.25).unwrap();
+            let normal = feeler::query::HalfSpace::new(-direction.normalize(), -60.0);
+            for probe in [Probe::Sphere(ball), Probe::HalfSpace(normal.unwrap())] {
+                let a = contact(&brep, &probe, &full, &mut one);
+                let b = contact(&searched, &probe, &full, &mut other);
+                let (x, y) = (a.separation.bounds, b.separation.bounds);
+                let is_known = x.width() <= 2.0 * f64::EPSILON * x.lo.abs().max(x.hi.abs());
+                assert!(is_known && a.undecided.is_none(), "{probe:?}: {x:?}");
+                assert!(x.lo <= y.hi && y.lo <= x.hi, "{probe:?}: {x:?} {y:?}");
+                if let Probe::Sphere(_) = probe {
+                    let off: [Dd; 3] = std::array::from_fn(|c| Dd::difference(q[c], center[c]));
+                    let from_center = (off[0] * off[0] + off[1] * off[1] + off[2] * off[2]).sqrt();
+                    let gap = from_center - Dd::from(radius);
+                    let gap = if gap < Dd::ZERO { -gap } else { gap };
+                    let truth = gap - Dd::from(0.25);
+                    // Double-double is off by some 1e-31.
+                    let slack = Dd::from(1e-29);
+                    let holds = Dd::from(x.lo) <= truth + slack && truth - slack <= Dd::from(x.hi);
+                    assert!(holds, "{probe:?}: {x:?} {truth:?}");
+                    if k % 3 == 0 {
+                        counts[usize::from(one.work().nodes == 0)] += 1;
+                    }
+                }
+            }
+        }
+    }
+    let [searched, formulas] = counts;
+    assert!(
+        formulas > 20 * searched,
+        "{formulas} by the formula, {searched} searched"
+    );
 }

@@ -16,8 +16,9 @@ mod sphere;
 mod upon;
 
 pub(crate) use curve::{ClosedCurve, CurveShape};
-use form::Critical;
-pub(crate) use form::{Boxes, Extent, Minimum, Target, V3, distance_range, exact, lead, widened};
+pub(crate) use form::{
+    Boxes, Critical, Extent, Minimum, Target, V3, distance_range, exact, lead, widened,
+};
 pub(crate) use gap::frechet;
 pub(crate) use line::{ClosedHit, ClosedLine};
 pub(crate) use place::Places;
@@ -168,7 +169,7 @@ impl ClosedFace {
         let mut own = self.curves.iter().filter(|c| c.trim == Some(trim));
         let curve = own.next()?;
         let whole = own.next().is_none() && !self.other_trims.contains(&trim);
-        whole.then(|| (curve, self.surface.slack()))
+        whole.then(|| (curve, self.surface.pole_slack()))
     }
 
     /// The image of the segment that joins a trim to the next, likewise: `Err` where it is not in closed form, or
@@ -178,7 +179,7 @@ impl ClosedFace {
             return Err(());
         }
         let found = self.curves.iter().find(|c| c.after == Some(trim));
-        Ok(found.map(|c| (c, self.surface.slack())))
+        Ok(found.map(|c| (c, self.surface.pole_slack())))
     }
 }
 
@@ -276,19 +277,12 @@ impl ClosedSurface {
         }
     }
 
-    /// By how much a minimum over a boundary curve, as a length, may be off for what is near a pole.
+    /// How far a boundary curve may be from the true one, and a minimum over it, as a length: a pole is taken for a point. All others are exact: parallels and
+    /// meridians are made of the profile's own points, skew or not.
     pub(crate) fn pole_slack(&self) -> f64 {
         match self {
             Self::Plane(_) => 0.0,
             Self::Revolution(r) => r.pole_slack,
-        }
-    }
-
-    /// How far a boundary curve may be from the true one.
-    pub(crate) fn slack(&self) -> f64 {
-        match self {
-            Self::Plane(_) => 0.0,
-            Self::Revolution(r) => r.slack,
         }
     }
 
@@ -321,6 +315,14 @@ impl ClosedSurface {
         match self {
             Self::Plane(p) => p.sharpened(target, found),
             Self::Revolution(r) => r.sharpened(target, found),
+        }
+    }
+
+    /// Bounds of what is least at a foot in the face's region whose boxes are, where the form is not quite the surface; see [`RevolutionForm::at_foot`].
+    pub(crate) fn at_foot(&self, target: &Target, found: &Critical) -> Option<[Dd; 2]> {
+        match self {
+            Self::Plane(_) => None,
+            Self::Revolution(r) => r.at_foot(target, found),
         }
     }
 

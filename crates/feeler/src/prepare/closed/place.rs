@@ -39,6 +39,7 @@ impl RevolutionForm {
     fn places(&self, point: &V3) -> Option<Places> {
         let w = sub(point, &self.fine.origin);
         let [x, y, h] = [&self.fine.e, &self.fine.b, &self.fine.axis].map(|axis| dot(&w, axis));
+        let rho = (x.square() + y.square()).sqrt();
         let map = self.profile_map();
         let profile = match &self.fine.profile {
             Profile::Line { ends: [p, q], .. } => {
@@ -51,10 +52,9 @@ impl RevolutionForm {
                 angle,
                 ..
             } => {
-                let rho = (x.square() + y.square()).sqrt();
                 let (a, h) = (rho - center[0], h - center[2]);
                 // As where boxes of f64 are made: the model is off by no more than that.
-                let skewed = |b: Ball<Dd>| widened(b, 4.0 * self.skew);
+                let skewed = |b: Ball<Dd>| widened(b, self.beside());
                 let at = vector_angle(
                     skewed(a * across[0] + h * across[2]),
                     skewed(a * along[0] + h * along[2]),
@@ -62,8 +62,9 @@ impl RevolutionForm {
                 copies(at, *angle, &map)
             }
         };
-        let angular = match vector_angle(y, x) {
-            Some(azimuth) => copies(widened(azimuth, self.twist), self.angle(), &self.angular()),
+        let twist = self.twist_at(rho.lower());
+        let angular = match vector_angle(y, x).filter(|_| twist.is_finite()) {
+            Some(azimuth) => copies(widened(azimuth, twist), self.angle(), &self.angular()),
             None => {
                 let d = self.angle_domain();
                 let anywhere = Ball::exact(d.start) + Ball::difference(d.end, d.start).half();

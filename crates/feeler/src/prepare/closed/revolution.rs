@@ -17,20 +17,32 @@
 //! copies at whole turns may lie in the domain. For a height `n.x - h` the same holds with `-n`'s part across the axis
 //! for `q`, but on a segment it is linear and has no minimum unless it is constant.
 //!
-//! Near a pole (`a` = 0 at an end of the profile, allowed only where `skew` is all but zero) the azimuth of
+//! Near a pole (`a` = 0 at an end of the profile, allowed where `skew` is all but zero) the azimuth of
 //! profile points within `POLE` of it means nothing: such points are bounded by the pole itself, which is on the boundary,
 //! within [`RevolutionForm::slack`].
+//!
+//! # Balls
+//! An arc whose centre is exactly on the axis sweeps a part of the sphere about that centre, of the stored radius, whatever its plane and its skew: turning
+//! keeps distances from points of the axis. So distances and heights have no slack, and only parameters are told by the model. With a pole, the azimuth of
+//! points is off by more the nearer to it they are: of a point at `r` from the axis by `asin(skew / r)`, as its `b` is at most `skew`, where its `a` is positive.
+//! `a` is negative at most on what the profile reaches past the axis, `-min a`; so all within the *hole*, `skew + max(0, -min a)`, is left out: of a foot nearer to the axis
+//! than [`FAR`] holes nothing is said but the sphere's distance.
+//!
+//! A foot `p` farther from the axis than the hole is the only point that can be a local minimum inside the domain. Where the profile's height
+//! along the axis is not stationary the surface is an open part of the sphere around each of its points, and only `p` has none nearer around it. It is stationary where an arc is
+//! nearest to the axis, in the hole: there the surface is folded along a circle about the axis and lies outside of it. Of such a circle's points that
+//! nearest to `p` has nearer ones outside towards `p`, the one farthest from it has nearer ones along the circle on both sides, and others along it on one.
 
 use super::super::circle::normalized;
 use super::curve::{ClosedCurve, CurveShape, UvPath};
 use super::form::{
-    Angle, Boxes, Copies, Critical, Extent, Linear, Minimum, SHARP, Target, V3, Vector, add, along,
-    angle, at_gap, distance_range, dot, exact, lead, least_square, range, rounded, scale, sub,
-    unit,
+    Angle, Boxes, Copies, Critical, Extent, Linear, Minimum, SHARP, Target, UP, V3, Vector, add,
+    along, angle, at_gap, distance_range, dot, exact, lead, least_square, range, rounded, scale,
+    sub, unit,
 };
 use super::quadric::Quadric;
 use super::sphere::SphereForm;
-use crate::numeric::{Ball, Dd, Interval, Real, sin_cos};
+use crate::numeric::{Ball, Dd, Interval, Real, TINY, sin_cos};
 use crate::nurbs::{Curve3, Revolution};
 
 /// Profile points at `(a, b, h)`.
@@ -69,7 +81,7 @@ pub(crate) struct RevolutionForm {
     /// The same rounded to f64: it finds where minima are, and values to f64.
     rough: Model<f64>,
     pub(crate) skew: f64,
-    pub(crate) twist: f64,
+    twist: Twist,
     /// How far the true surface may be from the model, and points near a pole from it.
     pub(crate) slack: f64,
     /// Of this only what poles count for: the part by which curves on the boundary may be lower or higher than found.
@@ -82,6 +94,15 @@ pub(crate) struct RevolutionForm {
     pub(super) quadric: Option<Quadric>,
     /// The sphere that it is on, if it is.
     pub(crate) sphere: Option<SphereForm>,
+}
+
+/// How far the azimuth of a point of the profile may be from that of `e`.
+#[derive(Clone, Copy, Debug)]
+enum Twist {
+    /// Anywhere on it.
+    All(f64),
+    /// More the nearer it is to the axis: of a ball with a pole and this hole around it.
+    Hole(f64),
 }
 
 /// The target in the half-plane of the axis.
@@ -247,9 +268,9 @@ impl<T: Real> Model<T> {
     }
 }
 
-/// A profile is in closed form when `skew` is below this part of its least distance from the axis: what is within
-/// `3 skew` of the model is then known to about 2^-52 of that distance...
-const MOST_TWIST: f64 = 1.0 / (1u64 << 50) as f64;
+/// A profile is in closed form when `skew` is below this part of its least distance from the axis: places are then known to as much, and values at them to
+/// the square of it...
+const MOST_TWIST: f64 = 1.0 / (1u64 << 40) as f64;
 /// ...and where it has a pole when `skew` is below this part of the model's size (about 1e-60; a frame along
 /// the axes gives 1e-280). Points with `a` below 2^60 `skew`, about 1e-42 of the size, are those near the pole.
 const NO_SKEW: f64 = 1e-60;
@@ -258,6 +279,9 @@ const POLE_TWIST: f64 = 1.0 / (1u64 << 60) as f64;
 /// Points near a pole are within this part of the size of it: 1e-42 over the least slope of the profile there, 2^-20.
 const POLE: f64 = 1e-35;
 const LEAST_SLOPE: f64 = 1.0 / (1u64 << 20) as f64;
+/// A ball's hole is no more than this part of its radius, and azimuths are told so many holes from the axis: within some 2^-20.
+const MOST_HOLE: f64 = 1.0 / (1u64 << 24) as f64;
+const FAR: f64 = (1u64 << 20) as f64;
 /// Whole turns, as f64; in truth 2 pi is larger by 2.45e-16.
 const TURN: f64 = std::f64::consts::TAU;
 
@@ -354,11 +378,20 @@ impl RevolutionForm {
             }
             _ => return None,
         };
+        let quadric = Quadric::new(s);
+        let ball = match &quadric {
+            Some(Quadric::Sphere { radius, .. }) => Some(*radius),
+            _ => None,
+        };
+        let hole = (skew - least_a.min(0.0)) * (1.0 + 4.0 * f64::EPSILON);
         // (Of a pole with no skew at all the first would hold, and say nothing.)
         let (twist, slack, pole_slack) = if least_a > 0.0 && 2.0 * skew <= MOST_TWIST * least_a {
-            (2.2 * skew / least_a, 3.1 * skew, 0.0)
+            let slack = if ball.is_some() { 0.0 } else { 3.1 * skew };
+            (Twist::All(2.2 * skew / least_a), slack, 0.0)
         } else if poles && skew <= NO_SKEW * size && least_a >= -ON_AXIS * size {
-            (POLE_TWIST, POLE * size, POLE * size)
+            (Twist::All(POLE_TWIST), POLE * size, POLE * size)
+        } else if ball.is_some_and(|radius| hole <= MOST_HOLE * radius) {
+            (Twist::Hole(hole), POLE * size, POLE * size)
         } else {
             return None;
         };
@@ -380,7 +413,7 @@ impl RevolutionForm {
             angle_domain: s.angle_domain,
             profile_domain: domain,
             transposed: s.transposed,
-            quadric: Quadric::new(s),
+            quadric,
             sphere: None,
         };
         form.sphere = SphereForm::new(&form);
@@ -561,8 +594,8 @@ impl RevolutionForm {
         let (p, _) = self.fine.profile_at(self.own_parameter(ends[0][profile]));
         let center = along(&self.fine.origin, p[2], &self.fine.axis);
         let radius = (p[0].square() + p[1].square()).sqrt();
-        if radius.magnitude() < self.slack {
-            // A pole: a point within the surface's slack.
+        if radius.magnitude() < self.pole_slack {
+            // A pole: a point within that slack.
             return Some(ClosedCurve::segment(center, center, ends, trim));
         }
         if !(radius.lower() > radius.rad * HARDLY) {
@@ -627,9 +660,11 @@ impl RevolutionForm {
 
     fn critical_of<T: Real>(&self, model: &Model<T>, target: &Target) -> Option<Critical> {
         let flat = model.flatten(target);
-        let profile = self.critical_profile(model, target, &flat)?;
-        let azimuth = angle(flat.across[1], flat.across[0]);
-        let known = azimuth.off + self.twist < KNOWN;
+        let twist = self.twist_of_foot(model, target, &flat);
+        let profile = self.critical_profile(model, target, &flat, twist)?;
+        let mut azimuth = angle(flat.across[1], flat.across[0]);
+        azimuth.off += twist;
+        let known = azimuth.off < KNOWN;
         let (boxes, uv) = self.boxes(azimuth, profile.range, profile.at)?;
         let narrow = profile.range[1] - profile.range[0];
         let tells = known && narrow < 1.0;
@@ -705,6 +740,70 @@ impl RevolutionForm {
         }
     }
 
+    /// Bounds of what is least within the boxes of a foot, by the true surface, where the model is off by its skew; `None` where that tells no more. The foot's own parameters must
+    /// be in the face's region.
+    ///
+    /// At an interior local minimum `m` the objective is stationary. So at parameters that are `d` from those of `m` it is larger by half its second derivative along `d` at most.
+    /// Let `r` bound the distance from the axis and `l` the profile's speed, and a circle's curvature times its square: then derivatives of the surface are
+    /// bounded by `|S_u|, |S_uu| <= r` and `|S_v|, |S_uv|, |S_vv| <= l`, so that along `d = (du, dv)` points move by `s = r du + l dv`, and a height grows by no more than half of
+    /// `t = r du^2 + 2 l du dv + l dv^2`, a squared distance by `s^2 + D t`, `D` the greatest distance from the target on the way. The value at `d` is one of the face.
+    pub(super) fn at_foot(&self, target: &Target, found: &Critical) -> Option<[Dd; 2]> {
+        if self.slack == 0.0 || !found.minimum.unique {
+            return None;
+        }
+        let off = |x: f64, copies: &Copies, map: &Linear| {
+            let [low, high] = *copies.first()?;
+            let most = (x - low).max(high - x) * (1.0 + 4.0 * f64::EPSILON);
+            let scale = map.from.length() / map.to.length() * (1.0 + 8.0 * f64::EPSILON);
+            (low <= x && x <= high).then_some(most * scale)
+        };
+        let [u, v] = self.split(found.minimum.uv);
+        let (us, vs) = if self.transposed {
+            (&found.boxes.v, &found.boxes.u)
+        } else {
+            (&found.boxes.u, &found.boxes.v)
+        };
+        let du = off(u, us, &self.angular())?;
+        let dv = off(v, vs, &self.profile_map())?;
+        let (r, l) = self.sizes();
+        let moved = (r * du + l * dv) * UP;
+        let bent = (r * du * du + 2.0 * l * du * dv + l * dv * dv) * UP;
+        let [low, high] = target.range_at(&self.point(found.minimum.uv));
+        let lower = match target {
+            Target::Height(n, _) => {
+                let length = n.iter().map(|x| x * x).sum::<f64>().sqrt();
+                0.5 * length * bent
+            }
+            Target::Point(_) => {
+                let most = high.magnitude().sqrt() * UP + moved;
+                moved * moved + most * bent
+            }
+        };
+        let lower = low - Dd::from(lower * UP);
+        let unit = 4.0 * Dd::UNIT * lower.magnitude();
+        let mut lower = lower - Dd::from(unit + TINY);
+        if matches!(target, Target::Point(_)) && lower < Dd::ZERO {
+            lower = Dd::ZERO;
+        }
+        Some([lower, high])
+    }
+
+    /// Bounds of the distances from the axis and of the profile's derivatives by its own parameter.
+    fn sizes(&self) -> (f64, f64) {
+        let far = |p: &V3| p[0].magnitude().hypot(p[1].magnitude()) * UP;
+        match &self.fine.profile {
+            Profile::Line {
+                ends: [p, q],
+                length,
+                ..
+            } => {
+                let length = (length.magnitude() + 2.0 * self.skew) * UP;
+                (far(p).max(far(q)), length)
+            }
+            Profile::Arc { center, radius, .. } => ((far(center) + radius) * UP, *radius),
+        }
+    }
+
     fn with_slack(&self, p: V3) -> V3 {
         p.map(|x| Ball {
             mid: x.mid,
@@ -720,7 +819,55 @@ impl RevolutionForm {
         (a * a + b * b).sqrt()
     }
 
-    /// The boxes of native parameters that hold the points whose azimuth is that of a vector, within `twist`, and whose own
+    /// How far the azimuth of a profile point may be from that of `e`, where it is so far from the axis at least; infinite where nothing is known.
+    pub(super) fn twist_at(&self, radius: f64) -> f64 {
+        match self.twist {
+            Twist::All(twist) => twist,
+            Twist::Hole(hole) if radius > FAR * hole => 2.2 * self.skew / radius,
+            Twist::Hole(_) => f64::INFINITY,
+        }
+    }
+
+    /// How far a point of the surface may be from the profile's point at its parameter, turned into the half-plane of the axis that it is in: the true point is off the
+    /// half-plane by `skew`, the model by no more than thrice that. What is past a pole is in the other half-plane, within the hole on both sides.
+    pub(super) fn beside(&self) -> f64 {
+        match self.twist {
+            Twist::All(_) => 4.0 * self.skew,
+            Twist::Hole(hole) => 4.0 * hole,
+        }
+    }
+
+    /// How far points of a ball that the model tells are turned about the centre at most, near its poles by as much as the vector is longer than its part across the axis:
+    /// beside what [`twist_at`](Self::twist_at) says everywhere.
+    pub(super) fn most_turn(&self) -> f64 {
+        match (self.twist, &self.fine.profile) {
+            (Twist::Hole(hole), Profile::Arc { radius, .. }) => 2.2 * hole / radius,
+            _ => self.twist_at(0.0),
+        }
+    }
+
+    /// Whether it is exactly a part of a sphere.
+    pub(super) fn is_ball(&self) -> bool {
+        matches!(self.quadric, Some(Quadric::Sphere { .. }))
+    }
+
+    /// [`twist_at`](Self::twist_at) where a target's foot is. (On a ball the centre is on the axis, and the foot stands towards the target.)
+    fn twist_of_foot<T: Real>(&self, model: &Model<T>, target: &Target, flat: &Flat<T>) -> f64 {
+        match (&self.twist, &model.profile) {
+            (Twist::Hole(_), Profile::Arc { center, radius, .. }) => {
+                let up = match target {
+                    Target::Point(_) => flat.h - center[2],
+                    Target::Height(..) => flat.h,
+                };
+                let length = (flat.rho.square() + up.square()).sqrt();
+                self.twist_at((Ball::exact(*radius) * flat.rho / length).lower())
+            }
+            // What is none is never asked.
+            _ => self.twist_at(0.0),
+        }
+    }
+
+    /// The boxes of native parameters that hold the points whose azimuth is that of a vector, and whose own
     /// profile parameter is in a range, and the parameters of one of them, rounded into the domain. `None` if none is near
     /// the domain.
     fn boxes(&self, azimuth: Angle, t_box: [f64; 2], t: f64) -> Option<(Boxes, [f64; 2])> {
@@ -729,7 +876,7 @@ impl RevolutionForm {
             Profile::Line { .. } => (Copies::from_iter([map.range(t_box)]), map.rough(t)),
             Profile::Arc { angle, .. } => turns(t_box, t, *angle, &map)?,
         };
-        let off = azimuth.off + self.twist;
+        let off = azimuth.off;
         let (us, u) = if off < KNOWN {
             let around = [azimuth.at - off, azimuth.at + off];
             turns(around, azimuth.at, self.angle, &self.angular())?
@@ -751,7 +898,9 @@ impl RevolutionForm {
             dot(w, &self.fine.b),
             dot(w, &self.fine.axis),
         );
-        let azimuth = angle(wb, we);
+        let rho = (we.square() + wb.square()).sqrt();
+        let mut azimuth = angle(wb, we);
+        azimuth.off += self.twist_at(rho.lower());
         match &self.fine.profile {
             Profile::Line { ends: [p, q], .. } => {
                 let s = (h - p[2]) / (q[2] - p[2]);
@@ -766,12 +915,10 @@ impl RevolutionForm {
                 angle: range,
                 ..
             } => {
-                let rho = (we.square() + wb.square()).sqrt();
                 let (a, h) = (rho - center[0], h - center[2]);
-                // The true point is off the half-plane by `skew`, the model by no more than thrice that.
                 let extra = |b: Ball<Dd>| Ball {
                     mid: b.mid,
-                    rad: b.rad + 4.0 * self.skew,
+                    rad: b.rad + self.beside(),
                 };
                 let at = angle(extra(a * y[0] + h * y[2]), extra(a * x[0] + h * x[2]));
                 let b = if at.off.is_finite() {
@@ -793,15 +940,16 @@ impl RevolutionForm {
         model: &Model<T>,
         target: &Target,
         &Flat { rho, h, .. }: &Flat<T>,
+        twist: f64,
     ) -> Option<OnProfile> {
-        let turn = rho.magnitude() * self.twist * 1.01;
+        let turn = rho.magnitude() * twist * 1.01;
         match &model.profile {
             Profile::Line {
                 ends: [p, _],
                 run: [da, dh],
                 length,
             } => {
-                let off = turn * (self.twist * da.magnitude() + 2.0 * self.skew);
+                let off = turn * (twist * da.magnitude() + 2.0 * self.skew);
                 if let Target::Height(..) = target {
                     let slope = h * *dh - rho * *da;
                     if slope.mid.magnitude() > 2.0 * (slope.rad + off) {

@@ -14,6 +14,8 @@
 //! plane `w` has `skew / R`, which is of the second order), and `x - y` turns by no more than `skew` over `R`. So where `x` is no farther from `q` than
 //! that point, `psi` is at most `4 slack (1 / R + 1 / D)`, as `slack` counts `skew` once more than the model does and `|k|` twice: `x` is within
 //! `4 slack (1 + R / D)` of `p`, be the face's region what it may.
+//!
+//! A [ball](super::revolution) is exactly on the sphere: it has no slack, and where the parameters of `p` are in the region `p` is its nearest point.
 
 use super::form::{Linear, V3, Vector, rounded};
 use super::revolution::{Profile, RevolutionForm};
@@ -27,8 +29,10 @@ pub(crate) struct SphereForm {
     /// How far `rough` may be from the centre.
     rough_off: f64,
     pub(crate) radius: f64,
-    /// How far points of the surface may be from the sphere, and from those of the same parameters.
+    /// How far points of the surface may be from the sphere, and from those of the same parameters; of a ball zero.
     pub(crate) slack: f64,
+    /// How far parameters of the model are off those of a ball's points: as an angle, for one that is as far from the axis as from the centre.
+    turn: f64,
     frame: [[f64; 3]; 3],
     /// The arc's axes along `e` and the revolution's axis.
     profile: [[f64; 2]; 2],
@@ -75,18 +79,21 @@ impl SphereForm {
         else {
             return None;
         };
-        let off_axis = center[0].magnitude();
+        let is_ball = form.is_ball();
+        let off_axis = if is_ball { 0.0 } else { center[0].magnitude() };
         let (angular, meridian) = (form.angular(), form.profile_map());
         let few_turns = [&angular, &meridian].iter().all(|m| {
             let i = m.from;
             -MOST_ANGLE <= i.start && i.end <= MOST_ANGLE
         });
-        if !(off_axis <= ON_AXIS * radius && form.twist <= DIRECTION && few_turns) {
+        let turn = form.most_turn();
+        if !(off_axis <= ON_AXIS * radius && turn <= DIRECTION && few_turns) {
             return None;
         }
         let model = &form.fine;
         let at: V3 = std::array::from_fn(|c| model.origin[c] + center[2] * model.axis[c]);
         let off = off_axis + center[1].magnitude();
+        let slack = (form.slack + form.skew + 2.0 * off) * (1.0 + 8.0 * f64::EPSILON);
         let mid = |v: &V3| v.map(|x| x.mid.hi);
         let rough = rounded(&at);
         Some(Self {
@@ -94,7 +101,8 @@ impl SphereForm {
             rough_off: rough.iter().map(|x| x.rad).sum::<f64>() * (1.0 + 8.0 * f64::EPSILON),
             center: at,
             radius: *radius,
-            slack: (form.slack + form.skew + 2.0 * off) * (1.0 + 8.0 * f64::EPSILON),
+            slack: if is_ball { 0.0 } else { slack },
+            turn,
             frame: [mid(&model.e), mid(&model.b), mid(&model.axis)],
             profile: [x, y].map(|v| [v[0].mid.hi, v[2].mid.hi]),
             angular,
@@ -116,8 +124,8 @@ impl SphereForm {
     /// `EPSILON` that is left of the three.
     ///
     /// Products and sums for one component along the frame are off by six roundings of the vector's length, and the frame's vectors, known
-    /// as well as `twist` says, by as much again: so all parts of a direction by less than `DIRECTION`, and angles by twice that,
-    /// [`ATAN_ERROR`](crate::numeric::ATAN_ERROR) and `twist`: all told below `ANGLE / 2`. The other half is for whole turns and for what the nearest
+    /// as well as `turn` says, by as much again: so all parts of a direction by less than `DIRECTION`, and angles by twice that,
+    /// [`ATAN_ERROR`](crate::numeric::ATAN_ERROR) and `turn`, which for a ball counts by as much as the vector is longer than its part across the axis: all told below `ANGLE / 2`. The other half is for whole turns and for what the nearest
     /// point is off.
     #[inline]
     pub(crate) fn foot(&self, q: &[f64; 3]) -> Option<SphereFoot> {
@@ -130,7 +138,8 @@ impl SphereForm {
             .map(|f| w[0] * f[0] + w[1] * f[1] + w[2] * f[2]);
         let rho = (e * e + b * b).sqrt();
         let error = self.rough_off + 3.0 * f64::EPSILON * distance;
-        let known = 2.0 * error + 4.0 * self.slack + 16.0 * f64::EPSILON * distance;
+        let rounded = 16.0 * f64::EPSILON + 2.0 * self.turn;
+        let known = 2.0 * error + 4.0 * self.slack + rounded * distance;
         if !(known < DIRECTION * rho && squared > LEAST_SQUARE) {
             return None;
         }

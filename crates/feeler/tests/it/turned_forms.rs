@@ -1,0 +1,114 @@
+//! Balls and half-spaces against tori, cylinders and cones in frames that are off by roundings: what formulas and the surface's own points say, against the search
+//! on patches.
+
+use crate::scenes::Random;
+use feeler::brep::Brep;
+use feeler::numeric::Interval;
+use feeler::nurbs::{Arc, Curve, Line, Revolution, Surface};
+use feeler::prepare::{PreparedBrep, Shortcuts};
+use feeler::query::{Accuracy, HalfSpace, Options, Probe, Sphere, Workspace, contact};
+use nalgebra::{Point3, Rotation3, Vector3};
+use std::f64::consts::TAU;
+
+#[derive(Clone, Copy)]
+enum Kind {
+    Torus,
+    Cylinder,
+    Cone,
+}
+
+/// A part of a surface about an axis through a point: turned by `turn`, not by a whole turn.
+fn surface(
+    kind: &Kind,
+    center: Point3<f64>,
+    frame: &Rotation3<f64>,
+    turn: f64,
+    transposed: bool,
+) -> Brep {
+    let interval = |a: f64, b: f64| Interval::new(a, b).unwrap();
+    let [x, y, z] = [Vector3::x(), Vector3::y(), Vector3::z()].map(|v| frame * v);
+    let at = |a: f64, h: f64| center + x * a + z * h;
+    let profile = match kind {
+        Kind::Torus => Curve::Arc(
+            Arc::new(Arc {
+                center: at(3.0, 0.25),
+                x,
+                y: z,
+                z: -y,
+                radius: 0.75,
+                angle: interval(-2.0, 3.0),
+                domain: interval(1.0, 2.0),
+            })
+            .unwrap(),
+        ),
+        Kind::Cylinder | Kind::Cone => {
+            let top = if matches!(kind, Kind::Cone) { 0.5 } else { 2.0 };
+            Curve::Line(Line {
+                from: at(2.0, -1.0),
+                to: at(top, 3.0),
+                domain: interval(0.0, 7.0),
+            })
+        }
+    };
+    let turned = Revolution {
+        origin: center,
+        axis: z,
+        angle: interval(0.5, 0.5 + turn),
+        angle_domain: interval(-1.0, 2.0),
+        profile,
+        transposed,
+    };
+    Brep::from_surface(Surface::Revolution(Revolution::new(turned).unwrap())).unwrap()
+}
+
+#[test]
+fn values_are_full_without_the_search() {
+    let mut random = Random::new(37);
+    let (mut by_formula, mut all) = (0, 0);
+    for round in 0..18 {
+        let kind = [Kind::Torus, Kind::Cylinder, Kind::Cone][round % 3];
+        let center = Point3::from(random.direction() * random.between(0.0, 20.0));
+        let frame = Rotation3::new(random.direction() * random.between(0.1, 3.0));
+        let turn = if round % 2 == 0 { TAU } else { 4.0 };
+        let brep = surface(&kind, center, &frame, turn, round % 4 < 2);
+        let searched = Shortcuts {
+            closed_forms: false,
+            ..Shortcuts::ALL
+        };
+        let searched = PreparedBrep::with_shortcuts(brep.clone(), searched);
+        let brep = PreparedBrep::new(brep);
+        let full = Options {
+            accuracy: Accuracy::Full,
+            prediction: f64::INFINITY,
+            ..Options::default()
+        };
+        let (mut one, mut other) = (Workspace::default(), Workspace::default());
+        for k in 0..24 {
+            // Next to the surface, and anywhere.
+            let s = brep.brep().surface(0);
+            let [u, v] = s.domain();
+            let on = s.point(
+                u.lerp(random.between(0.0, 1.0)),
+                v.lerp(random.between(0.0, 1.0)),
+            );
+            let off = 10f64.powf(random.between(-6.0, 0.5));
+            let q = on + random.direction() * off;
+            let probe = if k % 4 == 3 {
+                Probe::HalfSpace(HalfSpace::new(random.direction(), -60.0).unwrap())
+            } else {
+                Probe::Sphere(Sphere::new(q, 0.25).unwrap())
+            };
+            let a = contact(&brep, &probe, &full, &mut one);
+            let b = contact(&searched, &probe, &full, &mut other);
+            let (x, y) = (a.separation.bounds, b.separation.bounds);
+            assert!(x.lo <= y.hi && y.lo <= x.hi, "{probe:?}: {x:?} {y:?}");
+            assert!(a.undecided.is_none(), "{probe:?}: {x:?}");
+            all += 1;
+            by_formula += usize::from(one.work().nodes < 3);
+        }
+    }
+    assert!(
+        20 * by_formula > 19 * all,
+        "{by_formula} of {all} by formula"
+    );
+}
