@@ -2,7 +2,7 @@
 
 use crate::scenes::Random;
 use feeler::brep::Brep;
-use feeler::numeric::{Dd, Interval, Real};
+use feeler::numeric::{Dd, Interval};
 use feeler::nurbs::{Arc, Curve, Revolution, Surface};
 use feeler::prepare::{PreparedBrep, Shortcuts};
 use feeler::query::{Accuracy, Options, Probe, Sphere, Workspace, contact};

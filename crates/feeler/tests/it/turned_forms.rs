@@ -6,7 +6,9 @@ use feeler::brep::Brep;
 use feeler::numeric::Interval;
 use feeler::nurbs::{Arc, Curve, Line, Revolution, Surface};
 use feeler::prepare::{PreparedBrep, Shortcuts};
-use feeler::query::{Accuracy, HalfSpace, Options, Probe, Sphere, Workspace, contact};
+use feeler::query::{
+    Accuracy, HalfSpace, LineKind, LineProbe, Options, Probe, Sphere, Workspace, contact, line,
+};
 use nalgebra::{Point3, Rotation3, Vector3};
 use std::f64::consts::TAU;
 
@@ -111,4 +113,72 @@ fn values_are_full_without_the_search() {
         20 * by_formula > 19 * all,
         "{by_formula} of {all} by formula"
     );
+}
+
+/// Lines through tori, turned and not: each hit that the search proves, and no other.
+#[test]
+fn lines_through_tori() {
+    let mut random = Random::new(41);
+    let (mut counts, mut lost) = ([0; 5], 0);
+    for round in 0..12 {
+        let center = Point3::from(random.direction() * random.between(0.0, 20.0));
+        let frame = match round % 3 {
+            0 => Rotation3::identity(),
+            _ => Rotation3::new(random.direction() * random.between(0.1, 3.0)),
+        };
+        let turn = if round % 2 == 0 { TAU } else { 4.0 };
+        let brep = surface(&Kind::Torus, center, &frame, turn, round % 4 < 2);
+        let searched = Shortcuts {
+            closed_forms: false,
+            ..Shortcuts::ALL
+        };
+        let searched = PreparedBrep::with_shortcuts(brep.clone(), searched);
+        let brep = PreparedBrep::new(brep);
+        let (mut one, mut other) = (Workspace::default(), Workspace::default());
+        for k in 0..60 {
+            let s = brep.brep().surface(0);
+            let [u, v] = s.domain();
+            let mut on = || {
+                s.point(
+                    u.lerp(random.between(0.0, 1.0)),
+                    v.lerp(random.between(0.0, 1.0)),
+                )
+            };
+            let (a, b) = (on(), on());
+            let d = match k % 4 {
+                // Through two points; along an axis; nearly a tangent.
+                0 | 1 => b - a,
+                2 => Vector3::from_fn(|c, _| f64::from(u8::from(c == k / 4 % 3))),
+                _ => {
+                    let n = (a - center).cross(&random.direction()).normalize();
+                    n + random.direction() * 10f64.powf(random.between(-6.0, 0.0))
+                }
+            };
+            let from = a - d * random.between(0.0, 2.0);
+            let probe = LineProbe {
+                origin: from,
+                direction: d,
+                kind: LineKind::Line,
+            };
+            let x = line(&brep, &probe, &Options::default(), &mut one);
+            let y = line(&searched, &probe, &Options::default(), &mut other);
+            if x.undecided.is_some() || y.undecided.is_some() {
+                lost += usize::from(y.undecided.is_none());
+                continue;
+            }
+            assert_eq!(x.hits.len(), y.hits.len(), "{probe:?}");
+            for (x, y) in x.hits.iter().zip(&y.hits) {
+                assert!(
+                    x.t.bounds.lo <= y.t.bounds.hi && y.t.bounds.lo <= x.t.bounds.hi,
+                    "{probe:?}: {x:?} {y:?}"
+                );
+                let off = (s.point(x.uv.x, x.uv.y) - x.point).norm();
+                assert!(off < 1e-12, "{probe:?}: {off:e}");
+            }
+            counts[x.hits.len().min(4)] += 1;
+        }
+    }
+    // A formula may not fall short where the search does not.
+    assert_eq!(lost, 0);
+    assert!(counts[1..].iter().all(|n| *n > 20), "{counts:?}");
 }

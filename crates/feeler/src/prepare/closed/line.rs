@@ -4,7 +4,7 @@ use super::form::{V3, along, dot, sub};
 use super::plane::PlaneForm;
 use super::quadric::Root;
 use super::revolution::{Profile, RevolutionForm};
-use super::{ClosedSurface, form};
+use super::{ClosedSurface, form, torus};
 use crate::numeric::{Ball, Dd};
 use std::cmp::Ordering;
 
@@ -35,12 +35,15 @@ const ON_AXIS: f64 = 1e-200;
 const LEAST_RISE: f64 = 1.0 / (1u64 << 20) as f64;
 
 impl ClosedSurface {
-    /// All meetings with the surface, those beyond its domain included; `None` where the line may lie in it, touch a torus, or where
+    /// All meetings with the surface, those beyond its domain included; `None` where the line may lie in it, nearly touches a torus, or where
     /// there is no formula.
     pub(crate) fn hits(&self, line: &ClosedLine) -> Option<Vec<ClosedHit>> {
         match self {
             Self::Plane(p) => plane_hits(p, line),
             Self::Revolution(r) => {
+                if r.is_ring() {
+                    return torus::hits(r, line);
+                }
                 let roots = roots(r, line).or_else(|| exact_roots(r, line))?;
                 revolution_hits(r, line, &roots)
             }

@@ -13,6 +13,7 @@ mod plane;
 mod quadric;
 mod revolution;
 mod sphere;
+mod torus;
 mod upon;
 
 pub(crate) use curve::{ClosedCurve, CurveShape};

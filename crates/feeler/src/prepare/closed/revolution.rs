@@ -82,6 +82,8 @@ pub(crate) struct RevolutionForm {
     rough: Model<f64>,
     pub(crate) skew: f64,
     twist: Twist,
+    /// The least distance of the profile from the axis, from below.
+    pub(super) least_radius: f64,
     /// How far the true surface may be from the model, and points near a pole from it.
     pub(crate) slack: f64,
     /// Of this only what poles count for: the part by which curves on the boundary may be lower or higher than found.
@@ -407,6 +409,7 @@ impl RevolutionForm {
             fine,
             skew,
             twist,
+            least_radius: least_a,
             slack,
             pole_slack,
             angle: s.angle,
@@ -751,20 +754,7 @@ impl RevolutionForm {
         if self.slack == 0.0 || !found.minimum.unique {
             return None;
         }
-        let off = |x: f64, copies: &Copies, map: &Linear| {
-            let [low, high] = *copies.first()?;
-            let most = (x - low).max(high - x) * (1.0 + 4.0 * f64::EPSILON);
-            let scale = map.from.length() / map.to.length() * (1.0 + 8.0 * f64::EPSILON);
-            (low <= x && x <= high).then_some(most * scale)
-        };
-        let [u, v] = self.split(found.minimum.uv);
-        let (us, vs) = if self.transposed {
-            (&found.boxes.v, &found.boxes.u)
-        } else {
-            (&found.boxes.u, &found.boxes.v)
-        };
-        let du = off(u, us, &self.angular())?;
-        let dv = off(v, vs, &self.profile_map())?;
+        let [du, dv] = self.spread(found.minimum.uv, &found.boxes)?;
         let (r, l) = self.sizes();
         let moved = (r * du + l * dv) * UP;
         let bent = (r * du * du + 2.0 * l * du * dv + l * dv * dv) * UP;
@@ -788,8 +778,28 @@ impl RevolutionForm {
         Some([lower, high])
     }
 
+    /// How far native parameters are at most from all others in the boxes that were made with them: as angle and profile's own parameter. `None` where they are not in the first.
+    pub(super) fn spread(&self, uv: [f64; 2], boxes: &Boxes) -> Option<[f64; 2]> {
+        let off = |x: f64, copies: &Copies, map: &Linear| {
+            let [low, high] = *copies.first()?;
+            let most = (x - low).max(high - x) * (1.0 + 4.0 * f64::EPSILON);
+            let scale = map.from.length() / map.to.length() * (1.0 + 8.0 * f64::EPSILON);
+            (low <= x && x <= high).then_some(most * scale)
+        };
+        let [u, v] = self.split(uv);
+        let (us, vs) = if self.transposed {
+            (&boxes.v, &boxes.u)
+        } else {
+            (&boxes.u, &boxes.v)
+        };
+        Some([
+            off(u, us, &self.angular())?,
+            off(v, vs, &self.profile_map())?,
+        ])
+    }
+
     /// Bounds of the distances from the axis and of the profile's derivatives by its own parameter.
-    fn sizes(&self) -> (f64, f64) {
+    pub(super) fn sizes(&self) -> (f64, f64) {
         let far = |p: &V3| p[0].magnitude().hypot(p[1].magnitude()) * UP;
         match &self.fine.profile {
             Profile::Line {

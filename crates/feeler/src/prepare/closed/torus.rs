@@ -1,0 +1,311 @@
+//! Where a line meets a torus: the circle of the [model](super::revolution) turned about the axis at a distance above its radius.
+//!
+//! # The quartic
+//! Relative to the centre let `r` be a point's distance from the axis and `h` its height. With the distances `c` of the circle's centre from the axis and `g` of the
+//! point from the model's surface, beyond it or (negative) within, `F = (A - 2 c r) (A + 2 c r)`, `A = r^2 + h^2 + c^2 - R^2`, is
+//! `g (g + 2 R) ((r + c)^2 + h^2 - R^2)`, and `A^2 - 4 c^2 r^2` is a quartic along a line. As `c > R` the last factor is positive. A point of the true surface has `|g| <= s`, the
+//! slack, and so `|F| <= s (2 R + s) (2 c + 2 R)^2 = E`: `r <= c + R + s`, `|h| <= R + s`.
+//!
+//! So no hit is where `|F| > E`. The quartic's Bernstein coefficients tell such parts of the line, and parts where it is strictly monotone; on one of these, whose ends have
+//! values beyond `E` of both signs, all `t` with `|F| <= E` are around its one root. What is nearly a tangent is left to the search.
+//!
+//! # One hit to a root
+//! Move the profile's points `(a, b, h)` to `(a, x b, h)`, `x` from 1 to 0, and then to the model's circle. All the way it is a revolution with no more skew and slack, so
+//! the hits on it are where `|F| <= E` and in the boxes of parameters found for these `t`. Let `N = S_u x S_v`. Where `N.d` has one sign for all of these parameters
+//! and all surfaces on the way, hits there are simple and none comes or goes: there is one on the true surface as there is on the model. The model's `N` is `r R` times a
+//! unit vector that turns by no more than the parameters do together; on the way `S_u` and `S_v`, whose lengths are about `r` and `R`, are off by `4 skew` at most. With boxes below 2^-16 wide,
+//! skews below 2^-24 of `R` and of the least `r`, and a cosine between `N` and `d` above 2^-8 in the middle it has.
+//!
+//! # The last digits
+//! Let `S` be the true surface's point at parameters `d` from those of the hit, at `t`, and `n` its normal. The surface curves away from its tangent plane by no more than half of
+//! `r du^2 + 2 R du dv + R dv^2` (see [`at_foot`](RevolutionForm::at_foot)), so `n.(S - P(t'))`, with `P` the line's point, is `(t - t') n.d` up to that times `|n|`, and up to what the rounded
+//! normal is off times `r du + R dv`.
+
+use super::form::{V3, along, dot, sub};
+use super::line::{ClosedHit, ClosedLine};
+use super::revolution::{Profile, RevolutionForm};
+use crate::numeric::{Ball, Dd};
+
+/// Sums and products of a few dozen numbers in f64.
+const UP: f64 = 1.0 + 64.0 * f64::EPSILON;
+/// Coefficients in f64 are off by less than this part of the largest sum: each cut has four steps of three roundings of numbers up to twice it, all cuts together 576 units.
+const ROUGH: f64 = 1.0 / (1u64 << 42) as f64;
+/// Parts of the line are halved no more often: what is left is nearly a tangent.
+const HALVINGS: usize = 24;
+/// Where parts are cut: in the middle lines in round numbers have hits.
+const CUT: f64 = 0.4876;
+/// The part of a line, of all that is looked at, that a root is narrowed down to before its slope is taken for constant.
+const NARROW: f64 = 1.0 / (1u64 << 30) as f64;
+const STEPS: usize = 16;
+/// See the module.
+const MOST_BOX: f64 = 1.0 / (1u64 << 16) as f64;
+const MOST_SKEW: f64 = 1.0 / (1u64 << 24) as f64;
+const LEAST_COSINE: f64 = 1.0 / (1u64 << 8) as f64;
+/// A torus's circle stays clear of the axis by this part of its radius.
+const CLEAR: f64 = 1.0 + 1.0 / (1u64 << 10) as f64;
+
+impl RevolutionForm {
+    /// Whether it is part of a torus around a hole, and the formulas here are for it.
+    pub(super) fn is_ring(&self) -> bool {
+        match &self.fine.profile {
+            Profile::Line { .. } => false,
+            Profile::Arc { center, radius, .. } => {
+                center[0].lower() > radius * CLEAR
+                    && self.skew <= MOST_SKEW * radius.min(self.least_radius)
+            }
+        }
+    }
+}
+
+/// A quartic in Bernstein form, in f64.
+type Rough = [f64; 5];
+
+/// Both parts of it.
+fn cut(b: &Rough) -> [Rough; 2] {
+    let (mut left, mut right) = ([0.0; 5], *b);
+    for k in 0..5 {
+        left[k] = right[0];
+        for i in 0..4 - k {
+            right[i] += (right[i + 1] - right[i]) * CUT;
+        }
+    }
+    [left, right]
+}
+
+/// The quartic by powers of the parameter on `[0, 1]`.
+struct Quartic {
+    powers: [Ball<Dd>; 5],
+}
+
+impl Quartic {
+    /// Along `p + s e`, relative to the torus's centre; `axis` is a unit vector.
+    fn new(p: &V3, e: &V3, axis: &V3, c: Ball<Dd>, radius: f64) -> Self {
+        let two = Ball::exact(2.0);
+        let square = [dot(p, p), two * dot(p, e), dot(e, e)];
+        let height = [dot(p, axis), dot(e, axis)];
+        let c2 = c.square();
+        let mut a = square;
+        a[0] = a[0] + c2 - Ball::exact(radius).square();
+        let four = Ball::exact(4.0) * c2;
+        let across = [
+            square[0] - height[0].square(),
+            square[1] - two * height[0] * height[1],
+            square[2] - height[1].square(),
+        ];
+        let product = [
+            a[0].square(),
+            two * a[0] * a[1],
+            a[1].square() + two * a[0] * a[2],
+            two * a[1] * a[2],
+            a[2].square(),
+        ];
+        let less = |k: usize| match across.get(k) {
+            Some(x) => product[k] - four * *x,
+            None => product[k],
+        };
+        Self {
+            powers: std::array::from_fn(less),
+        }
+    }
+
+    /// Its Bernstein coefficients, rounded, and how far they may be off.
+    fn rough(&self) -> (Rough, f64) {
+        // `C(k, i) / C(4, i)`.
+        const SHARES: [[f64; 5]; 5] = [
+            [1.0, 0.0, 0.0, 0.0, 0.0],
+            [1.0, 0.25, 0.0, 0.0, 0.0],
+            [1.0, 0.5, 1.0 / 6.0, 0.0, 0.0],
+            [1.0, 0.75, 0.5, 0.25, 0.0],
+            [1.0, 1.0, 1.0, 1.0, 1.0],
+        ];
+        let sum = |k: usize, x: &dyn Fn(&Ball<Dd>) -> f64| -> f64 {
+            { self.powers.iter().zip(SHARES[k]) }
+                .map(|(p, share)| x(p) * share)
+                .sum()
+        };
+        let b = std::array::from_fn(|k| sum(k, &|p| p.mid.hi));
+        let size = sum(4, &|p| p.magnitude());
+        let known: f64 = self.powers.iter().map(|p| p.rad).sum();
+        (b, (ROUGH * size + known) * UP)
+    }
+
+    /// Value and derivative.
+    fn at(&self, s: Dd) -> [Ball<Dd>; 2] {
+        let s = Ball { mid: s, rad: 0.0 };
+        let (mut value, mut slope) = (Ball::ZERO, Ball::ZERO);
+        for p in self.powers.iter().rev() {
+            slope = slope * s + value;
+            value = value * s + *p;
+        }
+        [value, slope]
+    }
+
+    /// A bound of the second derivative on `[0, 1]`.
+    fn bend(&self) -> f64 {
+        let p = self.powers.map(|x| x.magnitude());
+        (2.0 * p[2] + 6.0 * p[3] + 12.0 * p[4]) * UP
+    }
+
+    /// The root of the part of the line that `rough` is in, and how far from it `|F| <= error` may be, where `F` is monotone for [`NARROW`] to both sides: then what is found there is
+    /// the part's own root, as `F` is monotone on both together.
+    fn root(&self, rough: f64, error: f64) -> Option<(Dd, f64)> {
+        let mut s = Dd::from(rough);
+        for _ in 0..2 {
+            let [value, slope] = self.at(s);
+            let step = value.mid / slope.mid;
+            if !step.hi.is_finite() {
+                return None;
+            }
+            s = s - step;
+        }
+        if !((s.hi - rough).abs() < 0.5 * NARROW) {
+            return None;
+        }
+        let [value, slope] = self.at(s);
+        let steep = slope.lower().max(-slope.upper()) - self.bend() * NARROW;
+        let off = (value.magnitude() + error) / steep * UP;
+        (steep > 0.0 && off < 0.5 * NARROW).then_some((s, off))
+    }
+}
+
+/// Where roots are in `[0, 1]`, about, one in each part where a quartic in this form is monotone; `None` where that is not told. Values of no more than `error` may be zero.
+fn isolated(b: Rough, error: f64) -> Option<Vec<f64>> {
+    let mut out = Vec::new();
+    let mut open = vec![(b, 0.0, 1.0, 0)];
+    while let Some((b, from, to, depth)) = open.pop() {
+        if b.iter().all(|x| *x > error) || b.iter().all(|x| *x < -error) {
+            continue;
+        }
+        let steps: [f64; 4] = std::array::from_fn(|k| b[k + 1] - b[k]);
+        let rises = steps.iter().all(|x| *x > 2.0 * error);
+        if rises || steps.iter().all(|x| *x < -2.0 * error) {
+            if !(b[0].abs() > error && b[4].abs() > error) {
+                return None;
+            }
+            if (b[0] < 0.0) != (b[4] < 0.0) {
+                out.push(from + (to - from) * narrowed(&b));
+            }
+            continue;
+        }
+        if depth == HALVINGS {
+            return None;
+        }
+        let middle = from + (to - from) * CUT;
+        let [left, right] = cut(&b);
+        open.push((right, middle, to, depth + 1));
+        open.push((left, from, middle, depth + 1));
+    }
+    Some(out)
+}
+
+/// About where a monotone quartic is zero: Newton's method within a bracket that shrinks.
+fn narrowed(b: &Rough) -> f64 {
+    // Before de Casteljau's last step the two that are left tell the derivative.
+    let jet = |s: f64| {
+        let mut d = *b;
+        for k in (2..5).rev() {
+            for i in 0..k {
+                d[i] += (d[i + 1] - d[i]) * s;
+            }
+        }
+        [d[0] + (d[1] - d[0]) * s, 4.0 * (d[1] - d[0])]
+    };
+    let rises = b[4] > b[0];
+    let (mut low, mut high, mut s) = (0.0, 1.0, b[0] / (b[0] - b[4]));
+    for _ in 0..STEPS {
+        let [x, slope] = jet(s);
+        if (x < 0.0) == rises {
+            low = s;
+        } else {
+            high = s;
+        }
+        let next = s - x / slope;
+        if next == s {
+            break;
+        }
+        s = if low <= next && next <= high {
+            next
+        } else {
+            0.5 * (low + high)
+        };
+    }
+    s
+}
+
+/// All meetings with a ring, those beyond its domain included; `None` where the line nearly touches it, or lies in it.
+pub(super) fn hits(r: &RevolutionForm, line: &ClosedLine) -> Option<Vec<ClosedHit>> {
+    let Profile::Arc { center, radius, .. } = &r.fine.profile else {
+        return None;
+    };
+    let (c, d) = (center[0], &line.direction);
+    let start = Ball::exact(line.middle) - Ball::exact(line.reach);
+    let middle = along(&r.fine.origin, center[2], &r.fine.axis);
+    let p = sub(&along(&line.origin, start, d), &middle);
+    let length = Ball::exact(2.0) * Ball::exact(line.reach);
+    let e: V3 = std::array::from_fn(|k| length * d[k]);
+    let quartic = Quartic::new(&p, &e, &r.fine.axis, c, *radius);
+    let wide = 2.0 * (c.magnitude() + radius + r.slack);
+    let error = r.slack * (2.0 * radius + r.slack) * wide * wide * UP;
+    let (rough, off) = quartic.rough();
+    let all = off + error;
+    if !all.is_finite() {
+        return None;
+    }
+    let roots = isolated(rough, all)?;
+    let mut out = Vec::with_capacity(roots.len());
+    for s in roots {
+        let (s, off) = quartic.root(s, error)?;
+        let t = start + length * Ball { mid: s, rad: off };
+        if let Some(hit) = hit(r, line, t)? {
+            out.push(hit);
+        }
+    }
+    Some(out)
+}
+
+/// The hit whose parameter is known about; nothing where it is beyond the domain, `None` where it is not told to be one.
+fn hit(r: &RevolutionForm, line: &ClosedLine, t: Ball<Dd>) -> Option<Option<ClosedHit>> {
+    let d = &line.direction;
+    let w = along(&sub(&line.origin, &r.fine.origin), t, d);
+    let Some((boxes, uv)) = r.locate(&w) else {
+        return Some(None);
+    };
+    // Where the border of the domain is between what was moved into it and its box nothing is told.
+    let [du, dv] = r.spread(uv, &boxes)?;
+    if !(du + dv <= MOST_BOX) {
+        return None;
+    }
+    let n = r.normal(uv);
+    let size = |v: &[f64; 3]| v.iter().map(|x| x * x).sum::<f64>().sqrt();
+    let exactly = n.map(Ball::<Dd>::exact);
+    let rate = dot(&exactly, d);
+    let speed = size(&d.map(|x| x.mid.hi));
+    if !(rate.mid.hi.abs() > LEAST_COSINE * size(&n) * speed) {
+        return None;
+    }
+    let (far, round) = r.sizes();
+    let bent = 0.5 * (far * du * du + 2.0 * round * du * dv + round * dv * dv);
+    // The normal is the product of a unit vector and one as long as the radius, both rounded from double-double.
+    let tilted = 16.0 * f64::EPSILON * far * (far * du + round * dv);
+    let beside = (size(&n) * bent + tilted) * UP;
+    let at = Ball {
+        mid: t.mid,
+        rad: 0.0,
+    };
+    let surface = r.point(uv);
+    let apart = sub(&surface, &along(&line.origin, at, d));
+    let gap = dot(&exactly, &apart);
+    let gap = Ball {
+        mid: gap.mid,
+        rad: (gap.rad + beside) * UP,
+    };
+    let finer = at + gap / rate;
+    let t = if finer.rad < t.rad { finer } else { t };
+    Some(Some(ClosedHit {
+        t,
+        point: along(&line.origin, t, d),
+        boxes,
+        uv,
+        touches: false,
+    }))
+}
