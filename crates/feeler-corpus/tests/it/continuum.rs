@@ -41,10 +41,14 @@ fn ball(brep: &PreparedBrep, center: [f64; 3], expected: bool, what: &str) {
 }
 
 fn each(name: &str, check: impl Fn(&PreparedBrep, &str)) {
-    let models = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../corpora/models/analytic");
+    each_of("analytic", name, check);
+}
+
+fn each_of(folder: &str, name: &str, check: impl Fn(&PreparedBrep, &str)) {
+    let models = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../corpora/models");
     for suffix in ["", "_nurbs"] {
         let name = format!("{name}{suffix}");
-        let model = Model::load(&models.join(format!("{name}.json.gz")), None);
+        let model = Model::load(&models.join(folder).join(format!("{name}.json.gz")), None);
         let brep = model.expect("a model of the corpus").breps.remove(0);
         check(&PreparedBrep::new(brep), &name);
     }
@@ -125,5 +129,18 @@ fn on_a_cone() {
         half_space(brep, [0.0, 0.0, 1.0], true, what);
         half_space(brep, [0.0, 0.0, -1.0], false, what);
         ball(brep, [0.0, 0.0, 1.0], false, what);
+    });
+}
+
+/// A round of radius 2 goes on along x from 5 to 25 as a cylinder, and round a corner at either end as a torus, whose foot is next to the edge by roundings: what is
+/// as low is on the other face.
+#[test]
+fn beside_an_edge_of_the_face_that_is_as_low() {
+    each_of("parts", "tangent_rounds", |brep, what| {
+        for k in 1..16 {
+            let tilt = f64::from(k) / 64.0;
+            half_space(brep, [0.0, tilt, -1.0], true, what);
+            half_space(brep, [1e-3, tilt, -1.0], false, what);
+        }
     });
 }

@@ -1,7 +1,7 @@
 //! Points exactly on the surface of a solid, whose places are numbers that f64 holds: on faces, seams and rims. Next to them it is another side.
 
 use feeler::prepare::PreparedBrep;
-use feeler::query::{Accuracy, Options, Probe, Sphere, Workspace, contact, inside};
+use feeler::query::{Accuracy, HalfSpace, Options, Probe, Sphere, Workspace, contact, inside};
 use feeler::trim::Side;
 use feeler_corpus::Model;
 use nalgebra::{Point3, Vector3};
@@ -96,4 +96,29 @@ fn on_a_cone() {
         &mut Workspace::default(),
     );
     assert_eq!(found.side, Some(Side::Outside));
+}
+
+/// A half-space rests all but flat on a base of the cylinder: asked coarsely, the foot is found higher than the least, and the point opposite is on the plane all the same.
+#[test]
+fn opposite_a_coarse_foot_on_the_plane_of_a_half_space() {
+    for name in ["cylinder", "cylinder_nurbs"] {
+        let brep = model(name);
+        for tilt in [1e-6, 1e-5, 1e-3, 0.25] {
+            let normal = Vector3::new(0.6 * tilt, 0.8 * tilt, -1.0).normalize();
+            let plane = HalfSpace::new(normal, -3.5).expect("a half-space");
+            for accuracy in [1e-12, 1e-6, 1e-2] {
+                let options = Options {
+                    accuracy: Accuracy::Length(accuracy),
+                    prediction: f64::INFINITY,
+                    ..Options::default()
+                };
+                let probe = Probe::HalfSpace(plane);
+                let answer = contact(&brep, &probe, &options, &mut Workspace::default());
+                let at = answer.contacts[0].on_probe;
+                let off = plane.normal.dot(&at.coords) - plane.offset;
+                // Some roundings of coordinates.
+                assert!(off.abs() <= 64.0 * f64::EPSILON, "{name} {tilt} {off:e}");
+            }
+        }
+    }
 }

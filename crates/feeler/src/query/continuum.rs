@@ -12,7 +12,7 @@ use super::upper::patch_at;
 use crate::numeric::Ball;
 use crate::prepare::closed::Extent;
 use crate::prepare::{Net, Patch, PreparedBrep, curve_jet};
-use crate::trim::Side;
+use crate::trim::{BoxSide, Side};
 use nalgebra::{Point2, Point3, Vector3};
 
 /// The minimum is a continuum when points within max(accuracy, this times the size) of it...
@@ -169,18 +169,20 @@ impl Low<'_> {
         let source = foot.found.map(|f| f.0);
         found.settled.iter().any(|s| {
             let growth = (self.limit - s.lo.hi).max(0.0);
+            let length = s.extent.length(growth);
             (s.face, s.source) == (foot.face, source)
                 && s.local_minimum
-                && s.extent.length(growth) <= self.reach
-                && self.rises_into_patch(foot, s.extent)
+                && length <= self.reach
+                && self.rises_into_patch(foot, s.extent, length)
+                && self.is_clear_of_trims(foot, length)
         })
     }
 
     /// Whether values rise from a border of a patch into it, by far more than it takes; of a foot that is on none, whether its extent tells more than that it is a point.
     ///
     /// (What settles a border knows of that alone, and what settles a corner of nothing. From a corner all rises that does along both borders, as every way into the
-    /// patch is made of these.)
-    fn rises_into_patch(&self, foot: &Foot, extent: Extent) -> bool {
+    /// patch is made of these. What is low within `length` of a foot inside may be low up to the border, and beyond it no less: a foot that is so near counts as on it.)
+    fn rises_into_patch(&self, foot: &Foot, extent: Extent, length: f64) -> bool {
         let Locus::Patch { patch, local, .. } = foot.spot else {
             return false;
         };
@@ -195,14 +197,34 @@ impl Low<'_> {
             Objective::Height(normal, _) => normal,
         };
         (0..2).zip([along_u, along_v]).all(|(k, along)| {
+            let speed = along.norm();
             let inward = match at[k] {
-                x if x <= 0.0 => 1.0,
-                x if x >= 1.0 => -1.0,
+                x if x * speed <= length => 1.0,
+                x if (1.0 - x) * speed <= length => -1.0,
                 _ => return !matches!(extent, Extent::Root(0.0)),
             };
             // Negated in effect: what is no number does not rise.
-            inward * rise.dot(&along) / along.norm() * self.reach > SURELY * self.slack
+            inward * rise.dot(&along) / speed * self.reach > SURELY * self.slack
         })
+    }
+
+    /// Whether no trim passes within a length of a foot on a patch, as fast as the patch is there: beyond one another face may be low, which nothing that settled
+    /// this one knows of.
+    fn is_clear_of_trims(&self, foot: &Foot, length: f64) -> bool {
+        let Locus::Patch { patch, local, .. } = foot.spot else {
+            return false;
+        };
+        let Patch { net, maps, .. } = &self.brep.double(foot.face).patches[patch];
+        let at = local.map(|x| x.mid.hi);
+        let [_, along_u, along_v] = rough_jet(net, at);
+        let speeds = [along_u.norm(), along_v.norm()];
+        let [u, v] = [0, 1].map(|k| {
+            // What is no number is the whole patch.
+            let by = (length / speeds[k]).min(1.0);
+            let [low, high] = [at[k] - by, at[k] + by].map(|x| x.clamp(0.0, 1.0));
+            maps[k].to_native_range(low, high)
+        });
+        self.brep.region(foot.face).classify_box(u, v) == BoxSide::Inside
     }
 
     /// Whether the distance rises from a foot inside of a face by far more than it takes, as far as what settled it says: it still will a little beyond that.
@@ -218,7 +240,7 @@ impl Low<'_> {
         let is_steep = |s: &Settled| {
             let growth = (self.limit - s.lo.hi).max(0.0);
             match s.extent {
-                Extent::Root(0.0) => self.rises_into_patch(foot, s.extent),
+                Extent::Root(0.0) => self.rises_into_patch(foot, s.extent, 0.0),
                 Extent::Root(_) => STEEP * s.extent.length(growth) <= self.reach,
                 // Of boxes that are not convex only their size is known.
                 Extent::Linear { .. } => false,

@@ -206,7 +206,14 @@ pub(super) fn make_contact(
             };
             (normal, is_choice, s.center - normal * s.radius)
         }
-        Probe::HalfSpace(h) => (-h.normal, false, on_brep - h.normal * separation.value),
+        Probe::HalfSpace(h) => {
+            let height = match accuracy {
+                Accuracy::Full => separation.value,
+                // A foot may be higher than the least by that much; its own height leads to the plane.
+                Accuracy::Length(_) => h.normal.dot(&on_brep.coords) - h.offset,
+            };
+            (-h.normal, false, on_brep - h.normal * height)
+        }
     };
     Contact {
         on_brep,
