@@ -141,9 +141,7 @@ pub(super) fn crossings(
             links.hold(&members, &others);
             others.extend(&members);
             links.add(&others, |_, _| false);
-            slips |= others.is_empty()
-                && group.sure
-                && (here == Some(true) || here.is_none() && edge.holds_end(stab, &group));
+            slips |= others.is_empty() && group.sure && here == Some(true);
             may_slip |= !covered && (members.is_empty() || !group.one);
         }
     }
@@ -383,18 +381,6 @@ impl<'a> Edge<'a> {
         self.brep.and_then(meets) == Some(false)
     }
 
-    /// Whether an end of the line's range is surely in the crack, in a group.
-    fn holds_end(&self, stab: &Stabber, group: &Group) -> bool {
-        let ends = stab.range.iter().filter(|t| t.is_finite());
-        ends.map(|t| Ball::exact(*t)).any(|t| {
-            let p: V3 = std::array::from_fn(|c| {
-                Ball::exact(stab.origin[c]) + t * Ball::exact(stab.direction[c])
-            });
-            let near = |image: &Image<Dd>| distance(&p, image, self.least, self.most)[1];
-            group.holds(&t) == Some(true) && self.images.iter().any(|i| near(i) <= self.least)
-        })
-    }
-
     /// Whether a hit is within the width of an image.
     fn holds(&self, stab: &Stabber, hit: &RawHit) -> Option<bool> {
         let exactly = |m: &Meeting| m.on.iter().any(|t| self.trims.contains(t));
@@ -440,8 +426,11 @@ impl<'a> Edge<'a> {
         }
     }
 
-    /// The groups of runs.
+    /// The groups of runs; `None` where the budget does not suffice, or nothing is known of the width from below: then nothing is sure.
     fn groups_by_runs(&self, stab: &Stabber, budget: &mut usize) -> Option<Vec<Group>> {
+        if !(self.least > 0.0) {
+            return None;
+        }
         let mut all: Vec<Run> = Vec::new();
         for (index, image) in self.images.iter().enumerate() {
             let bounds = [self.least, self.most];
