@@ -100,7 +100,7 @@ pub(super) fn crossings(
                 in_crack: None,
             };
         };
-        let Some(groups) = edge.all_groups(stab, budget) else {
+        let Some(groups) = edge.all_groups(stab, hits, budget) else {
             return Crossings {
                 count: None,
                 in_crack: None,
@@ -404,17 +404,28 @@ impl<'a> Edge<'a> {
         out
     }
 
-    /// All groups, by parts that are short against the width or, where these do not tell that each group is one passage, by runs.
-    fn all_groups(&self, stab: &Stabber, budget: &mut usize) -> Option<Vec<Group>> {
+    /// All groups, by parts that are short against the width or, where neither these nor what images are exactly tell that each group is one passage, by runs.
+    fn all_groups(
+        &self,
+        stab: &Stabber,
+        hits: &[RawHit],
+        budget: &mut usize,
+    ) -> Option<Vec<Group>> {
         let mut first = FIRST.min(*budget);
         *budget -= first;
         let by_parts = self.groups(stab, &mut first);
         *budget += first;
-        let open = |groups: &Vec<Group>| {
-            let open = |g: &&Group| !g.one && g.is_within(stab.range) != Some(false);
-            groups.iter().filter(open).count()
+        let is_open = |g: &&Group| !g.one && g.is_within(stab.range) != Some(false);
+        let open = |groups: &Vec<Group>| groups.iter().filter(is_open).count();
+        let told = |g: &Group| {
+            let near = || hits.iter().filter(|h| g.holds(&h.t) != Some(false)).count();
+            let [covered, together] = self.covers(stab, g, hits);
+            covered && (together || near() <= 1)
         };
-        if by_parts.as_ref().is_some_and(|g| open(g) == 0) {
+        let all_told = |groups: &Vec<Group>| {
+            open(groups) == 0 || self.is_apart(stab) || groups.iter().filter(is_open).all(told)
+        };
+        if by_parts.as_ref().is_some_and(all_told) {
             return by_parts;
         }
         let by_runs = self.groups_by_runs(stab, budget);

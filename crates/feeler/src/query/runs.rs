@@ -112,7 +112,7 @@ pub(super) fn runs(
             let moved = |t: [Dd; 2]| [below(t[0], by), above(t[1], by)];
             let t = moved(place.t);
             let ends = end_parameters(stab, &node).map(|ends| ends.map(moved));
-            let run = run.get_or_insert_with(|| Run {
+            let run = run.get_or_insert(Run {
                 image: index,
                 t,
                 sure: None,
