@@ -7,6 +7,7 @@ mod closed_forms;
 mod conics;
 mod contact_lists;
 mod continuum;
+mod crack_lines;
 mod on_faces;
 mod rhino3dm_facts;
 mod shortcuts;

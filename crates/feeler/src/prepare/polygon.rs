@@ -69,6 +69,8 @@ pub(crate) struct Meeting {
     pub(crate) on: Vec<usize>,
     /// Trims that the other end is exactly on.
     pub(crate) end_on: Vec<usize>,
+    /// Trims that all of it is exactly on.
+    pub(crate) along: Vec<usize>,
     pub(crate) uv: [f64; 2],
 }
 
@@ -89,7 +91,7 @@ impl Meeting {
             if self.t.cmp(&low)? == Ordering::Less {
                 self.uv = uv_at(&low);
                 self.t = low;
-                self.on.clear();
+                self.on.clone_from(&self.along);
             }
         }
         if let Some(high) = Ratio::from_f64(range[1]) {
@@ -101,7 +103,7 @@ impl Meeting {
                 && end.cmp(&high)? == Ordering::Greater
             {
                 self.end = Some(high);
-                self.end_on.clear();
+                self.end_on.clone_from(&self.along);
             }
         }
         Some(Some(self))
@@ -334,6 +336,7 @@ impl Polygon {
             touches: false,
             on,
             end_on: Vec::new(),
+            along: Vec::new(),
             uv,
         };
         Some(meeting.within(range, |_| uv)?.into_iter().collect())
@@ -525,6 +528,10 @@ impl Polygon {
                     let last = out.last_mut()?;
                     last.end = Some(place.t);
                     last.end_on = place.trims;
+                    // A segment that both ends are on holds all between them.
+                    let held = last.on.iter().copied();
+                    let along = held.filter(|t| last.end_on.contains(t) && self.is_straight(*t));
+                    last.along = along.collect();
                 }
                 // Where pieces run back there is no area beside the line.
                 (false, false) if place.runs_back() => return None,
@@ -537,6 +544,7 @@ impl Polygon {
                         touches: true,
                         on: place.trims,
                         end_on: Vec::new(),
+                        along: Vec::new(),
                         uv,
                     });
                 }
@@ -590,14 +598,14 @@ impl Polygon {
             }
             if m.t.cmp(&low)?.is_lt() {
                 m.t = low.clone();
-                m.on.clear();
+                m.on.clone_from(&m.along);
                 m.uv = self.uv_at(line, &m.t);
             }
             if let Some(end) = &m.end
                 && end.cmp(&high)?.is_gt()
             {
                 m.end = Some(high.clone());
-                m.end_on.clear();
+                m.end_on.clone_from(&m.along);
             }
             // What is left is one point.
             if m.end.as_ref().is_some_and(|e| e.is(&m.t)) {

@@ -4,11 +4,14 @@
 //! No enclosure tells that a zero is on a border. But where one of the forms of the line vanishes on all of the border, exactly, for it does on all of its control points (the border's
 //! curve is in one of the two planes through the line: that of a seam of a revolution, say), and the other changes its sign along the part of
 //! the border that is in a zone with one zero only, then that zero is on the border.
+//!
+//! A corner of a surface that is clamped in both coordinates is a control point: where both forms vanish on that, exactly, the corner is a zero, and the one in a zone that holds it.
 
 use super::forms::Stabber;
 use crate::numeric::{Ball, Dd, Dyadic};
 use crate::nurbs::{NurbsSurface, Surface};
 use crate::prepare::Net;
+use nalgebra::Vector4;
 
 /// Whether the zero in a zone of a patch is on a border of the surface that is one of the patch: across the first or the second coordinate, the
 /// upper one or the lower.
@@ -58,12 +61,7 @@ fn vanishes(
     if !knots.is_clamped() {
         return None;
     }
-    let number = Dyadic::from_f64;
-    let normal = &stab.normals[form];
-    let mut offset = Dyadic::ZERO;
-    for c in 0..3 {
-        offset = &offset - &(&number(normal[c])? * &number(stab.origin[c])?);
-    }
+    let offset = offset(stab, form)?;
     let [rows, width] = surface.counts();
     let count = if across == 0 { width } else { rows };
     for i in 0..count {
@@ -73,14 +71,43 @@ fn vanishes(
             (_, false) => i * width,
             (_, true) => i * width + width - 1,
         };
-        let point = &surface.control_net()[index];
-        let mut value = &offset * &number(point.w)?;
-        for c in 0..3 {
-            value = &value + &(&number(normal[c])? * &number(point[c])?);
-        }
-        if value.signum() != 0 {
+        if !is_zero(stab, form, &offset, &surface.control_net()[index])? {
             return Some(false);
         }
     }
     Some(true)
+}
+
+/// What a form is at the origin of space.
+fn offset(stab: &Stabber, form: usize) -> Option<Dyadic> {
+    let number = Dyadic::from_f64;
+    (0..3).try_fold(Dyadic::ZERO, |sum, c| {
+        let part = &number(stab.normals[form][c])? * &number(stab.origin[c])?;
+        Some(&sum - &part)
+    })
+}
+
+/// Whether a form, given its offset, is zero on a homogeneous point.
+fn is_zero(stab: &Stabber, form: usize, offset: &Dyadic, point: &Vector4<f64>) -> Option<bool> {
+    let number = Dyadic::from_f64;
+    let start = offset * &number(point.w)?;
+    let value = (0..3).try_fold(start, |sum, c| {
+        let part = &number(stab.normals[form][c])? * &number(point[c])?;
+        Some(&sum + &part)
+    })?;
+    Some(value.signum() == 0)
+}
+
+/// Whether a corner of a surface, at the upper ends of its coordinates or not, is in the line.
+pub(super) fn corner_in_line(stab: &Stabber, surface: &Surface, upper: [bool; 2]) -> bool {
+    let Surface::Nurbs(surface) = surface else {
+        return false;
+    };
+    let [rows, width] = surface.counts();
+    let row = if upper[0] { rows - 1 } else { 0 };
+    let column = if upper[1] { width - 1 } else { 0 };
+    let point = &surface.control_net()[row * width + column];
+    let vanishes = |k: usize| is_zero(stab, k, &offset(stab, k)?, point);
+    let clamped = surface.knots_u().is_clamped() && surface.knots_v().is_clamped();
+    clamped && (0..2).all(|k| vanishes(k) == Some(true))
 }

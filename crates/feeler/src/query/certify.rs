@@ -6,8 +6,8 @@
 //! one zero, it is within `rho = |K(p)| / (1 - e)` of `p`, and if the ball of that radius lies in the box there
 //! is one (Brouwer's theorem on `x -> x - K(x)`, which maps the ball into itself).
 
-use super::border;
 use super::forms::{Forms, Stabber, contraction, parameter_slope, restrict};
+use super::hit_side::OnBorder;
 use super::zeros::{Digits, HitAt, Place, RawHit};
 use crate::numeric::{Ball, Dd, Real};
 use crate::prepare::{Net, PreparedBrep, jet};
@@ -27,8 +27,8 @@ pub(super) struct Solved {
     pub(super) v: [f64; 2],
 }
 
-/// A certified zero, its local parameters and the bound on them, and across which coordinate's seam it is, exactly.
-pub(super) type Found = (RawHit, [Dd; 2], f64, Option<usize>);
+/// A certified zero, its local parameters and the bound on them, and the border of the surface that it is on, exactly.
+pub(super) type Found = (RawHit, [Dd; 2], f64, Option<OnBorder>);
 
 /// The point of a net at local parameters near the unit square, and `L_1`, `L_2` there, with bounds.
 pub(super) fn forms_at(
@@ -411,7 +411,8 @@ fn prove<T: Real>(
     // Within rounding of the border of the whole surface the hit cannot be settled, unless that is a seam: a joint as any other.
     let domain = brep.brep().surface(face).domain();
     let maps = &brep.double(face).patches[patch].maps;
-    let (mut on_edge, mut at_joint, mut seam) = (false, false, None);
+    let (mut on_edge, mut at_joint, mut border) = (false, false, None);
+    let mut ends = [None; 2];
     for k in 0..2 {
         let (low, high) = (p[k] - reach(k) <= Dd::ZERO, p[k] + reach(k) >= Dd::ONE);
         if !(low || high) {
@@ -419,21 +420,32 @@ fn prove<T: Real>(
         }
         let of_surface =
             low && maps[k].start == domain[k].start || high && maps[k].end == domain[k].end;
+        ends[k] = (of_surface && low != high).then_some(high);
         let exact = || {
             let net = &brep.double_double(face).patches[patch].net;
             let surface = brep.brep().surface(face);
-            low != high && border::holds_zero(stab, surface, net, (k, high), [u, v])
+            low != high && super::border::holds_zero(stab, surface, net, (k, high), [u, v])
         };
         if !of_surface {
             at_joint = true;
         } else if brep.meets_itself(face, k == 0) {
             at_joint = true;
             if exact() {
-                seam = Some(k);
+                border = Some(OnBorder::Seam(k));
             }
+        } else if exact() {
+            let end = if high { domain[k].end } else { domain[k].start };
+            border = border.or(Some(OnBorder::End(k, end)));
         } else {
-            on_edge |= !exact();
+            on_edge = true;
         }
+    }
+    if let [Some(u), Some(v)] = ends
+        && super::border::corner_in_line(stab, brep.brep().surface(face), [u, v])
+    {
+        let at = |k: usize, high: bool| if high { domain[k].end } else { domain[k].start };
+        (on_edge, at_joint) = (false, false);
+        border = Some(OnBorder::Corner([at(0, u), at(1, v)]));
     }
     let t = stab.parameter(&sample.value, &sample.origin);
     // t moves with the point: on the patch by no more than this does, else it is bounded by the slopes over the zone.
@@ -472,7 +484,7 @@ fn prove<T: Real>(
         touches: false,
         exact: None,
     };
-    Some((Some((hit, p, local_rho, seam)), Solved { u, v }))
+    Some((Some((hit, p, local_rho, border)), Solved { u, v }))
 }
 
 /// How far the polynomials of a patch are followed past its border, in local parameters.

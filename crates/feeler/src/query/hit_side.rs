@@ -3,16 +3,28 @@
 use crate::numeric::{Ball, Dd};
 use crate::prepare::PreparedBrep;
 use crate::trim::{BoxSide, Side, TrimRegion};
+use nalgebra::Point2;
 
 /// A bound that is off by a few roundings.
 const UP: f64 = 1.0 + 64.0 * f64::EPSILON;
+
+/// A border of a surface that a zero is on, exactly.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum OnBorder {
+    /// The seam across a coordinate.
+    Seam(usize),
+    /// No seam: across this coordinate, at this end of its domain.
+    End(usize, f64),
+    /// A corner of the domain.
+    Corner([f64; 2]),
+}
 
 /// Where a zero is, known within `rho`: first by a box in f64, and where that meets the region's boundary by all digits. It
 /// was found from a node that is known to be inside or not, but may lie beside it.
 pub(super) fn side_at(
     brep: &PreparedBrep,
     (face, patch): (usize, usize),
-    (local, rho, seam): ([Dd; 2], f64, Option<usize>),
+    (local, rho, border): ([Dd; 2], f64, Option<OnBorder>),
     inside: Option<[[f64; 2]; 2]>,
 ) -> BoxSide {
     let off = Dd::from(rho * UP);
@@ -31,8 +43,19 @@ pub(super) fn side_at(
         };
         maps[k].to_native_ball(x)
     });
-    if let Some(k) = seam {
-        return side_on_seam(region, k, uv[1 - k]);
+    match border {
+        Some(OnBorder::Seam(k)) => return side_on_seam(region, k, uv[1 - k]),
+        Some(OnBorder::End(k, at)) => {
+            return match side_on_border(region, (k, at), uv[1 - k]) {
+                Some(Side::Inside) => BoxSide::Inside,
+                Some(Side::Outside) => BoxSide::Outside,
+                Some(Side::Boundary) | None => BoxSide::Mixed,
+            };
+        }
+        Some(OnBorder::Corner(at)) => {
+            return corner_side(brep, face, at).unwrap_or(BoxSide::Mixed);
+        }
+        None => {}
     }
     let r = rho * UP + 4.0 * f64::EPSILON;
     let around = |k: usize| {
@@ -56,21 +79,7 @@ pub(super) fn side_at(
 /// Where a point is that is exactly on the seam across a coordinate, given the other: in the region where it is on either side of the seam.
 fn side_on_seam(region: &TrimRegion, across: usize, along: Ball<Dd>) -> BoxSide {
     let domain = region.domain()[across];
-    let width = BESIDE_SEAM * domain.length();
-    let sides = [
-        (domain.start, [domain.start, domain.start + width]),
-        (domain.end, [domain.end - width, domain.end]),
-    ]
-    .map(|(end, beside)| {
-        let (mut uv, mut b) = ([along; 2], [[along.lower(), along.upper()]; 2]);
-        (uv[across], b[across]) = (Ball::exact(end), beside);
-        // A loop that runs along the border leaves what is beside it inside.
-        match region.classify_box(b[0], b[1]) {
-            BoxSide::Inside => Some(Side::Inside),
-            BoxSide::Outside => Some(Side::Outside),
-            BoxSide::Mixed => region.side_of_ball(uv),
-        }
-    });
+    let sides = [domain.start, domain.end].map(|end| side_on_border(region, (across, end), along));
     if sides.contains(&Some(Side::Inside)) {
         BoxSide::Inside
     } else if sides == [Some(Side::Outside); 2] {
@@ -80,5 +89,55 @@ fn side_on_seam(region: &TrimRegion, across: usize, along: Ball<Dd>) -> BoxSide 
     }
 }
 
-/// How wide a box beside a seam is, as a part of the domain: hardly more than there are f64 for.
+/// Where a zero counts that is exactly at a corner of the domain. Over seams it is at others too: of these the first one that is in the closed region counts, which is a zero of its own patch.
+fn corner_side(brep: &PreparedBrep, face: usize, at: [f64; 2]) -> Option<BoxSide> {
+    let region = brep.region(face);
+    let ends = [0, 1].map(|k| {
+        let d = region.domain()[k];
+        if brep.meets_itself(face, k == 0) {
+            [d.start, d.end]
+        } else {
+            [at[k]; 2]
+        }
+    });
+    for u in ends[0] {
+        for v in ends[1] {
+            if region.side(Point2::new(u, v)).side? != Side::Outside {
+                let own = [u, v] == at;
+                return Some(if own {
+                    BoxSide::Inside
+                } else {
+                    BoxSide::Outside
+                });
+            }
+        }
+    }
+    Some(BoxSide::Outside)
+}
+
+/// Where a point is that is exactly on a border of the domain, given the other coordinate: on the region's side of it where a loop runs along the border, so
+/// that this is in the closed region.
+fn side_on_border(
+    region: &TrimRegion,
+    (across, end): (usize, f64),
+    along: Ball<Dd>,
+) -> Option<Side> {
+    let domain = region.domain()[across];
+    let width = BESIDE_SEAM * domain.length();
+    let beside = if end == domain.start {
+        [end, end + width]
+    } else {
+        [end - width, end]
+    };
+    let (mut uv, mut b) = ([along; 2], [[along.lower(), along.upper()]; 2]);
+    (uv[across], b[across]) = (Ball::exact(end), beside);
+    // A loop that runs along the border leaves what is beside it inside.
+    match region.classify_box(b[0], b[1]) {
+        BoxSide::Inside => Some(Side::Inside),
+        BoxSide::Outside => Some(Side::Outside),
+        BoxSide::Mixed => region.side_of_ball(uv),
+    }
+}
+
+/// How wide a box beside a border is, as a part of the domain: hardly more than there are f64 for.
 const BESIDE_SEAM: f64 = 1.0 / (1u64 << 48) as f64;

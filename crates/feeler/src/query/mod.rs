@@ -36,6 +36,7 @@ mod poles;
 mod refine;
 mod round;
 mod rows;
+mod runs;
 mod search;
 mod settle;
 mod shape;

@@ -40,6 +40,7 @@
 
 use super::forms::{Forms, Stabber, range};
 use super::inside::all_near_edges;
+use super::runs::{Run, is_one, runs};
 use super::zeros::RawHit;
 use crate::numeric::{Ball, Dd, Real};
 use crate::prepare::closed::V3;
@@ -99,7 +100,7 @@ pub(super) fn crossings(
                 in_crack: None,
             };
         };
-        let Some(groups) = edge.groups(stab, budget) else {
+        let Some(groups) = edge.all_groups(stab, hits, budget) else {
             return Crossings {
                 count: None,
                 in_crack: None,
@@ -403,6 +404,103 @@ impl<'a> Edge<'a> {
         out
     }
 
+    /// All groups, by parts that are short against the width or, where neither these nor what images are exactly tell that each group is one passage, by runs.
+    fn all_groups(
+        &self,
+        stab: &Stabber,
+        hits: &[RawHit],
+        budget: &mut usize,
+    ) -> Option<Vec<Group>> {
+        let mut first = FIRST.min(*budget);
+        *budget -= first;
+        let by_parts = self.groups(stab, &mut first);
+        *budget += first;
+        let is_open = |g: &&Group| !g.one && g.is_within(stab.range) != Some(false);
+        let open = |groups: &Vec<Group>| groups.iter().filter(is_open).count();
+        let told = |g: &Group| {
+            let near = || hits.iter().filter(|h| g.holds(&h.t) != Some(false)).count();
+            let [covered, together] = self.covers(stab, g, hits);
+            covered && (together || near() <= 1)
+        };
+        let all_told = |groups: &Vec<Group>| {
+            open(groups) == 0 || self.is_apart(stab) || groups.iter().filter(is_open).all(told)
+        };
+        if by_parts.as_ref().is_some_and(all_told) {
+            return by_parts;
+        }
+        let by_runs = self.groups_by_runs(stab, budget);
+        match (&by_parts, &by_runs) {
+            (Some(parts), Some(runs)) if open(runs) <= open(parts) => by_runs,
+            (None, Some(runs)) if open(runs) == 0 => by_runs,
+            (Some(_), _) => by_parts,
+            _ => self.groups(stab, budget).or(by_runs),
+        }
+    }
+
+    /// The groups of runs; `None` where the budget does not suffice, or nothing is known of the width from below: then nothing is sure.
+    fn groups_by_runs(&self, stab: &Stabber, budget: &mut usize) -> Option<Vec<Group>> {
+        if !(self.least > 0.0) {
+            return None;
+        }
+        let mut all: Vec<Run> = Vec::new();
+        for (index, image) in self.images.iter().enumerate() {
+            let bounds = [self.least, self.most];
+            all.extend(runs(stab, (index, image), bounds, self.scale, budget)?);
+        }
+        // The rest covers the rounding of parameters.
+        let gap = Dd::from(LINKED * self.least * self.scale / UP / UP);
+        Some(self.grouped(
+            all,
+            |r| r.t,
+            |group| {
+                Group {
+                    t: [Dd::ZERO; 2],
+                    sure: group.iter().any(|r| r.sure.is_some()),
+                    one: is_one(group, gap),
+                    images: (0..self.images.len())
+                        .filter(|i| group.iter().any(|r| r.image == *i))
+                        .collect(),
+                }
+            },
+        ))
+    }
+
+    /// What is near the line, in groups whose passages are apart; what a group is but for where it is comes from `made`.
+    fn grouped<X>(
+        &self,
+        mut all: Vec<X>,
+        t: impl Fn(&X) -> [Dd; 2],
+        made: impl Fn(&[X]) -> Group,
+    ) -> Vec<Group> {
+        all.sort_by(|a, b| {
+            let by_t = t(a)[0].partial_cmp(&t(b)[0]);
+            by_t.unwrap_or(std::cmp::Ordering::Equal)
+        });
+        let mut groups = Vec::new();
+        let mut rest = &all[..];
+        while let Some(first) = rest.first() {
+            let [start, mut end] = t(first);
+            let count = rest
+                .iter()
+                .take_while(|p| {
+                    let near = t(p)[0] <= above(end, 3.0 * self.most * self.scale);
+                    if near && t(p)[1] > end {
+                        end = t(p)[1];
+                    }
+                    near
+                })
+                .count();
+            let (group, others) = rest.split_at(count);
+            let reach = self.most * self.scale;
+            groups.push(Group {
+                t: [below(start, reach), above(end, reach)],
+                ..made(group)
+            });
+            rest = others;
+        }
+        groups
+    }
+
     /// Parts that are not farther than `most` from the line, in groups; `None` where the budget does not suffice.
     /// Parts of segments that are too many are left whole.
     fn groups(&self, stab: &Stabber, budget: &mut usize) -> Option<Vec<Group>> {
@@ -442,39 +540,20 @@ impl<'a> Edge<'a> {
                 }
             }
         }
-        parts.sort_by(|a, b| {
-            let by_t = a.t[0].partial_cmp(&b.t[0]);
-            by_t.unwrap_or(std::cmp::Ordering::Equal)
-        });
-        let mut groups = Vec::new();
-        let mut rest = &parts[..];
-        while let Some(first) = rest.first() {
-            let mut end = first.t[1];
-            let count = rest
-                .iter()
-                .take_while(|p| {
-                    let near = p.t[0] <= above(end, 3.0 * self.most * self.scale);
-                    if near && p.t[1] > end {
-                        end = p.t[1];
-                    }
-                    near
-                })
-                .count();
-            let (group, others) = rest.split_at(count);
-            groups.push(Group {
-                t: [
-                    below(first.t[0], self.most * self.scale),
-                    above(end, self.most * self.scale),
-                ],
-                sure: group.iter().any(|p| p.sure),
-                one: self.is_one(group),
-                images: (0..self.images.len())
-                    .filter(|i| group.iter().any(|p| p.image == *i))
-                    .collect(),
-            });
-            rest = others;
-        }
-        Some(groups)
+        Some(self.grouped(
+            parts,
+            |p| p.t,
+            |group| {
+                Group {
+                    t: [Dd::ZERO; 2],
+                    sure: group.iter().any(|p| p.sure),
+                    one: self.is_one(group),
+                    images: (0..self.images.len())
+                        .filter(|i| group.iter().any(|p| p.image == *i))
+                        .collect(),
+                }
+            },
+        ))
     }
 
     /// Whether a group, in order of `t`, is proven to be one passage or none.
@@ -549,12 +628,16 @@ impl<'a> Edge<'a> {
 const SHARP: f64 = 1.0 / (1u64 << 20) as f64;
 /// How many widths a group is from the foot of the axis, along the line.
 const CLEAR: f64 = 4.0;
+/// Runs no farther apart than this part of `least` are linked.
+const LINKED: f64 = 1.0 - 1.0 / 64.0;
+/// Parts of all images are halved so often in all before runs are looked for.
+const FIRST: usize = 2 * FEW;
 /// Parts of a segment or a circle are halved so often in all before they are taken otherwise: a line that passes one needs some hundred.
 const FEW: usize = 1 << 11;
 /// Parts of a circle whose slack is more than what is short are halved to this many slacks.
 const LOCAL: f64 = 64.0;
 /// Parts are not halved more often than this.
-const DEPTH: u32 = 100;
+pub(super) const DEPTH: u32 = 100;
 
 impl Group {
     /// Whether its passages are on the part of the line that counts; `None` where that is not known.
@@ -582,13 +665,15 @@ impl Group {
 }
 
 /// Where a part of an image is about the line.
-struct Place {
+pub(super) struct Place {
     /// Bounds of the distance of its points from the line.
-    away: [f64; 2],
+    pub(super) away: [f64; 2],
     /// A bound of how far two of its points can be from each other.
-    length: f64,
+    pub(super) length: f64,
     /// Holds the projection to the line.
-    t: [Dd; 2],
+    pub(super) t: [Dd; 2],
+    /// Ranges of the coordinates of the cross product with the direction, up to sign: along the two others than the longest of that, then along this.
+    pub(super) across: [[f64; 2]; 3],
 }
 
 impl Place {
@@ -597,7 +682,7 @@ impl Place {
     /// With `a` the coordinate in which the direction `d` is longest and `b`, `c` the others in turn, `x - o` has with `d` the cross
     /// product `(L_c d_b - L_b d_c) / d_a` along `a`, up to sign, and `L_c`, `L_b` along the others: its length over `|d|` is the
     /// distance. The projection is at `t = x_a' / d_a + (d_b L_b + d_c L_c) / (d_a |d|^2)`, where `x' = x - o`.
-    fn new(stab: &Stabber, node: &Forms<Dd>) -> Option<Self> {
+    pub(super) fn new(stab: &Stabber, node: &Forms<Dd>) -> Option<Self> {
         let w = range(&node.c[3], node.error[3]);
         if !(w[0] > 0.0) {
             return None;
@@ -673,22 +758,23 @@ impl Place {
             away: [away[0] / UP, away[1] * UP],
             length: length * UP,
             t,
+            across: parts,
         })
     }
 }
 
 /// A parameter less a length in parameters, or below that.
-fn below(t: Dd, by: f64) -> Dd {
+pub(super) fn below(t: Dd, by: f64) -> Dd {
     t - Dd::from(by * UP + 4.0 * Dd::UNIT * t.magnitude())
 }
 
 /// A parameter and a length in parameters, or above that.
-fn above(t: Dd, by: f64) -> Dd {
+pub(super) fn above(t: Dd, by: f64) -> Dd {
     t + Dd::from(by * UP + 4.0 * Dd::UNIT * t.magnitude())
 }
 
 /// Outward by a few roundings.
-fn widened([low, high]: [f64; 2]) -> [f64; 2] {
+pub(super) fn widened([low, high]: [f64; 2]) -> [f64; 2] {
     let off = |x: f64| 16.0 * f64::EPSILON * x.abs() + f64::MIN_POSITIVE;
     [low - off(low), high + off(high)]
 }

@@ -360,6 +360,7 @@ fn hit(
         touches: !point,
         on: Vec::new(),
         end_on: Vec::new(),
+        along: Vec::new(),
         // Looked for below.
         uv: [0.0; 2],
     };

@@ -233,6 +233,7 @@ pub(super) fn border_hit(
                     touches: hit.touches,
                     on: spot.trims(region),
                     end_on: Vec::new(),
+                    along: Vec::new(),
                     uv,
                 };
                 return Some(Some(RawHit {
@@ -292,6 +293,7 @@ pub(super) fn ruling_hits(
                 touches: true,
                 on: first.1.trims(region),
                 end_on: last.1.trims(region),
+                along: Vec::new(),
                 uv,
             };
             let last_uv = last.1.uv.map(|x| x.mid.hi);

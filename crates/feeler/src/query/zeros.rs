@@ -299,7 +299,7 @@ fn patch_hits<T: Real>(
             });
         if let Some((hit, zone)) = found {
             let settled = within(&zone);
-            if let Some((hit, local, rho, seam)) = hit {
+            if let Some((hit, local, rho, border)) = hit {
                 // All of where it may be: next to a zone there may be another.
                 let around = Dd::from(rho * UP);
                 let lies = |x: Dd, zone: [f64; 2]| {
@@ -337,7 +337,7 @@ fn patch_hits<T: Real>(
                 }
                 if !known && !listed {
                     let known = inside.then_some([node.u, node.v]);
-                    let side = side_at(brep, (face, patch), (local, rho, seam), known);
+                    let side = side_at(brep, (face, patch), (local, rho, border), known);
                     accept(stab, hit, side, out);
                     if out.is_done(stab) {
                         return;
