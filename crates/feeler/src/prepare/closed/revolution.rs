@@ -800,7 +800,7 @@ impl RevolutionForm {
 
     /// Bounds of the distances from the axis and of the profile's derivatives by its own parameter.
     pub(super) fn sizes(&self) -> (f64, f64) {
-        let far = |p: &V3| p[0].magnitude().hypot(p[1].magnitude()) * UP;
+        let far = |p: &V3| (p[0].square() + p[1].square()).sqrt().magnitude() * UP;
         match &self.fine.profile {
             Profile::Line {
                 ends: [p, q],
