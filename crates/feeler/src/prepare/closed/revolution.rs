@@ -800,7 +800,8 @@ impl RevolutionForm {
 
     /// Bounds of the distances from the axis and of the profile's derivatives by its own parameter.
     pub(super) fn sizes(&self) -> (f64, f64) {
-        let far = |p: &V3| p[0].magnitude().hypot(p[1].magnitude()) * UP;
+        // The second is the skew at most: hardly more than the root of the squares, which may underflow.
+        let far = |p: &V3| (p[0].magnitude() + p[1].magnitude()) * UP;
         match &self.fine.profile {
             Profile::Line {
                 ends: [p, q],
