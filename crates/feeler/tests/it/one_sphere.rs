@@ -5,7 +5,9 @@ use feeler::brep::Brep;
 use feeler::numeric::{Dd, Interval};
 use feeler::nurbs::{Arc, Curve, Revolution, Surface};
 use feeler::prepare::{PreparedBrep, Shortcuts};
-use feeler::query::{Accuracy, Options, Probe, Sphere, Workspace, contact};
+use feeler::query::{
+    Accuracy, LineKind, LineProbe, Options, Probe, Sphere, Workspace, contact, line,
+};
 use nalgebra::{Point3, Rotation3, Vector3};
 use std::f64::consts::{FRAC_PI_2, TAU};
 
@@ -228,4 +230,46 @@ fn turned_spheres_with_poles_are_exact() {
         formulas > 20 * searched,
         "{formulas} by the formula, {searched} searched"
     );
+}
+
+/// Lines through a part of a turned sphere next to a pole, where azimuths are not those of the formula's model: a hit is one on the part that there is, and where it says.
+#[test]
+fn lines_next_to_the_poles_of_a_part() {
+    let mut random = Random::new(43);
+    let mut counts = [0; 2];
+    for round in 0..12 {
+        let center = Point3::from(random.direction() * random.between(0.0, 20.0));
+        let frame = Rotation3::new(random.direction() * random.between(0.1, 3.0));
+        let (latitudes, turn) = ([-FRAC_PI_2, FRAC_PI_2], [1.0, 3.0]);
+        let brep = sphere(center, 2.0, frame, latitudes, turn, round % 2 == 1);
+        let brep = PreparedBrep::new(brep);
+        let mut workspace = Workspace::default();
+        let [x, y, axis] = [Vector3::x(), Vector3::y(), Vector3::z()].map(|v| frame * v);
+        for k in 0..24 {
+            // Inside of the part by an azimuth of 0.1 at least, or outside; the frame is off by some 1e-16, the centre by some 1e-15.
+            let is_on = k % 2 == 0;
+            let azimuth = match is_on {
+                true => random.between(1.1, 2.9),
+                false => random.between(3.1, 7.1),
+            };
+            let aside = 10f64.powf(random.between(-12.5, -7.0));
+            let out = (x * azimuth.cos() + y * azimuth.sin()) * aside;
+            let pole = if k % 4 < 2 { axis } else { -axis };
+            let probe = LineProbe {
+                origin: center + out + pole,
+                direction: pole,
+                kind: LineKind::Ray,
+            };
+            let answer = line(&brep, &probe, &Options::default(), &mut workspace);
+            assert!(answer.undecided.is_none(), "{probe:?}");
+            assert_eq!(answer.hits.len(), usize::from(is_on), "{probe:?}");
+            for hit in &answer.hits {
+                let at = brep.brep().surface(0).point(hit.uv.x, hit.uv.y);
+                let off = (at - hit.point).norm();
+                assert!(off < 1e-13, "{probe:?}: {off:e}");
+            }
+            counts[usize::from(is_on)] += 1;
+        }
+    }
+    assert_eq!(counts, [144; 2]);
 }

@@ -270,9 +270,9 @@ impl<T: Real> Model<T> {
     }
 }
 
-/// A profile is in closed form when `skew` is below this part of its least distance from the axis: places are then known to as much, and values at them to
+/// A profile is in closed form when `skew` is below half this part of its least distance from the axis: places are then known to as much, some hundred roundings, and values at them to
 /// the square of it...
-const MOST_TWIST: f64 = 1.0 / (1u64 << 40) as f64;
+const MOST_TWIST: f64 = 1.0 / (1u64 << 45) as f64;
 /// ...and where it has a pole when `skew` is below this part of the model's size (about 1e-60; a frame along
 /// the axes gives 1e-280). Points with `a` below 2^60 `skew`, about 1e-42 of the size, are those near the pole.
 const NO_SKEW: f64 = 1e-60;
@@ -800,7 +800,8 @@ impl RevolutionForm {
 
     /// Bounds of the distances from the axis and of the profile's derivatives by its own parameter.
     pub(super) fn sizes(&self) -> (f64, f64) {
-        let far = |p: &V3| (p[0].square() + p[1].square()).sqrt().magnitude() * UP;
+        // The second is the skew at most: hardly more than the root of the squares, which may underflow.
+        let far = |p: &V3| (p[0].magnitude() + p[1].magnitude()) * UP;
         match &self.fine.profile {
             Profile::Line {
                 ends: [p, q],
@@ -901,8 +902,24 @@ impl RevolutionForm {
         Some((Boxes { u, v }, uv))
     }
 
-    /// The boxes of a point of the surface given relative to the origin: see [`boxes`](Self::boxes).
+    /// The boxes of a point of the surface given relative to the origin: see [`boxes`](Self::boxes). The surface goes on beyond its domain: of a point with any azimuth
+    /// the box is all angles, not only those of the domain, in which it need not be.
     pub(super) fn locate(&self, w: &V3) -> Option<(Boxes, [f64; 2])> {
+        let (azimuth, around, at) = self.polar(w);
+        let (mut boxes, uv) = self.boxes(azimuth, around, at)?;
+        if !(azimuth.off < KNOWN) {
+            let us = if self.transposed {
+                &mut boxes.v
+            } else {
+                &mut boxes.u
+            };
+            *us = Copies::from_iter([[f64::NEG_INFINITY, f64::INFINITY]]);
+        }
+        Some((boxes, uv))
+    }
+
+    /// The azimuth of a point of the surface given relative to the origin, a range of the profile's own parameter that holds its own, and one in it.
+    fn polar(&self, w: &V3) -> (Angle, [f64; 2], f64) {
         let (we, wb, h) = (
             dot(w, &self.fine.e),
             dot(w, &self.fine.b),
@@ -916,7 +933,7 @@ impl RevolutionForm {
                 let s = (h - p[2]) / (q[2] - p[2]);
                 // Rounded outward a little more: `range` maps ends exactly, and this is none.
                 let b = [s.lower().next_down(), s.upper().next_up()];
-                self.boxes(azimuth, b, s.mid.hi)
+                (azimuth, b, s.mid.hi)
             }
             Profile::Arc {
                 center,
@@ -936,7 +953,7 @@ impl RevolutionForm {
                 } else {
                     [range.start, range.end]
                 };
-                self.boxes(azimuth, b, at.at)
+                (azimuth, b, at.at)
             }
         }
     }
@@ -944,7 +961,8 @@ impl RevolutionForm {
     /// Where on the profile the minimum in the half-plane is.
     ///
     /// With `q` (or `-n`) turned away from the half-plane by at most `twist`, its coordinates there are `rho cos`, `rho
-    /// sin`, off by `rho twist^2` and `rho twist`; the second counts `skew` over the profile's length at most.
+    /// sin`, off by `rho twist^2` and `rho twist`; the second counts `skew` over the profile's length at most. On a segment the minimum is where
+    /// `(q - P).D = 0`, and the model leaves out `-P_b D_b` there, no more than `2 skew^2`.
     fn critical_profile<T: Real>(
         &self,
         model: &Model<T>,
@@ -971,6 +989,7 @@ impl RevolutionForm {
                         reach: f64::INFINITY,
                     });
                 }
+                let off = off + 2.0 * self.skew * self.skew;
                 let square = length.square();
                 let t = ((rho - p[0]) * *da + (h - p[2]) * *dh) / square;
                 let off = off / square.lower() * (1.0 + 8.0 * f64::EPSILON);

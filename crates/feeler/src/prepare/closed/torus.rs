@@ -140,10 +140,10 @@ impl Quartic {
         [value, slope]
     }
 
-    /// A bound of the second derivative on `[0, 1]`.
+    /// A bound of the second derivative on `[0, 1]`, and for [`NARROW`] beyond.
     fn bend(&self) -> f64 {
         let p = self.powers.map(|x| x.magnitude());
-        (2.0 * p[2] + 6.0 * p[3] + 12.0 * p[4]) * UP
+        (2.0 * p[2] + 6.0 * p[3] + 12.0 * p[4]) * (1.0 + 8.0 * NARROW)
     }
 
     /// The root of the part of the line that `rough` is in, and how far from it `|F| <= error` may be, where `F` is monotone for [`NARROW`] to both sides: then what is found there is
