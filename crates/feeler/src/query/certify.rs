@@ -444,7 +444,9 @@ fn prove<T: Real>(
         && super::border::corner_in_line(stab, brep.brep().surface(face), [u, v])
     {
         let at = |k: usize, high: bool| if high { domain[k].end } else { domain[k].start };
-        (on_edge, at_joint) = (false, false);
+        // Where both borders are seams the surface goes on on all sides: the line may touch a kink there.
+        at_joint &= brep.meets_itself(face, true) && brep.meets_itself(face, false);
+        on_edge = false;
         border = Some(OnBorder::Corner([at(0, u), at(1, v)]));
     }
     let t = stab.parameter(&sample.value, &sample.origin);

@@ -90,8 +90,10 @@ fn side_on_seam(region: &TrimRegion, across: usize, along: Ball<Dd>) -> BoxSide 
 }
 
 /// Where a zero counts that is exactly at a corner of the domain. Over seams it is at others too: of these the first one that is in the closed region counts, which is a zero of its own patch.
+/// Over two seams all count, if one is in the region: they are a joint as any other, and settled as that.
 fn corner_side(brep: &PreparedBrep, face: usize, at: [f64; 2]) -> Option<BoxSide> {
     let region = brep.region(face);
+    let is_joint = brep.meets_itself(face, true) && brep.meets_itself(face, false);
     let ends = [0, 1].map(|k| {
         let d = region.domain()[k];
         if brep.meets_itself(face, k == 0) {
@@ -103,7 +105,7 @@ fn corner_side(brep: &PreparedBrep, face: usize, at: [f64; 2]) -> Option<BoxSide
     for u in ends[0] {
         for v in ends[1] {
             if region.side(Point2::new(u, v)).side? != Side::Outside {
-                let own = [u, v] == at;
+                let own = [u, v] == at || is_joint;
                 return Some(if own {
                     BoxSide::Inside
                 } else {

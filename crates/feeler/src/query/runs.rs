@@ -8,9 +8,10 @@
 //! The image is halved into parts until each is *off* (farther than `most`), *sure* (all within `least`), or *monotone* (`b` falls or rises along all of it). A *run* is the
 //! parts from one that is off to the next. It is *plain* if first `b` falls, then parts are sure, then `b` rises: each may be missing, but not the sure ones. Of a plain run
 //! what is in the crack is part of one passage, whatever `d` is. For what is by its sure parts is one interval. Let `s_1 < s_2` be beyond these, with `a(s_2) <= d` and `a > d`
-//! at `s_1`, the first such place. Then `b(s_1) >= d - slack`, `b(s_2) <= d + slack`. Where stretches meet `b` may fall, by no more than twice the slack; with `n` of them it rises from `s_1` to `s_2` by no more
-//! than `(2 + 4 n) slack` in all. On a part where `b' >= r` and the projection moves with a speed of no more than `v` it moves by no more than `v / r` times that rise.
-//! Where all this and twice the slack is no more than an eighth of `least` ([`NEXT`]), `p(s_2)` is next to what is in the crack before it. The same where `b` falls, from the other end.
+//! at `s_1`, the first such place. Then `b(s_1) >= d - slack`, `b(s_2) <= d + slack`. Where stretches meet `e` leaps, by no more than twice the slack, and `b` may fall by that; with `n` stretches there are
+//! `n - 1` such places, so `b` rises from `s_1` to `s_2` by no more than `2 n slack` in all. On a part where `b' >= r` and the projection of `e` moves with a speed of no more than `v` it moves by no more than
+//! `v / r` times that rise, and where stretches meet by `2 (n - 1) slack` in all; at `s_1` and `s_2` it is within the slack of that of `c`.
+//! Where all this, `2 n slack (v / r + 1)`, is no more than an eighth of `least` ([`NEXT`]), `p(s_2)` is next to what is in the crack before it. The same where `b` falls, from the other end.
 //!
 //! A sure part whose points are within `a <= least` has in the crack all that is within the root of `least^2 - a^2` of its projection. Runs of one group are one passage if what is so sure of each is no farther
 //! than `least` from what is sure of the next. The ends of sure parts tell: with places of a run up to `x` or beyond and down to `y` or before, and runs in order of `y`, one is no farther from those
@@ -84,7 +85,7 @@ pub(super) fn runs(
     let slack = |s: f64| (s + image.extra) * UP;
     let stretches = image.stretches.iter();
     let widest = stretches.fold(0.0, |m: f64, s| m.max(slack(s.slack)));
-    let rise = (2.0 + 4.0 * image.stretches.len() as f64) * widest;
+    let leaps = 2.0 * image.stretches.len() as f64 * widest * UP;
     let shortest = widest.max(SHORTEST * least.max(SHORTEST * most));
     let mut out = Vec::new();
     let mut run: Option<Run> = None;
@@ -99,7 +100,7 @@ pub(super) fn runs(
             let way = if (place.away[1] + widest) * UP <= least {
                 Some(Way::Sure)
             } else {
-                monotone(stab, &node, &place, (rise, widest), least)
+                monotone(stab, &node, &place, leaps, least)
             };
             if way.is_none() && depth < DEPTH && place.length > shortest {
                 *budget = budget.checked_sub(1)?;
@@ -129,12 +130,12 @@ pub(super) fn runs(
     Some(out)
 }
 
-/// Whether the distance from the line falls or rises along a part, fast enough for what the image may be off; see the module.
+/// Whether the distance from the line falls or rises along a part, fast enough for what the image may be off: `leaps` in all, of the distance and along the line; see the module.
 fn monotone(
     stab: &Stabber,
     node: &Forms<Dd>,
     place: &Place,
-    (rise, slack): (f64, f64),
+    leaps: f64,
     least: f64,
 ) -> Option<Way> {
     let w = range(&node.c[3], node.error[3]);
@@ -168,7 +169,7 @@ fn monotone(
     );
     let speed = along[0].abs().max(along[1].abs()) * square.sqrt() * UP;
     let rate = least_change / (place.away[1] * square) / UP;
-    let off = (rise * speed / rate + 2.0 * slack) * UP;
+    let off = leaps * (speed / rate + 1.0) * UP;
     // What is not a number tells nothing.
     (off <= NEXT * least).then_some(way)
 }
@@ -322,5 +323,30 @@ mod tests {
             two += usize::from(counts.iter().any(|c| *c > 1));
         }
         assert!(told > 150 && two > 40, "{told} {two}");
+    }
+
+    /// Stretches straight away from the line, each a little farther along it than the one before, though none by more than twice the slack: the image, no farther than that
+    /// from them, may leave the crack on the first and come back on the last, four widths from there.
+    #[test]
+    fn stretches_that_do_not_meet_are_passed_one_by_one() {
+        let line = LineProbe::new(Point3::origin(), Vector3::x(), LineKind::Line);
+        let stab = Stabber::new(&line.unwrap());
+        let slack = 0.05;
+        let stretch = |x: f64, y: [f64; 2]| Stretch {
+            points: y.map(|y| [x, y, 0.0, 1.0].map(Dd::from)).to_vec(),
+            origin: [0.0; 3],
+            slack,
+            bounds: [[-10.0, 10.0]; 3],
+        };
+        let height = |i: usize| 0.95 + 0.0025 * i as f64;
+        let away = (0..40).map(|i| stretch(1.9 * slack * i as f64, [i, i + 1].map(height)));
+        let image = Image {
+            stretches: std::iter::once(stretch(0.0, [0.0, 0.94]))
+                .chain(away)
+                .collect(),
+            extra: 0.0,
+        };
+        let found = runs(&stab, (0, &image), [1.0; 2], UP, &mut 10_000).unwrap();
+        assert!(!is_one(&found, Dd::from(1.0)));
     }
 }

@@ -866,3 +866,38 @@ fn roots_next_to_the_start_of_a_ray() {
         }
     }
 }
+
+/// A ring of four corners about the z axis, its section a square on its corner: closed across both coordinates, whose borders meet at its outermost corner (3, 0, 0). No line that
+/// touches it there crosses: these have all else of the ring on one side, as `x <= 3 - |y|` and `|z| <= 3 - x` nearby.
+#[test]
+fn a_line_that_touches_the_corner_of_a_ring_does_not_cross() {
+    let section = [[3.0, 0.0], [2.0, 1.0], [1.0, 0.0], [2.0, -1.0], [3.0, 0.0]];
+    let turns = [
+        [1.0, 0.0],
+        [0.0, 1.0],
+        [-1.0, 0.0],
+        [0.0, -1.0],
+        [1.0, 0.0f64],
+    ];
+    let net = turns
+        .iter()
+        .flat_map(|[x, y]| section.map(|[r, z]| Vector4::new(r * x, r * y, z, 1.0)));
+    let knots = vec![0.0, 0.0, 1.0, 2.0, 3.0, 4.0, 4.0];
+    let surface = NurbsSurface::new([1, 1], [5, 5], net.collect(), [knots.clone(), knots]).unwrap();
+    let brep = sheet(surface);
+    for d in [
+        [0.0, 1.0, 0.0],
+        [0.0, 0.0, 1.0],
+        [0.0, 1.0, 0.5],
+        [0.25, 1.0, 0.5],
+        [-0.25, 1.0, 0.125],
+    ] {
+        let origin = [3.0 - 2.0 * d[0], -2.0 * d[1], -2.0 * d[2]];
+        let answer = ask(&brep, origin, d);
+        let open = answer.undecided.is_some() || answer.crossings.is_none();
+        assert!(open || answer.crossings == Some(0), "{d:?}: {answer:?}");
+    }
+    // Through it.
+    let answer = ask(&brep, [1.0, -0.5, -0.25], [1.0, 0.25, 0.125]);
+    assert_eq!(answer.crossings, Some(4), "{answer:?}");
+}
