@@ -43,10 +43,13 @@ pub(super) fn side_at(
         };
         maps[k].to_native_ball(x)
     });
+    // Where the zero may be just beyond its patch, it stands for the next patch's, which is elsewhere by as little: a box holds
+    // both, but not all digits do.
+    let on_patch = |k: usize| local[k] - off >= Dd::ZERO && local[k] + off <= Dd::ONE;
     match border {
-        Some(OnBorder::Seam(k)) => return side_on_seam(region, k, uv[1 - k]),
+        Some(OnBorder::Seam(k)) => return side_on_seam(region, k, (uv[1 - k], on_patch(1 - k))),
         Some(OnBorder::End(k, at)) => {
-            return match side_on_border(region, (k, at), uv[1 - k]) {
+            return match side_on_border(region, (k, at), (uv[1 - k], on_patch(1 - k))) {
                 Some(Side::Inside) => BoxSide::Inside,
                 Some(Side::Outside) => BoxSide::Outside,
                 Some(Side::Boundary) | None => BoxSide::Mixed,
@@ -63,10 +66,7 @@ pub(super) fn side_at(
         maps[k].to_native_range((x - r).max(0.0), (x + r).min(1.0))
     };
     let side = region.classify_box(around(0), around(1));
-    // Where the zero may be just beyond its patch, it stands for the next patch's, which is elsewhere by as little: a box holds
-    // both, but not all digits do.
-    let on_patch = (0..2).all(|k| local[k] - off >= Dd::ZERO && local[k] + off <= Dd::ONE);
-    if side != BoxSide::Mixed || !on_patch {
+    if side != BoxSide::Mixed || !(0..2).all(on_patch) {
         return side;
     }
     match region.side_of_ball(uv) {
@@ -76,8 +76,8 @@ pub(super) fn side_at(
     }
 }
 
-/// Where a point is that is exactly on the seam across a coordinate, given the other: in the region where it is on either side of the seam.
-fn side_on_seam(region: &TrimRegion, across: usize, along: Ball<Dd>) -> BoxSide {
+/// Where a point is that is exactly on the seam across a coordinate, given the other and whether that is surely on its patch: in the region where it is on either side of the seam.
+fn side_on_seam(region: &TrimRegion, across: usize, along: (Ball<Dd>, bool)) -> BoxSide {
     let domain = region.domain()[across];
     let sides = [domain.start, domain.end].map(|end| side_on_border(region, (across, end), along));
     if sides.contains(&Some(Side::Inside)) {
@@ -117,12 +117,12 @@ fn corner_side(brep: &PreparedBrep, face: usize, at: [f64; 2]) -> Option<BoxSide
     Some(BoxSide::Outside)
 }
 
-/// Where a point is that is exactly on a border of the domain, given the other coordinate: on the region's side of it where a loop runs along the border, so
+/// Where a point is that is exactly on a border of the domain, given the other coordinate and whether that is surely on its patch: on the region's side of it where a loop runs along the border, so
 /// that this is in the closed region.
 fn side_on_border(
     region: &TrimRegion,
     (across, end): (usize, f64),
-    along: Ball<Dd>,
+    (along, on_patch): (Ball<Dd>, bool),
 ) -> Option<Side> {
     let domain = region.domain()[across];
     let width = BESIDE_SEAM * domain.length();
@@ -137,7 +137,8 @@ fn side_on_border(
     match region.classify_box(b[0], b[1]) {
         BoxSide::Inside => Some(Side::Inside),
         BoxSide::Outside => Some(Side::Outside),
-        BoxSide::Mixed => region.side_of_ball(uv),
+        BoxSide::Mixed if on_patch => region.side_of_ball(uv),
+        BoxSide::Mixed => None,
     }
 }
 
