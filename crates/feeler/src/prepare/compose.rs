@@ -67,7 +67,7 @@ impl<T: Real> Products<T> {
 }
 
 /// Binomials C(n, k) with n up to this are below 2^53: exact even in f64.
-const EXACT_BINOMIALS: usize = 56;
+pub(super) const EXACT_BINOMIALS: usize = 56;
 
 /// Row `n` of Pascal's triangle.
 fn pascal<T: Real>(n: usize) -> Vec<Ball<T>> {

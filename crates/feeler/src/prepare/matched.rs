@@ -19,7 +19,8 @@
 //! Numbers are computed without bounds of their own, as these take longer than the numbers; the bounds are derived beside each step from the largest numbers
 //! in it. In them `U` is the relative error of a sum or product, `D` that of a quotient; a product that underflows is off by [`TINY`] more.
 
-use super::image::Stretch;
+use super::compose::EXACT_BINOMIALS;
+use super::image::{Stretch, exact};
 use crate::numeric::bernstein::binomials;
 use crate::numeric::{Ball, Real, TINY};
 use nalgebra::Vector3;
@@ -29,9 +30,6 @@ use nalgebra::Vector3;
 const UP: f64 = 1.0 + 1.0 / (1u64 << 39) as f64;
 /// The direct bound is taken where it is at most so many times its slack.
 pub(super) const NEAR_SLACK: f64 = 4.0;
-
-/// Up to this sum of two degrees all binomials are below 2^53: exact even in f64.
-const EXACT_BINOMIALS: usize = 56;
 
 /// What the coefficients of a product of polynomials of two degrees are made with.
 pub(super) struct Factors<T> {
@@ -52,6 +50,7 @@ impl<T: Real> Factors<T> {
         for (i, x) in a.iter().enumerate() {
             shares.extend(b.iter().enumerate().map(|(j, y)| *x * *y / whole[i + j]));
         }
+        // All of them are exact up to this sum.
         let inexact = if p + q <= EXACT_BINOMIALS {
             0.0
         } else {
@@ -76,10 +75,12 @@ impl<T: Real> Factors<T> {
 ///
 /// A level replaces neighbours `a` and `b` by `(1 - t) a + t b`, `0 <= t <= 1`. `1 - t` is off by `U (1 - t)`, the products by `U` of each, the sum by `U`: together by no more than
 /// `3 U ((1 - t) |a| + t |b|)`. What that is at most at the end is the same combination of the first points' magnitudes, `B`, as all weights are positive; and so for each of `n`
-/// levels: `3 U n B`. For the second `t` is a quotient, off by `D`, which moves each average by `D (|a| + |b|) <= 2 D M`, with `M` the largest number after the first. Then as in
-/// [`exact`](super::image::exact): a curve with exactly these points is off by no more than the largest `(|r| + q r_w) / (w - r_w)`, `r` what one of them is off, `q` the
-/// farthest of them.
+/// levels: `3 U n B`. For the second `t` is a quotient, off by `D`, which moves each average by `D (|a| + |b|) <= 2 D M`, with `M` the largest number after the first. What that makes of
+/// the curve is told by [`exact`].
 fn part<T: Real>(points: &[[T; 4]], [from, to]: [T; 2]) -> Option<(Vec<[T; 4]>, f64)> {
+    if from == T::ZERO && to == T::ONE {
+        return Some((points.to_vec(), 0.0));
+    }
     let mut d: Vec<([T; 4], [f64; 4])> = { points.iter() }
         .map(|p| (*p, p.map(T::magnitude)))
         .collect();
@@ -120,28 +121,15 @@ fn part<T: Real>(points: &[[T; 4]], [from, to]: [T; 2]) -> Option<(Vec<[T; 4]>, 
         units += 3.0 * T::UNIT;
     }
     let levels = (n - 1) as f64;
-    let exactly: Vec<[T; 4]> = d.iter().map(|(p, _)| *p).collect();
-    if units == 0.0 {
-        return Some((exactly, 0.0));
-    }
-    let mut farthest: f64 = 0.0;
-    for (p, _) in &d {
-        let w = p[3].approximate();
-        let squares = (0..3).map(|c| (p[c].magnitude() / w).powi(2));
-        farthest = farthest.max(squares.sum::<f64>().sqrt() * UP);
-    }
-    let mut slack: f64 = 0.0;
-    for (p, size) in &d {
-        let r: [f64; 4] =
-            std::array::from_fn(|c| levels * (units * size[c] + moved[c] + 4.0 * TINY) * UP);
-        // Rounding `w` to f64 may have raised it.
-        let room = p[3].approximate() * (1.0 - f64::EPSILON) - r[3];
-        if !(room > 0.0) {
-            return None;
-        }
-        slack = slack.max((Vector3::new(r[0], r[1], r[2]).norm() + farthest * r[3]) / room * UP);
-    }
-    slack.is_finite().then_some((exactly, slack))
+    let known: Vec<[Ball<T>; 4]> = { d.iter() }
+        .map(|(p, size)| {
+            std::array::from_fn(|c| Ball {
+                mid: p[c],
+                rad: levels * (units * size[c] + moved[c] + 4.0 * TINY) * UP,
+            })
+        })
+        .collect();
+    exact(&known)
 }
 
 /// Numbers as f64, and a bound on how far all three together are off, where each is off by so much already.
@@ -322,7 +310,6 @@ pub(super) fn bound<T: Real>(
 #[cfg(test)]
 mod tests {
     use super::super::compose::Products;
-    use super::super::image::exact;
     use super::super::net::part_of;
     use super::*;
     use crate::numeric::Dd;
@@ -370,6 +357,10 @@ mod tests {
             .collect()
     }
 
+    /// Double-double is off by so much at most: its unit, 1e-32, of numbers up to 4000, a few dozen times, over weights from 1/4.
+    const FINE: f64 = 1e-24;
+    /// How far curves that are nearly equal are apart.
+    const NEARLY: f64 = 1e-9;
     /// Bounds are at most so many times what running bounds are.
     const LOOSER: f64 = 64.0;
 
@@ -387,7 +378,7 @@ mod tests {
             for at in [0.0, 0.125, 0.5, 0.75, 1.0] {
                 let [p, q] = [&found_balls, &truth].map(|x| point(x, at));
                 let off = Vector3::from_fn(|c, _| (p[c] - q[c]).magnitude()).norm();
-                prop_assert!(off <= slack + 1e-24, "{off:e} {slack:e}");
+                prop_assert!(off <= slack + FINE, "{off:e} {slack:e}");
             }
             let (_, running) = exact(&part_of(&balls::<f64>(&points), [from, to])).unwrap();
             prop_assert!(slack <= LOOSER * running, "{slack:e} {running:e}");
@@ -399,7 +390,7 @@ mod tests {
         ) {
             // Nearly the same curve half of the time, where it may be.
             let b = if near < 0.5 {
-                a.iter().map(|p| [p[0] + near * 1e-9, p[1], p[2], p[3]]).collect()
+                a.iter().map(|p| [p[0] + near * NEARLY, p[1], p[2], p[3]]).collect()
             } else {
                 b
             };

@@ -449,29 +449,19 @@ impl<'a> Edge<'a> {
         }
         // The rest covers the rounding of parameters.
         let gap = Dd::from(LINKED * self.least * self.scale / UP / UP);
-        Some(self.grouped(
-            all,
-            |r| r.t,
-            |group| {
-                Group {
-                    t: [Dd::ZERO; 2],
-                    sure: group.iter().any(|r| r.sure.is_some()),
-                    one: is_one(group, gap),
-                    images: (0..self.images.len())
-                        .filter(|i| group.iter().any(|r| r.image == *i))
-                        .collect(),
-                }
-            },
-        ))
+        let whole = |r: &Run| (r.t, r.image, r.sure.is_some());
+        Some(self.grouped(all, whole, |group| is_one(group, gap)))
     }
 
-    /// What is near the line, in groups whose passages are apart; what a group is but for where it is comes from `made`.
+    /// What is near the line, in groups whose passages are apart. `whole` gives the projection of one, its image and whether some of it is surely in the crack;
+    /// `is_one` whether some in order of these are one passage or none.
     fn grouped<X>(
         &self,
         mut all: Vec<X>,
-        t: impl Fn(&X) -> [Dd; 2],
-        made: impl Fn(&[X]) -> Group,
+        whole: impl Fn(&X) -> ([Dd; 2], usize, bool),
+        is_one: impl Fn(&[X]) -> bool,
     ) -> Vec<Group> {
+        let t = |x: &X| whole(x).0;
         all.sort_by(|a, b| {
             let by_t = t(a)[0].partial_cmp(&t(b)[0]);
             by_t.unwrap_or(std::cmp::Ordering::Equal)
@@ -494,7 +484,11 @@ impl<'a> Edge<'a> {
             let reach = self.most * self.scale;
             groups.push(Group {
                 t: [below(start, reach), above(end, reach)],
-                ..made(group)
+                sure: group.iter().any(|x| whole(x).2),
+                one: is_one(group),
+                images: (0..self.images.len())
+                    .filter(|i| group.iter().any(|x| whole(x).1 == *i))
+                    .collect(),
             });
             rest = others;
         }
@@ -540,20 +534,8 @@ impl<'a> Edge<'a> {
                 }
             }
         }
-        Some(self.grouped(
-            parts,
-            |p| p.t,
-            |group| {
-                Group {
-                    t: [Dd::ZERO; 2],
-                    sure: group.iter().any(|p| p.sure),
-                    one: self.is_one(group),
-                    images: (0..self.images.len())
-                        .filter(|i| group.iter().any(|p| p.image == *i))
-                        .collect(),
-                }
-            },
-        ))
+        let whole = |p: &Part| (p.t, p.image, p.sure);
+        Some(self.grouped(parts, whole, |group| self.is_one(group)))
     }
 
     /// Whether a group, in order of `t`, is proven to be one passage or none.

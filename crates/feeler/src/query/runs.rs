@@ -236,6 +236,9 @@ mod tests {
     use crate::query::{LineKind, LineProbe};
     use nalgebra::{Point3, Vector3};
 
+    /// About how wide cracks are: so narrow against the parabolas that these are flat where they matter.
+    const WIDTH: f64 = 1e-4;
+
     /// The parabola `(x, lift + bend (x - at)^2, 0)` for `x` from -1 to 1, as an image.
     #[derive(Clone, Copy)]
     struct Parabola {
@@ -290,7 +293,7 @@ mod tests {
         let (mut told, mut two) = (0, 0);
         for n in 0..600u32 {
             let unit = |k: u32| f64::from((n * 7 + k * 13 + n * n * k) % 101) / 101.0;
-            let most = 1e-4 * (0.5 + unit(1));
+            let most = WIDTH * (0.5 + unit(1));
             let least = most * (0.8 + 0.2 * unit(2));
             let one = |k: u32| Parabola {
                 at: 0.05 * unit(k) - 0.025,

@@ -1,7 +1,7 @@
 //! All contacts within a prediction, against what geometry says.
 
 use crate::scenes::loops::face_of;
-use crate::scenes::{Random, cube, cylinder, part_of_sphere};
+use crate::scenes::{Random, cube, cylinder, part_of_sphere, with_and_without_formulas};
 use feeler::brep::Brep;
 use feeler::numeric::Interval;
 use feeler::nurbs::{Arc, Curve2, Curve3, Line, NurbsCurve, NurbsSurface, Revolution, Surface};
@@ -358,12 +358,7 @@ fn lists_by_formula_are_those_of_the_search() {
     let mut random = Random::new(11);
     let (mut asked, mut compared, mut listed) = (0, 0, 0);
     for brep in parts {
-        let shortcuts = Shortcuts {
-            closed_forms: false,
-            ..Shortcuts::default()
-        };
-        let searched = PreparedBrep::with_shortcuts(brep.clone(), shortcuts);
-        let brep = PreparedBrep::new(brep);
+        let [brep, searched] = with_and_without_formulas(brep);
         for k in 0..24 {
             let direction = random.direction();
             let probe = if k % 2 == 0 {

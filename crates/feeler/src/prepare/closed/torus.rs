@@ -309,3 +309,106 @@ fn hit(r: &RevolutionForm, line: &ClosedLine, t: Ball<Dd>) -> Option<Option<Clos
         touches: false,
     }))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::form::exact;
+    use super::*;
+    use crate::numeric::Interval;
+    use crate::nurbs::{Arc, Curve, Revolution};
+    use nalgebra::{Point3, Rotation3, Vector3};
+
+    /// Some roundings of points up to 8 from the origin, over a cosine of 2^-8.
+    const NEAR: f64 = 1e-12;
+    /// A skew of some 1e-15 over that cosine is how far off places are at first; its square over the cosine again, for a radius of 4.
+    const FINE: f64 = 1e-20;
+
+    /// The quartic with these roots, by powers.
+    fn with_roots(roots: [f64; 4]) -> Quartic {
+        let mut powers = [1.0, 0.0, 0.0, 0.0, 0.0];
+        for r in roots {
+            for k in (0..5).rev() {
+                powers[k] = if k > 0 { powers[k - 1] } else { 0.0 } - r * powers[k];
+            }
+        }
+        Quartic {
+            powers: powers.map(Ball::exact),
+        }
+    }
+
+    #[test]
+    fn roots_are_told_from_each_other() {
+        let found = |roots: [f64; 4]| {
+            let (b, error) = with_roots(roots).rough();
+            isolated(b, error)
+        };
+        let simple = [0.125, 0.4375, 0.5, 0.96875];
+        let roots = found(simple).unwrap();
+        assert_eq!(roots.len(), 4);
+        for (s, truth) in roots.into_iter().zip(simple) {
+            assert!((s - truth).abs() < NARROW, "{s}");
+        }
+        // Beyond the ends there is none; what is double is not told.
+        assert!(found([-1.0, -0.5, 1.5, 2.0]).unwrap().is_empty());
+        assert_eq!(found([-1.0, 0.25, 1.5, 2.0]).unwrap().len(), 1);
+        assert!(found([0.25, 0.5, 0.5, 0.75]).is_none());
+    }
+
+    /// A line through two points of a torus has hits there, and as many in all as it has ends outside: an even number. Few of these lines are nearly tangents.
+    #[test]
+    fn lines_through_two_points_have_hits_there() {
+        let interval = |a: f64, b: f64| Interval::new(a, b).unwrap();
+        let whole = interval(0.0, std::f64::consts::TAU);
+        let (mut told, count) = (0, 200);
+        for n in 0..count {
+            let unit = |k: usize| ((n * 37 + k * 61 + n * n * k) % 101) as f64 / 101.0;
+            let frame = match n % 2 {
+                0 => Rotation3::identity(),
+                _ => Rotation3::new(Vector3::new(unit(1), unit(2), unit(3))),
+            };
+            let [x, y, z] = [Vector3::x(), Vector3::y(), Vector3::z()].map(|v| frame * v);
+            let origin = Point3::new(1.0, -2.0, 0.5);
+            let circle = Arc {
+                center: origin + x * 3.0,
+                x,
+                y: z,
+                z: -y,
+                radius: 0.75,
+                angle: whole,
+                domain: whole,
+            };
+            let revolution = Revolution {
+                origin,
+                axis: z,
+                angle: whole,
+                angle_domain: whole,
+                profile: Curve::Arc(Arc::new(circle).unwrap()),
+                transposed: false,
+            };
+            let form = RevolutionForm::new(&Revolution::new(revolution).unwrap(), 8.0).unwrap();
+            assert!(form.is_ring());
+            let at = |k: usize| form.point([6.2 * unit(k), 6.2 * unit(k + 1)]);
+            let [a, b] = [at(4), at(6)].map(|p| p.map(|x| x.mid.hi));
+            let direction: [f64; 3] = std::array::from_fn(|c| b[c] - a[c]);
+            let length = Vector3::from(direction).norm();
+            let line = ClosedLine {
+                origin: exact(&a),
+                direction: exact(&direction),
+                middle: 0.5,
+                reach: 9.0 / length,
+            };
+            let Some(found) = (length > 0.5).then(|| hits(&form, &line)).flatten() else {
+                continue;
+            };
+            told += 1;
+            assert!(matches!(found.len(), 2 | 4), "{n}: {}", found.len());
+            for end in [0.0, 1.0] {
+                // The points were rounded, and the line is no nearer to a tangent than 2^-8.
+                let near = |h: &ClosedHit| (h.t.mid.hi - end).abs() < NEAR;
+                assert_eq!(found.iter().filter(|h| near(h)).count(), 1, "{n}");
+            }
+            assert!(found.iter().all(|h| h.t.rad < FINE), "{n}");
+        }
+        assert!(10 * told > 8 * count, "{told} of {count}");
+    }
+}

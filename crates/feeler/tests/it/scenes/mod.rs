@@ -11,9 +11,19 @@ use feeler::numeric::Interval;
 use feeler::nurbs::{
     Arc, Curve, Curve2, Line, NurbsCurve, NurbsSurface, Plane, Revolution, Surface,
 };
-use feeler::prepare::PreparedBrep;
+use feeler::prepare::{PreparedBrep, Shortcuts};
 use nalgebra::{Point2, Point3, Vector2, Vector3, Vector4};
 use std::f64::consts::TAU;
+
+/// A BREP as it is, and with every face searched: none has a formula.
+pub(crate) fn with_and_without_formulas(brep: Brep) -> [PreparedBrep; 2] {
+    let off = Shortcuts {
+        closed_forms: false,
+        ..Shortcuts::ALL
+    };
+    let searched = PreparedBrep::with_shortcuts(brep.clone(), off);
+    [PreparedBrep::new(brep), searched]
+}
 
 /// A face within a polygon in uv; its edges have no curves of their own.
 pub(crate) fn polygon_face(surface: &Surface, corners: &[Point2<f64>]) -> PreparedBrep {
