@@ -229,8 +229,6 @@ impl Low<'_> {
 
     /// Whether the distance rises from a foot inside of a face by far more than it takes, as far as what settled it says: it still will a little beyond that.
     fn is_steep(&self, found: &Outcome) -> bool {
-        /// So many times farther than it does it could be as low.
-        const STEEP: f64 = 8.0;
         let Some(foot) = found.foot.as_ref() else {
             return true;
         };
@@ -241,7 +239,9 @@ impl Low<'_> {
             let growth = (self.limit - s.lo.hi).max(0.0);
             match s.extent {
                 Extent::Root(0.0) => self.rises_into_patch(foot, s.extent, 0.0),
-                Extent::Root(_) => STEEP * s.extent.length(growth) <= self.reach,
+                Extent::Root(_) => {
+                    STEEP * s.extent.length(growth) <= self.reach || self.bends_up(foot, growth)
+                }
                 // Of boxes that are not convex only their size is known.
                 Extent::Linear { .. } => false,
             }
@@ -249,6 +249,27 @@ impl Low<'_> {
         let mut own =
             { found.settled.iter() }.filter(|s| (s.face, s.source) == (foot.face, Some(source)));
         foot.trim.is_none() && own.any(is_steep)
+    }
+
+    /// The same from the second derivatives at the foot, within a box that is convex: what is known of the whole box may say ten times as little. Where the square that
+    /// they make is [`STEEP`]² times what is low at the reach, it is four times that at a quarter of it, and what is convex does not come down again: derivatives of
+    /// higher order would have to take away three quarters of it within 2^-14 of the size.
+    fn bends_up(&self, foot: &Foot, growth: f64) -> bool {
+        let Locus::Patch { patch, local, .. } = foot.spot else {
+            return false;
+        };
+        let net = &self.brep.double(foot.face).patches[patch].net;
+        let at = local.map(|x| x.mid.hi);
+        let [_, along_u, along_v] = rough_jet(net, at);
+        let [uu, uv, vv] = self.objective.guide(net, at[0], at[1]).curvature;
+        // `f` grows by half of the second derivative along a way times its square.
+        let least = 2.0 * STEEP * STEEP * growth / (self.reach * self.reach);
+        let rest = [
+            uu - least * along_u.norm_squared(),
+            uv - least * along_u.dot(&along_v),
+            vv - least * along_v.norm_squared(),
+        ];
+        rest[0] > 0.0 && rest[0] * rest[2] > rest[1] * rest[1]
     }
 
     /// Whether a foot is within a face that is searched in closed form, on no trim.
@@ -412,6 +433,8 @@ impl Low<'_> {
 
 /// What values may be off by, for a slack to tell anything: some roundings of coordinates.
 const ROUNDED: f64 = 64.0 * f64::EPSILON;
+/// What could be as low so many times farther than it is does not lead far.
+const STEEP: f64 = 8.0;
 /// Of what is settled, so much is looked at.
 const MOST_LOOKS: usize = 64;
 /// An end of a trim that is no farther from a vertex than this part of the size is there.
