@@ -26,6 +26,7 @@ const NAMES: [&str; 21] = [
     "ball_joint_native_full",
     "ball_joint_nurbs_1e-12",
     "ball_joint_nurbs_full",
+    "ball_joint_nurbs_middle",
     "ball_joint_nurbs_near",
     "bicubic_arrival",
     "bicubic_arrival_past",
@@ -51,6 +52,8 @@ const PLACES: usize = 20;
 const NEXT_TO_CENTRE: f64 = 1e-3;
 /// ...which are this times as far...
 const NEARER: f64 = 1e-6;
+/// ...and those of `ball_joint_nurbs_middle`, this times (where a box says little of how steep the distance is)...
+const MIDDLE: f64 = 1e-2;
 /// ...and keep within half of its radius.
 const HALF_RADIUS: f64 = 1.25;
 /// About the sizes of the models, of which accuracies short of full are this part: that of the table of figures to beat.
@@ -92,6 +95,10 @@ fn query(name: &str) -> Option<Query> {
         "ball_joint_native_full" => balls(native_sphere(), 2.49, Accuracy::Full, off_centre),
         "ball_joint_nurbs_1e-12" => balls(nurbs_sphere(), 2.49, coarse, off_centre),
         "ball_joint_nurbs_full" => balls(nurbs_sphere(), 2.49, Accuracy::Full, off_centre),
+        "ball_joint_nurbs_middle" => {
+            let middle = off_centre.iter().map(|p| p * MIDDLE).collect();
+            balls(nurbs_sphere(), 2.49, Accuracy::Full, middle)
+        }
         "ball_joint_nurbs_near" => {
             let near = off_centre.iter().map(|p| p * NEARER).collect();
             balls(nurbs_sphere(), 2.49, Accuracy::Full, near)

@@ -5,34 +5,31 @@
 //! architecture. The second has level 1, no checks, and, where this processor has them, fused multiply-add and wider vectors. It asks
 //! on one thread more, too.
 
-use crate::test::root;
 use std::fmt::Write as _;
 use std::path::PathBuf;
 use std::process::Command;
+use xtask_test::root;
 
 /// The profile of the second build.
 const PROFILE: &str = "other";
 /// The level of x86-64 with FMA and AVX2.
 const LEVEL: &str = "x86-64-v3";
 /// Where the first build's answers are.
-pub(crate) const ANSWERS: &str = "target/gate/answers.txt";
+const ANSWERS: &str = "target/gate/answers.txt";
 
 #[derive(clap::Args)]
 pub(crate) struct Args {
     /// The answers of the first build, from its `feeler gate --answers FILE`.
     #[arg(long, value_name = "FILE", default_value = ANSWERS)]
     answers: PathBuf,
+    /// Only build the program the second time: what is built is not built again later.
+    #[arg(long)]
+    build_only: bool,
 }
 
 /// Builds, asks, and compares.
 pub(crate) fn run(args: &Args) -> Result<(), String> {
     let root = root();
-    let read = |path: &PathBuf| {
-        std::fs::read_to_string(root.join(path)).map_err(|e| format!("{}: {e}", path.display()))
-    };
-    let first = read(&args.answers).map_err(|e| {
-        format!("{e}; write them by `cargo run --release -- gate --answers {ANSWERS}`")
-    })?;
     let folder = PathBuf::from("target").join(PROFILE);
     let flags = if has_level() {
         format!("-Ctarget-cpu={LEVEL}")
@@ -53,6 +50,15 @@ pub(crate) fn run(args: &Args) -> Result<(), String> {
     if !build.is_ok_and(|s| s.success()) {
         return Err("the second build failed".to_owned());
     }
+    if args.build_only {
+        return Ok(());
+    }
+    let read = |path: &PathBuf| {
+        std::fs::read_to_string(root.join(path)).map_err(|e| format!("{}: {e}", path.display()))
+    };
+    let first = read(&args.answers).map_err(|e| {
+        format!("{e}; write them by `cargo run --release -- gate --answers {ANSWERS}`")
+    })?;
     let cores = std::thread::available_parallelism().map_or(1, |n| n.get());
     let answers = folder.join("answers.txt");
     // None of an earlier build's, should there be no new ones.

@@ -24,7 +24,7 @@ pub(crate) fn run(args: &Args) -> Result<(), String> {
     };
     if let Some(folder) = &args.seeds {
         for target in &chosen {
-            let corpora = crate::test::root().join("corpora");
+            let corpora = xtask_test::root().join("corpora");
             let count = seeds::write(target, &corpora, &folder.join(target.name))?;
             println!("{}: {count} seeds", target.name);
         }

@@ -6,10 +6,10 @@
 //! crate gungraun does the same and more, but needs a runner program of its own version to be installed besides valgrind; counting one
 //! function takes one option of callgrind.)
 
-use crate::test::root;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::process::Command;
+use xtask_test::root;
 
 /// A count so many percent above the stored one fails.
 const MOST_RISE: u64 = 5;
@@ -26,11 +26,17 @@ pub(crate) struct Args {
     /// Store the counts as they are now, for this compiler.
     #[arg(long)]
     refresh: bool,
+    /// Only build what is counted: what is built is not built again later.
+    #[arg(long, conflicts_with = "refresh")]
+    build_only: bool,
 }
 
 /// Counts, and compares with or stores the counts of this compiler.
 pub(crate) fn run(args: &Args) -> Result<(), String> {
     let root = root();
+    if args.build_only {
+        return build(&root, &target(&root));
+    }
     let compiler = compiler()?;
     let path = root.join(STORED);
     let mut stored: Stored = match std::fs::read_to_string(&path) {
@@ -197,7 +203,7 @@ fn compiler() -> Result<String, String> {
     }
 }
 
-fn count_all(root: &Path, target: &Path) -> Result<BTreeMap<String, u64>, String> {
+fn build(root: &Path, target: &Path) -> Result<(), String> {
     let build = Command::new(env!("CARGO"))
         .args("build --release --quiet --package feeler --example counted".split(' '))
         .arg("--target-dir")
@@ -207,6 +213,11 @@ fn count_all(root: &Path, target: &Path) -> Result<BTreeMap<String, u64>, String
     if !build.is_ok_and(|s| s.success()) {
         return Err("the example `counted` of the crate feeler cannot be built".to_owned());
     }
+    Ok(())
+}
+
+fn count_all(root: &Path, target: &Path) -> Result<BTreeMap<String, u64>, String> {
+    build(root, target)?;
     let program = target.join("release/examples/counted");
     let names = Command::new(&program)
         .output()

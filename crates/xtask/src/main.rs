@@ -10,8 +10,6 @@ mod plant;
 mod random;
 mod sanitize;
 mod scenes;
-mod setup;
-mod test;
 mod tidy;
 mod truth;
 mod verify;
@@ -60,8 +58,8 @@ fn main() -> ExitCode {
         return fuzz::instrument::wrapped(std::env::args_os().skip(1).collect());
     }
     let result = match Arguments::parse().task {
-        Task::Test => test::run(),
-        Task::Scenes(args) => scenes::run(&test::root().join("corpora"), &args),
+        Task::Test => xtask_test::run(),
+        Task::Scenes(args) => scenes::run(&xtask_test::root().join("corpora"), &args),
         Task::Truth(args) if args.verify.verify => verify::run(
             &args.verify,
             args.sample,

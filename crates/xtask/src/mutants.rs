@@ -10,7 +10,6 @@ mod list;
 
 use crate::plant::{artifacts, lay, read};
 use crate::random::Random;
-use crate::test::root;
 use ask::{Test, Verdict};
 use list::{Mutant, mutants, with_switches};
 use serde_json::Value;
@@ -21,6 +20,7 @@ use std::process::{Command, Stdio};
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::{Duration, Instant};
+use xtask_test::root;
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct Args {

@@ -11,7 +11,6 @@
 mod text;
 mod watch;
 
-use crate::test::root;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -19,6 +18,7 @@ use std::time::Instant;
 use text::{Form, Plant, plants};
 pub(crate) use watch::{MEMORY, artifacts};
 use watch::{SWITCH, WATCHERS, Watcher};
+use xtask_test::root;
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct Args {

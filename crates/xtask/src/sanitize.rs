@@ -6,9 +6,8 @@
 //! ends and every allocation (through `pthread_create` and `malloc`), but not its atomics; the test
 //! `threads` therefore shares nothing else between threads.
 
-use crate::setup;
-use crate::test::root;
 use std::process::Command;
+use xtask_test::root;
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct Args {
@@ -84,7 +83,7 @@ const TESTS: [&str; 16] = [
 const THREADS: &str = "threads";
 
 pub(crate) fn run(args: &Args) -> Result<(), String> {
-    setup::install_packages()?;
+    xtask_test::install_packages()?;
     let all = args.sanitizer.map_or(Sanitizer::ALL.to_vec(), |s| vec![s]);
     for sanitizer in all {
         one(sanitizer, args.test.as_deref())?;

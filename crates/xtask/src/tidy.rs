@@ -1,11 +1,11 @@
 //! `cargo xtask tidy`: clang-format and clang-tidy over `cpp/`.
 
-use crate::test::root;
 use indicatif::{ProgressBar, ProgressStyle};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
+use xtask_test::root;
 
 /// What both programs are, and how to get them.
 const REMEDY: &str = "install it (on Debian: apt-get install clang-format clang-tidy)";

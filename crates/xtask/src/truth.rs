@@ -155,7 +155,7 @@ mod with_oracle {
     pub(super) fn run(args: &Args) -> Result<(), String> {
         let text = |e: feeler_corpus::CorpusError| e.to_string();
         let found = suites(&args.corpora, args.suite.as_deref()).map_err(text)?;
-        let sources = sources_hash(&crate::test::root())?;
+        let sources = sources_hash(&xtask_test::root())?;
         let mut models = BTreeMap::new();
         let mut todo = Vec::new();
         for suite in &found {
@@ -519,7 +519,7 @@ mod with_oracle {
         /// with by three after a run of one was stopped.
         #[test]
         fn truth_is_the_same_for_any_number_of_threads_and_after_a_stop() {
-            let corpora = crate::test::root().join("corpora");
+            let corpora = xtask_test::root().join("corpora");
             let folder = std::env::temp_dir().join(format!("feeler-truth-{}", std::process::id()));
             let bar = ProgressBar::hidden();
             let mut models = BTreeMap::new();

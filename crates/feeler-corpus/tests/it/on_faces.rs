@@ -1,7 +1,9 @@
 //! Points exactly on the surface of a solid, whose places are numbers that f64 holds: on faces, seams and rims. Next to them it is another side.
 
 use feeler::prepare::PreparedBrep;
-use feeler::query::{Accuracy, HalfSpace, Options, Probe, Sphere, Workspace, contact, inside};
+use feeler::query::{
+    Accuracy, Feature, HalfSpace, Options, Probe, Sphere, Workspace, contact, inside, side,
+};
 use feeler::trim::Side;
 use feeler_corpus::Model;
 use nalgebra::{Point3, Vector3};
@@ -121,4 +123,30 @@ fn opposite_a_coarse_foot_on_the_plane_of_a_half_space() {
             }
         }
     }
+}
+
+/// A half-space rests on a plane end of part of a torus, whose loop's trims meet but for roundings, as STEP has them. Its foot is on the segment that joins two, beside the
+/// region by roundings: that is on their vertex.
+#[test]
+fn a_foot_between_ends_of_trims_is_on_their_vertex() {
+    let models = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../corpora/models/step");
+    let model = Model::load(&models.join("torus_part.step"), None);
+    let brep = PreparedBrep::new(model.expect("a model of the corpus").breps.remove(0));
+    let normal = Vector3::new(0.20628424918308755, -0.3094263738970618, 0.9282791216416998);
+    let plane = HalfSpace::new(normal, 1.580544601759037).expect("a half-space");
+    let options = Options {
+        prediction: f64::INFINITY,
+        ..Options::default()
+    };
+    let probe = Probe::HalfSpace(plane);
+    let answer = contact(&brep, &probe, &options, &mut Workspace::default());
+    let found = answer.contacts[0];
+    let told = side(&brep, found.face, found.uv).expect("a face");
+    assert!(told.in_gap, "{told:?} {found:?}");
+    let Feature::Vertex(vertex) = found.feature else {
+        panic!("{found:?}");
+    };
+    let off = brep.brep().parts().vertices[vertex].point - found.on_brep;
+    // A vertex and the ends of its trims are that near in STEP files.
+    assert!(off.norm() <= 1e-9 * brep.size(), "{found:?}");
 }

@@ -168,6 +168,54 @@ fn memory_is_what_was_made() {
     assert!(after < 10_000_000, "{after}");
 }
 
+/// What queries had it make is given back in part or whole, and made again by the next: answers are the same bits.
+#[test]
+fn memory_is_given_back_and_made_again() {
+    for model in MODELS {
+        let mut brep = load(model, Shortcuts::ALL);
+        let ask = |brep: &PreparedBrep| -> Vec<String> {
+            let mut random = Random(7);
+            let mut workspace = Workspace::default();
+            let balls = (0..24).map(|_| {
+                let center = Point3::from([0; 3].map(|_| 6.0 * random.unit() - 3.0));
+                let ball = Sphere::new(center, 1.0).expect("a ball");
+                let options = Options {
+                    prediction: f64::INFINITY,
+                    ..Options::default()
+                };
+                // Written out, a number says all of its bits.
+                format!(
+                    "{:?}",
+                    contact(brep, &Probe::Sphere(ball), &options, &mut workspace)
+                )
+            });
+            balls.collect()
+        };
+        let before = brep.bytes();
+        let first = ask(&brep);
+        let full = brep.bytes();
+        assert!(full > before, "{model}");
+        assert_eq!(
+            brep.shrink_to(full),
+            full,
+            "{model}: nothing is to be given back"
+        );
+        let mut kept = full;
+        for part in [0.9, 0.5, 0.2, 0.0] {
+            let most = (part * full as f64) as usize;
+            let held = brep.shrink_to(most);
+            assert_eq!(held, brep.bytes(), "{model}");
+            assert!(
+                held <= most.max(before) && held <= kept,
+                "{model} {part}: {held}"
+            );
+            assert_eq!(ask(&brep), first, "{model} {part}");
+            kept = brep.bytes();
+        }
+        assert_eq!(brep.shrink_to(0), before, "{model}");
+    }
+}
+
 /// The side of a centre that is far from the surface is taken from the middle of a cell: it is the side that a ray finds.
 #[test]
 fn kept_sides_are_those_of_rays() {

@@ -1,4 +1,4 @@
-//! How much memory a prepared BREP holds.
+//! How much memory a prepared BREP holds, and how it is given back.
 
 use super::box_tree::BoxTree;
 use super::{Box3, FaceGeometry, Image, Net, PreparedBrep, PreparedFace, SideCells};
@@ -93,4 +93,46 @@ impl PreparedBrep {
             + images(&self.images)
             + images(&self.fine_images)
     }
+
+    /// Gives back what queries had it make until it holds no more than `most` [bytes](Self::bytes), or nothing is left but what it was
+    /// prepared with; returns how many it holds then. What is used least goes first: arithmetic beyond double-double, double-double,
+    /// patches and boundary pieces, and trimmed regions and closed forms at last.
+    ///
+    /// Answers stay the same, bit for bit: what is missing is made again by the next query that comes near, which takes as long as the first did.
+    pub fn shrink_to(&mut self, most: usize) -> usize {
+        let stages: [fn(&mut Self); 4] = [
+            |b| b.faces.iter_mut().for_each(|f| f.triple_double = empty()),
+            |b| {
+                b.faces.iter_mut().for_each(|f| f.double_double = empty());
+                b.fine_images.iter_mut().for_each(|i| *i = empty());
+            },
+            |b| {
+                b.faces.iter_mut().for_each(|f| f.double = empty());
+                b.images.iter_mut().for_each(|i| *i = empty());
+                b.side_cells = empty();
+            },
+            |b| {
+                for f in &mut b.faces {
+                    f.region = empty();
+                    f.closed = empty();
+                    f.shell = empty();
+                    f.polygon = empty();
+                }
+                b.shared = empty();
+                b.edge_tree = empty();
+                b.face_tree = empty();
+            },
+        ];
+        for stage in stages {
+            if self.bytes() <= most {
+                break;
+            }
+            stage(self);
+        }
+        self.bytes()
+    }
+}
+
+fn empty<T>() -> OnceLock<T> {
+    OnceLock::new()
 }

@@ -251,10 +251,14 @@ fn feature(brep: &PreparedBrep, place: &Place, point: &Point3<f64>) -> Feature {
 /// trim that bounds the face there, by a rounding or more.)
 pub(super) fn trim_at(brep: &PreparedBrep, place: &Place) -> Option<usize> {
     let region = brep.region(place.face);
-    if region.side(place.uv).side != Some(Side::Boundary) {
-        return None;
-    }
     let parts = brep.brep().parts();
+    let found = region.side(place.uv);
+    if found.side != Some(Side::Boundary) {
+        return match found.in_gap {
+            true => trim_at_gap(brep, place),
+            false => None,
+        };
+    }
     let mut near = trims_near(brep, place.face, &place.uv);
     if let [only] = near.as_slice() {
         return Some(*only);
@@ -270,6 +274,21 @@ pub(super) fn trim_at(brep: &PreparedBrep, place: &Place) -> Option<usize> {
     };
     let all = near.iter().map(|t| (distance(*t), *t));
     all.min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, t)| t)
+}
+
+/// The trim that ends at the vertex next to a foot on the segment that joins it to another: ends that should meet are off by roundings, and so the foot may be beside the
+/// region. In a wide gap it is on none.
+fn trim_at_gap(brep: &PreparedBrep, place: &Place) -> Option<usize> {
+    let parts = brep.brep().parts();
+    let surface = brep.brep().surface(place.face);
+    let point = surface.point(place.uv.x, place.uv.y);
+    let near = ON_VERTEX * brep.size();
+    let ends_here = |t: &usize| {
+        let mut vertices = parts.trims[*t].vertices.iter();
+        vertices.any(|v| (parts.vertices[*v].point - point).norm() <= near)
+    };
+    let trims = trims_near(brep, place.face, &place.uv).into_iter();
+    trims.filter(ends_here).min()
 }
 
 /// The trims of a face with a piece whose box is next to a place.

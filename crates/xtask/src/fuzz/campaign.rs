@@ -2,13 +2,13 @@
 
 use super::guard::{Guard, STILL};
 use super::{Args, found, seeds};
-use crate::test::root;
 use feeler_fuzz::{LARGEST_INPUT, Scene, Target};
 use std::collections::BTreeMap;
 use std::io::{BufRead, BufReader};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
 use std::time::{Duration, Instant, SystemTime};
+use xtask_test::root;
 
 /// Seconds that one input may take: a hundred times a slow one.
 const TIMEOUT: u32 = 60;

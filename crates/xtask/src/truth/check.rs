@@ -125,7 +125,7 @@ mod tests {
     /// A truth that was moved by its last bit is noticed, and named.
     #[test]
     fn a_changed_truth_is_noticed() {
-        let corpora = crate::test::root().join("corpora");
+        let corpora = xtask_test::root().join("corpora");
         let mut models = BTreeMap::new();
         let found = sample(&corpora, Some("thesis"), &mut models, 1).unwrap();
         let [(suite, query, truth)] = &found[..] else {

@@ -5,7 +5,7 @@ use feeler_corpus::ContactTruth;
 
 /// The first queries of a suite with their truth, on one model.
 fn stored(suite: &str, count: usize) -> (Model, Vec<(CorpusQuery, Truth)>) {
-    let corpora = crate::test::root().join("corpora");
+    let corpora = xtask_test::root().join("corpora");
     let suite = suites(&corpora, Some(suite)).unwrap().remove(0);
     let (queries, hash) = suite.files[0].queries().unwrap();
     let (_, truths) = suite.files[0].truth(queries.len(), &hash).unwrap();
@@ -195,7 +195,7 @@ fn ragged_borders() {
         ),
     ] {
         let line = feeler_corpus::QueryLine::parse(query).unwrap();
-        let corpora = crate::test::root().join("corpora");
+        let corpora = xtask_test::root().join("corpora");
         let path = corpora.join(MODELS).join(line.model.as_deref().unwrap());
         let model = Model::load(&path, None).unwrap();
         let truth: Truth = serde_json::from_str(truth).unwrap();
@@ -222,7 +222,7 @@ fn a_witness_is_kept_once() {
 #[cfg(feature = "cgal")]
 #[test]
 fn critical_points_find_a_wrong_distance() {
-    let path = crate::test::root()
+    let path = xtask_test::root()
         .join("corpora")
         .join(MODELS)
         .join("stress/saddle.json.gz");

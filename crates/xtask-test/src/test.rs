@@ -1,19 +1,27 @@
 //! `cargo xtask test`: everything that must hold before a change lands.
 
-use crate::{bits, setup};
-use std::path::{Path, PathBuf};
+use crate::{root, setup};
+use std::path::Path;
 use std::process::Command;
+use std::thread::JoinHandle;
 use std::time::Instant;
 
 /// The features that build the oracle, run batches on several threads, and build the experiments in Rapier and Rapier with its threads.
 const FEATURES: &str =
     "feeler-oracle/cgal,xtask/cgal,feeler/rayon,feeler-cli/simulate,feeler-rapier/parallel";
 
+/// The first build's answers to the corpora, which the second build's are held against.
+const ANSWERS: &str = "target/gate/answers.txt";
+
 /// Installs what is missing and runs all checks, in order of what fails fastest.
-pub(crate) fn run() -> Result<(), String> {
+///
+/// # Errors
+/// What failed, or could not be installed or started.
+pub fn run() -> Result<(), String> {
     let root = root();
-    // Where it will be once it has been built with the oracle; asked for before that takes its place.
-    let program = std::env::current_exe().map_err(|e| format!("this program's path: {e}"))?;
+    let here = std::env::current_exe().map_err(|e| format!("this program's path: {e}"))?;
+    // Where it will be once it has been built with the oracle.
+    let program = here.with_file_name("xtask");
     setup::install_packages()?;
     let python = setup::python(&root);
     let start = Instant::now();
@@ -55,6 +63,14 @@ pub(crate) fn run() -> Result<(), String> {
         "documentation",
         cargo("doc --profile ci --workspace --no-deps --quiet").env("RUSTDOCFLAGS", "-D warnings"),
     )?;
+    step(
+        "the tests, the tasks and the program, with the oracle",
+        &mut cargo(&format!(
+            // All at once: of other features of some crates there would be another build of all that needs them.
+            "build --profile ci --workspace --bins --tests --quiet --features {FEATURES}"
+        )),
+    )?;
+    let other_builds = build_beside(&root, &program);
     let mut tests = cargo(&format!(
         "test --profile ci --workspace --features {FEATURES}"
     ));
@@ -64,13 +80,6 @@ pub(crate) fn run() -> Result<(), String> {
     step(
         "unit, property, oracle and snapshot tests, doctests",
         &mut tests,
-    )?;
-    step(
-        "this program with the oracle",
-        &mut cargo(&format!(
-            // With the tests: of other features of some crates there would be another build of all that needs them.
-            "build --profile ci --workspace --bins --tests --quiet --features {FEATURES}"
-        )),
     )?;
     let own = |arguments: &str| {
         let mut command = Command::new(&program);
@@ -85,13 +94,18 @@ pub(crate) fn run() -> Result<(), String> {
         "a sample of the truth against the second method",
         &mut own("truth --verify --sample 4"),
     )?;
+    // Should one have failed, its step says so below.
+    let _ = other_builds.join();
     step("instructions of some queries", &mut own("instructions"))?;
     // As `cargo run --release -- gate`, but for another build of everything.
     step(
         "the gate",
-        Command::new(program.with_file_name("feeler")).args(["gate", "--answers", bits::ANSWERS]),
+        Command::new(program.with_file_name("feeler")).args(["gate", "--answers", ANSWERS]),
     )?;
-    step("the same bits from another build", &mut own("bits"))?;
+    step(
+        "the same bits from another build",
+        &mut own(&format!("bits --answers {ANSWERS}")),
+    )?;
     release_is_free_of_the_oracle(&root)?;
     if available("cargo-deny") {
         step(
@@ -104,6 +118,21 @@ pub(crate) fn run() -> Result<(), String> {
     let minutes = start.elapsed().as_secs_f64() / 60.0;
     println!("xtask test: all {steps} steps passed in {minutes:.1} minutes");
     Ok(())
+}
+
+/// Builds what two later steps count and compare, while tests leave a core idle: some of them take but one.
+fn build_beside(root: &Path, program: &Path) -> JoinHandle<()> {
+    let (root, program) = (root.to_path_buf(), program.to_path_buf());
+    std::thread::spawn(move || {
+        for task in ["instructions", "bits"] {
+            let mut command = Command::new("nice");
+            command.args(["-n", "19"]).arg(&program);
+            // Where it fails the step itself builds, or says why it cannot.
+            let _ = { command.args([task, "--build-only"]) }
+                .current_dir(&root)
+                .status();
+        }
+    })
 }
 
 /// The program must not depend on the oracle, whose libraries are under the LGPL.
@@ -122,12 +151,6 @@ fn release_is_free_of_the_oracle(root: &Path) -> Result<(), String> {
     }
     println!("==> the program does not depend on the oracle");
     Ok(())
-}
-
-/// The workspace's folder.
-pub(crate) fn root() -> PathBuf {
-    let here = Path::new(env!("CARGO_MANIFEST_DIR"));
-    here.ancestors().nth(2).unwrap_or(here).to_path_buf()
 }
 
 fn available(program: &str) -> bool {

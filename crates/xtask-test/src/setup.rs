@@ -40,7 +40,10 @@ fn is_root() -> bool {
 }
 
 /// Installs the Debian packages that are missing; without root says how.
-pub(crate) fn install_packages() -> Result<(), String> {
+///
+/// # Errors
+/// What is missing, and how to install it.
+pub fn install_packages() -> Result<(), String> {
     if !succeeds(Command::new("dpkg-query").arg("--version")) {
         println!(
             "No dpkg here: install CGAL 5.5 or newer, GMP, MPFR, MPFI, Boost and Eigen headers, and valgrind \
