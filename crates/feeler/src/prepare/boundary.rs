@@ -310,7 +310,7 @@ pub(crate) fn uv_curves<T: Real>(brep: &Brep, face: usize) -> Vec<UvCurve<T>> {
     out
 }
 
-/// The control points of a Bezier curve over `[a, b]`.
+/// The control points of a Bezier curve over `[a, b]`. Ends of the curve itself, and weights of 1, stay as exact as they are.
 pub(crate) fn restrict<T: Real, const H: usize>(
     points: &[Homogeneous<T, H>],
     a: f64,
@@ -320,16 +320,27 @@ pub(crate) fn restrict<T: Real, const H: usize>(
     if a == 0.0 && b == 1.0 {
         return points.to_vec();
     }
+    // Averages of what is 1 are.
+    let rational = !points.iter().all(|p| p[H - 1].is_one());
+    let coordinates = if rational { H } else { H - 1 };
     let mut d = Vec::with_capacity(points.len());
     (0..=p)
         .map(|k| {
             d.clear();
             d.extend_from_slice(points);
             for r in 0..p {
-                let x = Ball::exact(if r < p - k { a } else { b });
+                let x = if r < p - k { a } else { b };
+                if x == 0.0 {
+                    continue;
+                }
+                if x == 1.0 {
+                    d.copy_within(1..=p - r, 0);
+                    continue;
+                }
+                let x = Ball::exact(x);
                 let y = Ball::ONE - x;
                 for i in 0..p - r {
-                    for c in 0..H {
+                    for c in 0..coordinates {
                         d[i][c] = y * d[i][c] + x * d[i + 1][c];
                     }
                 }

@@ -122,8 +122,11 @@ impl ParamMap {
         self.local(|x| t - Ball::exact(x), Ball::ONE)
     }
 
-    /// The same of homogeneous numbers, `t w` and `w`: the local parameter times `w`.
+    /// The same of homogeneous numbers, `t w` and `w`: the local parameter times `w`. Where the weight is 1 it is as exact at ends.
     pub(super) fn local_of<T: Real>(&self, t: Ball<T>, w: Ball<T>) -> Ball<T> {
+        if w.is_one() {
+            return self.to_local(t);
+        }
         self.local(|x| t - w * Ball::exact(x), w)
     }
 

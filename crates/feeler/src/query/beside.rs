@@ -36,6 +36,31 @@ impl Search<'_> {
         PiecePlace { off, leaves }
     }
 
+    /// Of a boundary piece that is beside its patch all along, and may only touch it at its own ends: at which; `None` of any other. (Trims that bulge by roundings
+    /// over the border of a domain are so, from one end to the other: an end exactly on the border would be next to what is off it by less than any slack.)
+    ///
+    /// Between its ends a curve of Bezier is within its control points, with each of them at a positive weight. So where none is on the patch's side of a border, and one is
+    /// beyond it, all of the curve is beyond but an end whose control point is exactly on it. (One that touches another border there, beyond its end, is told to touch all the same.)
+    pub(super) fn touches_only(&self, face: usize, index: usize) -> Option<[bool; 2]> {
+        let local = &self.brep.double_double(face).piece(index).local;
+        let by = |p: &Homogeneous<Dd, 3>, c: usize, high: bool| match high {
+            true => p[c] - p[2],
+            false => -p[c],
+        };
+        (0..2)
+            .flat_map(|c| [(c, false), (c, true)])
+            .find_map(|(c, high)| {
+                let mut off = local.iter().map(|p| by(p, c, high));
+                let beyond = off.clone().any(|x| x.lower() > 0.0);
+                // Negated in effect: what is no number may be anywhere.
+                let is_beside = beyond && off.all(|x| x.lower() >= 0.0);
+                let touches = |p: Option<&Homogeneous<Dd, 3>>| {
+                    p.is_some_and(|p| by(p, c, high).upper() <= 0.0)
+                };
+                is_beside.then(|| [touches(local.first()), touches(local.last())])
+            })
+    }
+
     /// A bound of `f` on what is on its patch of a part of a piece, too short to be halved, on which what is on the patch ends; and the best place there kept.
     ///
     /// Where `f` is convex on the part that bounds it. Where it is monotone it is least at one end of what is on the patch: at the end of the range, or at a place beyond which all

@@ -609,6 +609,15 @@ impl<'a> Search<'a> {
             && !self.brep.double(face).piece(index).stays(node.u)
             && self.piece_place(face, index, [0.0, 1.0]).leaves
         {
+            if let Some(touches) = self.touches_only(face, index) {
+                for (k, end) in [(0, 0.0), (1, 1.0)] {
+                    if touches[k] && node.u[k] == end {
+                        self.enqueue_border(heap, source, inside, node, (true, k == 1));
+                    }
+                }
+                self.leave(node.lo, covered, part);
+                return None;
+            }
             let place = self.piece_place(face, index, node.u);
             if place.off {
                 return None;
