@@ -142,11 +142,41 @@ fn a_foot_between_ends_of_trims_is_on_their_vertex() {
     let answer = contact(&brep, &probe, &options, &mut Workspace::default());
     let found = answer.contacts[0];
     let told = side(&brep, found.face, found.uv).expect("a face");
-    assert!(told.in_gap, "{told:?} {found:?}");
+    assert_ne!(told.side, Some(Side::Inside), "{found:?}");
     let Feature::Vertex(vertex) = found.feature else {
         panic!("{found:?}");
     };
     let off = brep.brep().parts().vertices[vertex].point - found.on_brep;
     // A vertex and the ends of its trims are that near in STEP files.
     assert!(off.norm() <= 1e-9 * brep.size(), "{found:?}");
+}
+
+/// A half-space is flush with an end of a NURBS cylinder or frustum, whose rim's trims bulge over the border of the side's domain by roundings, as a CAD system wrote them: the
+/// end is a plane at `z`, no point of the side is beyond it, and so the separation is exactly 0. That takes few nodes.
+#[test]
+fn flush_with_an_end_whose_rim_bulges_by_roundings() {
+    const BUDGET: usize = 10_000;
+    for (name, up, z) in [
+        ("cylinder_nurbs", 1.0, 4.0),
+        ("cylinder_nurbs", -1.0, -1.0),
+        ("frustum_nurbs", 1.0, 2.75),
+    ] {
+        let brep = model(name);
+        let normal = Vector3::new(0.0, 0.0, -up);
+        let plane = HalfSpace::new(normal, -up * z).expect("a half-space");
+        let options = Options {
+            prediction: f64::INFINITY,
+            node_budget: BUDGET,
+            ..Options::default()
+        };
+        let probe = Probe::HalfSpace(plane);
+        let answer = contact(&brep, &probe, &options, &mut Workspace::default());
+        assert!(answer.undecided.is_none(), "{name} {up}: {answer:?}");
+        let found = answer.separation;
+        assert!(
+            found.bounds.lo <= 0.0 && 0.0 <= found.bounds.hi,
+            "{name} {up}: {found:?}"
+        );
+        assert!(answer.continuum, "{name} {up}");
+    }
 }

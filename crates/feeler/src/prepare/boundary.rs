@@ -579,6 +579,38 @@ mod tests {
         assert_eq!(spans(&HALVES, hull(&part, 0)).0, 0..2);
     }
 
+    /// A part of a curve has the curve's own ends where it has them, and weights of 1, without a bound; between them points are averages, known to roundings.
+    #[test]
+    fn parts_keep_exact_ends_and_weights() {
+        let parabola = curve(&[[0.1, 0.3, 1.0], [0.7, 0.2, 1.0], [0.9, 0.6, 1.0]]);
+        for (a, b) in [(0.0, 0.3), (0.3, 1.0), (0.25, 0.75)] {
+            let part = restrict(&parabola, a, b);
+            assert!(part.iter().all(|p| p[2].is_one()));
+            for (end, t) in [(0, a), (2, b)] {
+                let exact = t == 0.0 || t == 1.0;
+                let point = [0, 1].map(|c| {
+                    let [p, q, r] = [0, 1, 2].map(|i| parabola[i][c].mid);
+                    (1.0 - t) * (1.0 - t) * p + 2.0 * t * (1.0 - t) * q + t * t * r
+                });
+                for c in 0..2 {
+                    let x = part[end][c];
+                    assert_eq!(x.rad == 0.0, exact, "{a} {b}: {x:?}");
+                    if exact {
+                        assert_eq!(x.mid, parabola[end][c].mid);
+                    }
+                    // Some roundings of numbers below 1.
+                    let off = (x.mid - point[c]).abs();
+                    assert!(off <= 4.0 * f64::EPSILON, "{a} {b}: {x:?}");
+                }
+            }
+        }
+        // Weights that are not 1 are averages, too.
+        let arc = curve(&[[1.0, 0.0, 1.0], [1.0, 1.0, 1.0], [0.0, 2.0, 2.0]]);
+        let part = restrict(&arc, 0.0, 0.5);
+        assert_eq!(part[2][2].mid, 1.25);
+        assert_eq!((part[0][0].mid, part[0][0].rad), (1.0, 0.0));
+    }
+
     /// Half a disc, its loop as it is seen from either side: curves made one by one are those made together, and have the same numbers. (An arc's ends are
     /// none that are known to meet others, so that there are joins.)
     #[test]

@@ -40,25 +40,25 @@ impl Search<'_> {
     /// over the border of a domain are so, from one end to the other: an end exactly on the border would be next to what is off it by less than any slack.)
     ///
     /// Between its ends a curve of Bezier is within its control points, with each of them at a positive weight. So where none is on the patch's side of a border, and one is
-    /// beyond it, all of the curve is beyond but an end whose control point is exactly on it. (One that touches another border there, beyond its end, is told to touch all the same.)
+    /// beyond it, all of the curve is beyond but an end whose control point is exactly on it; and that is no place of the patch if it is beyond another border.
     pub(super) fn touches_only(&self, face: usize, index: usize) -> Option<[bool; 2]> {
+        const BORDERS: [(usize, bool); 4] = [(0, false), (0, true), (1, false), (1, true)];
         let local = &self.brep.double_double(face).piece(index).local;
-        let by = |p: &Homogeneous<Dd, 3>, c: usize, high: bool| match high {
+        let beyond = |p: &Homogeneous<Dd, 3>, (c, high): (usize, bool)| match high {
             true => p[c] - p[2],
             false => -p[c],
         };
-        (0..2)
-            .flat_map(|c| [(c, false), (c, true)])
-            .find_map(|(c, high)| {
-                let mut off = local.iter().map(|p| by(p, c, high));
-                let beyond = off.clone().any(|x| x.lower() > 0.0);
-                // Negated in effect: what is no number may be anywhere.
-                let is_beside = beyond && off.all(|x| x.lower() >= 0.0);
-                let touches = |p: Option<&Homogeneous<Dd, 3>>| {
-                    p.is_some_and(|p| by(p, c, high).upper() <= 0.0)
-                };
-                is_beside.then(|| [touches(local.first()), touches(local.last())])
-            })
+        // Negated in effect: what is no number may be anywhere.
+        let is_beside = |border: (usize, bool)| {
+            let mut all = local.iter().map(|p| beyond(p, border));
+            all.clone().any(|x| x.lower() > 0.0) && all.all(|x| x.lower() >= 0.0)
+        };
+        let border = BORDERS.into_iter().find(|b| is_beside(*b))?;
+        let touches = |p: &Homogeneous<Dd, 3>| {
+            beyond(p, border).upper() <= 0.0
+                && !BORDERS.into_iter().any(|b| beyond(p, b).lower() > 0.0)
+        };
+        Some([local.first(), local.last()].map(|p| p.is_some_and(touches)))
     }
 
     /// A bound of `f` on what is on its patch of a part of a piece, too short to be halved, on which what is on the patch ends; and the best place there kept.

@@ -252,12 +252,10 @@ fn feature(brep: &PreparedBrep, place: &Place, point: &Point3<f64>) -> Feature {
 pub(super) fn trim_at(brep: &PreparedBrep, place: &Place) -> Option<usize> {
     let region = brep.region(place.face);
     let parts = brep.brep().parts();
-    let found = region.side(place.uv);
-    if found.side != Some(Side::Boundary) {
-        return match found.in_gap {
-            true => trim_at_gap(brep, place),
-            false => None,
-        };
+    match region.side(place.uv).side {
+        Some(Side::Boundary) => {}
+        Some(Side::Inside) => return None,
+        Some(Side::Outside) | None => return trim_that_ends_at(brep, place),
     }
     let mut near = trims_near(brep, place.face, &place.uv);
     if let [only] = near.as_slice() {
@@ -276,9 +274,9 @@ pub(super) fn trim_at(brep: &PreparedBrep, place: &Place) -> Option<usize> {
     all.min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, t)| t)
 }
 
-/// The trim that ends at the vertex next to a foot on the segment that joins it to another: ends that should meet are off by roundings, and so the foot may be beside the
-/// region. In a wide gap it is on none.
-fn trim_at_gap(brep: &PreparedBrep, place: &Place) -> Option<usize> {
+/// The trim that ends at the vertex that a foot beside its region is on: ends of trims that should meet are off by roundings, and so is the foot on the segment that joins
+/// them.
+fn trim_that_ends_at(brep: &PreparedBrep, place: &Place) -> Option<usize> {
     let parts = brep.brep().parts();
     let surface = brep.brep().surface(place.face);
     let point = surface.point(place.uv.x, place.uv.y);
