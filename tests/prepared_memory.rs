@@ -136,7 +136,9 @@ fn a_prepared_brep_takes_no_more_than_20_times_its_file_or_what_is_known() {
         let name = name.to_string_lossy().into_owned();
         let [first, figure, kept] = [first, held, kept].map(|bytes| bytes as f64 / size as f64);
         if kept > AIM.max(first) {
-            unshrunk.push(format!("{name}: {kept:.1} of {figure:.1}"));
+            unshrunk.push(format!(
+                "{name}: {kept:.1} of {figure:.1}, {first:.1} at first"
+            ));
         }
         let known = stored.remove(&name);
         if figure > AIM {

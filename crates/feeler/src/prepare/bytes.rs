@@ -118,6 +118,9 @@ impl PreparedBrep {
                     f.shell = empty();
                     f.polygon = empty();
                 }
+                b.room = empty();
+                b.vertex_regions = empty();
+                b.fine_vertex_regions = empty();
                 b.shared = empty();
                 b.edge_tree = empty();
                 b.face_tree = empty();
