@@ -77,10 +77,13 @@ pub fn run() -> Result<(), String> {
     if let Some(python) = &python {
         tests.env("FEELER_PYTHON", python);
     }
-    step(
+    let tested = step(
         "unit, property, oracle and snapshot tests, doctests",
         &mut tests,
-    )?;
+    );
+    // Should one have failed, its step says so below; and none goes on where a test has.
+    let _ = other_builds.join();
+    tested?;
     let own = |arguments: &str| {
         let mut command = Command::new(&program);
         command.args(arguments.split_whitespace());
@@ -94,8 +97,6 @@ pub fn run() -> Result<(), String> {
         "a sample of the truth against the second method",
         &mut own("truth --verify --sample 4"),
     )?;
-    // Should one have failed, its step says so below.
-    let _ = other_builds.join();
     step("instructions of some queries", &mut own("instructions"))?;
     // As `cargo run --release -- gate`, but for another build of everything.
     step(

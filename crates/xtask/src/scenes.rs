@@ -46,6 +46,7 @@ pub(crate) fn run(corpus: &Path, args: &Args) -> Result<(), String> {
         models::ball_joint(),
         models::splits(corpus)?,
         models::parts(corpus)?,
+        models::flush(corpus)?,
         models::grazing(corpus)?,
         models::round_lines(corpus)?,
         analytic::suite(corpus)?,

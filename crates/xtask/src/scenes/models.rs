@@ -5,7 +5,9 @@ use crate::generate::{Generator, NEAR};
 use crate::random::Random;
 use feeler::prepare::PreparedBrep;
 use feeler::query::{Contacts, HalfSpace, Options, Probe, Workspace, contact};
-use feeler_corpus::{LineKindLine, LineLine, MODELS, Model, QueryLine, SphereLine, TrimLine};
+use feeler_corpus::{
+    HalfSpaceLine, LineKindLine, LineLine, MODELS, Model, QueryLine, SphereLine, TrimLine,
+};
 use nalgebra::Vector3;
 use std::path::Path;
 
@@ -254,6 +256,66 @@ pub(crate) fn grazing(corpus: &Path) -> Result<Suite, String> {
     Ok(Suite {
         name: "line-grazing",
         description: "lines tangent to a face at a point, moved off it by nothing, 1e-15 to 1e-3 of the size, out or in; a third at a trim",
+        scenes,
+    })
+}
+
+/// The analytic parts that have plane ends, native and as NURBS.
+const WITH_ENDS: [&str; 10] = [
+    "block",
+    "block_nurbs",
+    "cone",
+    "cone_nurbs",
+    "cylinder",
+    "cylinder_nurbs",
+    "cylinder_slanted",
+    "cylinder_slanted_nurbs",
+    "frustum",
+    "frustum_nurbs",
+];
+
+/// One of its ends is known to less than the oracle tells, a plane through the origin: no truth could judge that.
+const KNOWN_TOO_WELL: &str = "nozzle_nurbs";
+
+/// Half-spaces that stand on parts: along each axis, from both sides, flush with the vertices that are farthest out. Most of them have a face there.
+pub(crate) fn flush(corpus: &Path) -> Result<Suite, String> {
+    let thesis = THESIS_NURBS.iter().chain(&THESIS_NATIVE);
+    let names = { thesis.map(|p| format!("thesis/{p}.3dm")) }
+        .chain(
+            { PARTS.iter() }
+                .filter(|p| **p != KNOWN_TOO_WELL)
+                .map(|p| format!("parts/{p}.json.gz")),
+        )
+        .chain(WITH_ENDS.iter().map(|p| format!("analytic/{p}.json.gz")));
+    let mut scenes = Vec::new();
+    for name in names {
+        let model = load(corpus, &name)?;
+        let vertices = { model.breps.iter() }.flat_map(|b| &b.parts().vertices);
+        let vertices: Vec<_> = vertices.map(|v| v.point.coords).collect();
+        let mut queries = Vec::new();
+        for axis in [Vector3::x(), Vector3::y(), Vector3::z()] {
+            for normal in [axis, -axis] {
+                // Of an axis that is exact.
+                let heights = vertices.iter().map(|v| normal.dot(v));
+                let offset = heights.fold(f64::INFINITY, f64::min);
+                queries.push(QueryLine {
+                    half_space: Some(HalfSpaceLine {
+                        normal: normal.into(),
+                        offset,
+                    }),
+                    ..QueryLine::default()
+                });
+            }
+        }
+        scenes.push(Scene {
+            queries,
+            name,
+            breps: Vec::new(),
+        });
+    }
+    Ok(Suite {
+        name: "flush",
+        description: "half-spaces along the axes, flush with the vertices of a part that are farthest out: most rest on a face, and its border bulges by roundings",
         scenes,
     })
 }
