@@ -41,6 +41,7 @@ impl Search<'_> {
     ///
     /// Between its ends a curve of Bezier is within its control points, with each of them at a positive weight. So where none is on the patch's side of a border, and one is
     /// beyond it, all of the curve is beyond but an end whose control point is exactly on it; and that is no place of the patch if it is beyond another border.
+    /// What is beyond is on the next patch, which has a piece of the trim there (`cut_boundary`), or outside of the domain.
     pub(super) fn touches_only(&self, face: usize, index: usize) -> Option<[bool; 2]> {
         const BORDERS: [(usize, bool); 4] = [(0, false), (0, true), (1, false), (1, true)];
         let local = &self.brep.double_double(face).piece(index).local;
