@@ -17,7 +17,7 @@ fn main() -> ExitCode {
     }
 }
 
-/// Runs the program `xtask`, in the profile of the tests, so that what both need is built once.
+/// Runs the program `xtask`, in the profile of the tests: exact arithmetic is far too slow unoptimised.
 fn hand_on(arguments: &[OsString]) -> ExitCode {
     let status = Command::new(env!("CARGO"))
         .args("run --quiet --profile ci --package xtask --".split(' '))

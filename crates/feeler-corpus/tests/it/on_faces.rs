@@ -129,6 +129,8 @@ fn opposite_a_coarse_foot_on_the_plane_of_a_half_space() {
 /// region by roundings: that is on their vertex.
 #[test]
 fn a_foot_between_ends_of_trims_is_on_their_vertex() {
+    /// A vertex and the ends of its trims are that near in STEP files, as a part of the size.
+    const NEAR: f64 = 1e-9;
     let models = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../corpora/models/step");
     let model = Model::load(&models.join("torus_part.step"), None);
     let brep = PreparedBrep::new(model.expect("a model of the corpus").breps.remove(0));
@@ -147,11 +149,10 @@ fn a_foot_between_ends_of_trims_is_on_their_vertex() {
         panic!("{found:?}");
     };
     let off = brep.brep().parts().vertices[vertex].point - found.on_brep;
-    // A vertex and the ends of its trims are that near in STEP files.
-    assert!(off.norm() <= 1e-9 * brep.size(), "{found:?}");
+    assert!(off.norm() <= NEAR * brep.size(), "{found:?}");
 }
 
-/// A half-space is flush with an end of a NURBS cylinder or frustum, whose rim's trims bulge over the border of the side's domain by roundings, as a CAD system wrote them: the
+/// A half-space is flush with an end of a NURBS cylinder or frustum, whose rim's trims bulge over the border of the side's domain by roundings, as those of the corpus do: the
 /// end is a plane at `z`, no point of the side is beyond it, and so the separation is exactly 0. That takes few nodes.
 #[test]
 fn flush_with_an_end_whose_rim_bulges_by_roundings() {

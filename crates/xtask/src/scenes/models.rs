@@ -274,7 +274,7 @@ const WITH_ENDS: [&str; 10] = [
     "frustum_nurbs",
 ];
 
-/// One of its ends is known to less than the oracle tells, a plane through the origin: no truth could judge that.
+/// Of one of its ends, at height 0, the kernel's bound is narrower than the oracle's (2^-202): the answer would be indeterminate.
 const KNOWN_TOO_WELL: &str = "nozzle_nurbs";
 
 /// Half-spaces that stand on parts: along each axis, from both sides, flush with the vertices that are farthest out. Most of them have a face there.
