@@ -13,6 +13,7 @@ use feeler::query::{
     Accuracy, Contacts, Options, Probe, Sphere, Witness, Workspace, contact, contact_from, overlap,
 };
 use nalgebra::Point3;
+use scenes::loops::{Holes, face_within, over_holes, perforated};
 use scenes::{Random, bicubic, native_sphere, nurbs_sphere, trimmed_bicubic};
 
 fn main() {
@@ -102,6 +103,19 @@ fn bicubic_8x8_trimmed(bencher: Bencher, name: &str) {
         accuracy(name),
         &over_the_wave(),
     );
+}
+
+/// Over holes of a plate with 1,024.
+#[divan::bench(args = ["arcs", "splines", "polygons"])]
+fn perforated_plate(bencher: Bencher, name: &str) {
+    let holes = match name {
+        "arcs" => Holes::Arcs,
+        "splines" => Holes::Splines,
+        _ => Holes::Polygons(24),
+    };
+    let (loops, centers) = perforated(32, holes);
+    let over = over_holes(&centers, 500, &mut Random::new(3));
+    spheres(bencher, face_within(loops), 0.01, None, &over);
 }
 
 #[divan::bench(args = NAMES)]

@@ -13,6 +13,7 @@ use feeler::query::{
     Witness, Workspace, arrival_along, arrival_past, contact, contact_from, line, overlap,
 };
 use nalgebra::{Point3, Vector3};
+use scenes::loops::{Holes, face_within, over_holes, perforated};
 use scenes::{
     Random, bicubic, cube, native_sphere, nurbs_cylinder, nurbs_sphere, trimmed_bicubic, wavy_prism,
 };
@@ -21,7 +22,7 @@ use std::hint::black_box;
 /// One query, as a closure that keeps what it needs.
 type Query = Box<dyn FnMut()>;
 
-const NAMES: [&str; 22] = [
+const NAMES: [&str; 24] = [
     "ball_joint_native_1e-12",
     "ball_joint_native_full",
     "ball_joint_nurbs_1e-12",
@@ -41,6 +42,8 @@ const NAMES: [&str; 22] = [
     "bicubic_prepare",
     "cube_contact",
     "cylinder_nurbs_1e-12",
+    "plate_arcs",
+    "plate_splines",
     "prism_line",
     "prism_line_1e-12",
     "sphere_line",
@@ -56,6 +59,8 @@ const NEARER: f64 = 1e-6;
 const MIDDLE: f64 = 1e-2;
 /// ...and keep within half of its radius.
 const HALF_RADIUS: f64 = 1.25;
+/// A plate has so many holes along each side.
+const HOLES: usize = 32;
 /// About the sizes of the models, of which accuracies short of full are this part: that of the table of figures to beat.
 const PART: f64 = 1e-12;
 const BALL_SIZE: f64 = 5.0;
@@ -122,6 +127,15 @@ fn query(name: &str) -> Option<Query> {
         "bicubic_full" => balls(bicubic(), 0.01, Accuracy::Full, over),
         "cube_contact" => balls(cube(), 0.01, Accuracy::Full, over),
         "cylinder_nurbs_1e-12" => balls(nurbs_cylinder(), 2.49, coarse, off_centre),
+        "plate_arcs" | "plate_splines" => {
+            let holes = match name {
+                "plate_arcs" => Holes::Arcs,
+                _ => Holes::Splines,
+            };
+            let (loops, centers) = perforated(HOLES, holes);
+            let over = over_holes(&centers, PLACES, &mut random);
+            balls(face_within(loops), 0.01, Accuracy::Full, over)
+        }
         "bicubic_overlap" => {
             let brep = PreparedBrep::new(bicubic());
             let mut workspace = Workspace::default();

@@ -25,11 +25,6 @@ fn geometry<T: Real>(g: &FaceGeometry<T>) -> usize {
     size_of_val(g) + slots + g.patches.bytes() + pieces.sum::<usize>() + seeds
 }
 
-/// What all arithmetics share.
-fn shared(g: &FaceGeometry<f64>) -> usize {
-    size_of_val(&*g.curves) + size_of_val(&*g.cuts) + size_of_val(&*g.patch_boxes)
-}
-
 fn images<T>(slots: &Vec<OnceLock<Option<Image<T>>>>) -> usize {
     let made = slots.iter().filter_map(|s| s.get()?.as_ref());
     let one = |i: &Image<T>| {
@@ -60,8 +55,8 @@ impl FaceBytes {
         Self {
             at_once: size_of::<PreparedFace>() + size_of::<Option<Box3>>(),
             region: f.region.get().map_or(0, |r| size_of_val(&**r) + r.bytes()),
-            closed: closed.map_or(0, |c| list(&c.curves) + size_of_val(&**c)),
-            patches: f.double.get().map_or(0, |g| geometry(g) + shared(g)),
+            closed: closed.map_or(0, |c| c.bytes()),
+            patches: f.double.get().map_or(0, |g| geometry(g) + g.shared_bytes()),
             fine_patches: f.double_double.get().map_or(0, |g| geometry(g))
                 + f.triple_double.get().map_or(0, |g| geometry(g)),
         }

@@ -116,9 +116,8 @@ fn ends_apart(a: &Image<Dd>, b: &Image<Dd>) -> Option<f64> {
 
 /// A bound of the Frechet distance of the images of two trims that are segments, or arcs.
 fn apart_in_closed_form(brep: &PreparedBrep, s: usize, t: usize) -> Option<f64> {
-    let (a, a_slack) = brep.closed_image(s)?;
-    let (b, b_slack) = brep.closed_image(t)?;
-    Some((closed::frechet(&a.shape, &b.shape)? + a_slack + b_slack) * UP)
+    let (a, b) = (brep.closed_image(s)?, brep.closed_image(t)?);
+    Some((closed::frechet(a.shape, b.shape)? + a.slack + b.slack) * UP)
 }
 
 /// The diagonal of a box around both faces.
@@ -213,8 +212,8 @@ fn join_region<'a, T: Real + 'a>(
     if let Some(form) = brep.closed(face)
         && let Ok(join) = form.join_of(trim)
     {
-        let (curve, slack) = join?;
-        if let Some(region) = curve_region(&curve.shape, slack, brep.size()) {
+        let join = join?;
+        if let Some(region) = curve_region(join.shape, join.slack, brep.size()) {
             return Some(Some(region));
         }
     }
@@ -228,7 +227,7 @@ fn trim_region<'a, T: Real + 'a>(
     trim: usize,
 ) -> Option<Box3> {
     let closed = brep.closed_image(trim);
-    let region = closed.and_then(|(curve, slack)| curve_region(&curve.shape, slack, brep.size()));
+    let region = closed.and_then(|i| curve_region(i.shape, i.slack, brep.size()));
     region.or_else(|| Some(image(geometry(), trim)?.bounds()))
 }
 
@@ -238,13 +237,13 @@ pub(super) fn end_regions<'a, T: Real + 'a>(
     geometry: impl FnOnce() -> &'a FaceGeometry<T>,
     trim: usize,
 ) -> Option<[Box3; 2]> {
-    if let Some((curve, slack)) = brep.closed_image(trim) {
-        let ends = match &curve.shape {
+    if let Some(image) = brep.closed_image(trim) {
+        let ends = match image.shape {
             CurveShape::Segment(s) => [&s.a, &s.b],
             CurveShape::Arc(a) => [&a.ends[0], &a.ends[1]],
         };
-        let [first, last] = ends.map(|p| region(p, slack));
-        return Some(if curve.against {
+        let [first, last] = ends.map(|p| region(p, image.slack));
+        return Some(if image.against {
             [last, first]
         } else {
             [first, last]

@@ -807,7 +807,7 @@ pub(super) fn image_alone(
 pub(super) fn join<T: Real>(geometry: &FaceGeometry<T>, after: usize) -> Option<Option<Image<T>>> {
     let of_it =
         |c: &&CurveSource| matches!(c, CurveSource::Join { after: a, .. } if *a as usize == after);
-    let join = geometry.curves.iter().find(of_it)?;
+    let join = geometry.curves().iter().find(of_it)?;
     let curve = uv_curve(&geometry.brep, *join);
     Some(image_of(&geometry.patches, &[curve], usize::MAX))
 }

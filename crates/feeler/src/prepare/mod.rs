@@ -6,6 +6,7 @@
 mod boundary;
 mod bow;
 mod box_tree;
+mod bunches;
 mod bytes;
 mod circle;
 pub(crate) mod closed;
@@ -13,6 +14,7 @@ mod compose;
 mod course;
 mod crack;
 mod exact;
+mod geometry;
 mod health;
 mod image;
 pub(crate) mod jet;
@@ -49,8 +51,10 @@ pub use shortcuts::Shortcuts;
 
 pub(crate) use boundary::restrict;
 pub(crate) use box_tree::Skewer;
+pub(crate) use bunches::{Bunch, Bunches, Within};
 pub(crate) use course::{Course, Round};
 pub(crate) use exact::{Ratio, When};
+pub(crate) use geometry::{FaceGeometry, Seed};
 pub(crate) use image::{Image, Stretch};
 pub(crate) use near::distance;
 pub(crate) use net::{Products, curve_jet, part_of};
@@ -63,11 +67,10 @@ pub(crate) use spline::Homogeneous;
 use stored_place::stored_place;
 
 use crate::brep::Brep;
-use crate::numeric::{Dd, Real, Td};
+use crate::numeric::{Dd, Td};
 use crate::trim::TrimRegion;
-use boundary::{CurveSource, Cut};
 use box_tree::{BoxTree, Known};
-use closed::{ClosedCurve, ClosedFace, SphereForm};
+use closed::{ClosedFace, ClosedImage, SphereForm};
 use nalgebra::Point3;
 use std::sync::{Arc, OnceLock};
 
@@ -90,160 +93,6 @@ fn common(a: &Box3, b: &Box3) -> Box3 {
 /// A box wider by a length on all sides, rounded outward.
 fn widened(b: &Box3, by: f64) -> Box3 {
     b.map(|r| [(r[0] - by).next_down(), (r[1] + by).next_up()])
-}
-
-/// The patches and boundary of one face in one arithmetic.
-#[derive(Debug)]
-pub(crate) struct FaceGeometry<T> {
-    brep: Arc<Brep>,
-    pub(crate) patches: Patches<T>,
-    /// What the boundary pieces are parts of; a curve itself is made for each piece, as few are ever made.
-    curves: Arc<[CurveSource]>,
-    cuts: Arc<[Cut]>,
-    pieces: Box<[OnceLock<Box<KeptPiece<T>>>]>,
-    /// The patches' boxes in space; `None` where a weight is not proven to be positive.
-    pub(crate) patch_boxes: Arc<[Option<Box3>]>,
-    seeds: OnceLock<Box<[Seed]>>,
-}
-
-/// A boundary piece, and what is made of it when it is first asked for.
-#[derive(Debug)]
-struct KeptPiece<T> {
-    piece: Piece<T>,
-    products: OnceLock<Box<Products<T>>>,
-    speeds: OnceLock<[f64; 2]>,
-}
-
-/// A point of a patch: where a descent may start.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Seed {
-    pub(crate) point: Point3<f64>,
-    /// Of all places on all patches.
-    place: usize,
-}
-
-impl Seed {
-    pub(crate) fn patch(&self) -> usize {
-        self.place / (SEEDS * SEEDS)
-    }
-
-    pub(crate) fn local(&self) -> [f64; 2] {
-        let k = self.place % (SEEDS * SEEDS);
-        [k / SEEDS, k % SEEDS].map(|k| (k as f64 + 0.5) / SEEDS as f64)
-    }
-}
-
-/// So many seeds a patch along u and along v.
-const SEEDS: usize = 3;
-/// Faces of more patches have no seeds: to look at all of them would take longer than to open the nearest boxes.
-const MOST_SEEDED: usize = 64;
-
-impl<T: Real> FaceGeometry<T> {
-    fn new(
-        brep: &Arc<Brep>,
-        patches: Patches<T>,
-        patch_boxes: Arc<[Option<Box3>]>,
-        (curves, cuts): (Arc<[CurveSource]>, Arc<[Cut]>),
-    ) -> Self {
-        Self {
-            brep: Arc::clone(brep),
-            patch_boxes,
-            seeds: OnceLock::new(),
-            pieces: cuts.iter().map(|_| OnceLock::new()).collect(),
-            curves,
-            patches,
-            cuts,
-        }
-    }
-
-    /// How many boundary pieces there are.
-    pub(crate) fn piece_count(&self) -> usize {
-        self.cuts.len()
-    }
-
-    /// The uv curve that a boundary piece is part of, as `uv_curves` numbers them.
-    pub(crate) fn piece_curve(&self, index: usize) -> usize {
-        self.cuts[index].curve as usize
-    }
-
-    /// The patch that a boundary piece lies on.
-    pub(crate) fn piece_patch(&self, index: usize) -> usize {
-        self.cuts[index].patch as usize
-    }
-
-    /// A boundary piece; made at the first call.
-    pub(crate) fn piece(&self, index: usize) -> &Piece<T> {
-        &self.kept_piece(index).piece
-    }
-
-    fn kept_piece(&self, index: usize) -> &KeptPiece<T> {
-        self.pieces[index].get_or_init(|| {
-            let cut = &self.cuts[index];
-            let patch = self.patches.lent(cut.patch as usize);
-            let curve = boundary::uv_curve(&self.brep, self.curves[cut.curve as usize]);
-            Box::new(KeptPiece {
-                piece: boundary::lift(&curve, cut, &patch),
-                products: OnceLock::new(),
-                speeds: OnceLock::new(),
-            })
-        })
-    }
-
-    pub(crate) fn patch_products(&self, index: usize) -> &Products<T> {
-        self.patches.products(index)
-    }
-
-    /// See [`Net::speeds`].
-    pub(crate) fn patch_speeds(&self, index: usize) -> [f64; 2] {
-        self.patches.speeds(index)
-    }
-
-    /// The same of a boundary piece.
-    pub(crate) fn piece_speeds(&self, index: usize) -> [f64; 2] {
-        let kept = self.kept_piece(index);
-        let space = kept.piece.space.as_ref();
-        let make = || space.map_or([f64::INFINITY; 2], Net::speeds);
-        *kept.speeds.get_or_init(make)
-    }
-
-    /// `None` where the piece's degree is too high to be composed.
-    pub(crate) fn piece_products(&self, index: usize) -> Option<&Products<T>> {
-        let kept = self.kept_piece(index);
-        let space = kept.piece.space.as_ref()?;
-        Some(kept.products.get_or_init(|| Box::new(space.products())))
-    }
-}
-
-impl FaceGeometry<f64> {
-    /// Points spread over all patches.
-    pub(crate) fn seeds(&self) -> &[Seed] {
-        self.seeds.get_or_init(|| {
-            if self.patches.len() > MOST_SEEDED {
-                return Box::default();
-            }
-            let mut out = Vec::with_capacity(self.patches.len() * SEEDS * SEEDS);
-            for patch in 0..self.patches.len() {
-                let p = self.patches.lent(patch);
-                if !jet::fits(p.net.degree) {
-                    continue;
-                }
-                // What is rounded for this alone is not kept.
-                let own = (p.is_kept() && !p.net.has_plain()).then(|| p.net.clone());
-                let net = own.as_ref().unwrap_or(&p.net);
-                for k in 0..SEEDS * SEEDS {
-                    let mut seed = Seed {
-                        point: Point3::origin(),
-                        place: patch * SEEDS * SEEDS + k,
-                    };
-                    let [s, t] = seed.local();
-                    let h = jet::value(net, s, t);
-                    seed.point = Point3::from([0, 1, 2].map(|c| h[c] / h[3] + net.origin[c]));
-                    out.push(seed);
-                }
-            }
-            out.into()
-        })
-    }
 }
 
 /// What is kept of one face.
@@ -423,9 +272,9 @@ impl PreparedBrep {
         self.fine_images[trim].get_or_init(make).as_ref()
     }
 
-    /// The image of a trim in closed form, and how far the image may be from it.
-    pub(crate) fn closed_image(&self, trim: usize) -> Option<(&ClosedCurve, f64)> {
-        self.closed(self.face_of(trim))?.curve_of(trim)
+    /// The image of a trim in closed form.
+    pub(crate) fn closed_image(&self, trim: usize) -> Option<ClosedImage<'_>> {
+        self.closed(self.face_of(trim))?.image_of(trim)
     }
 
     /// The edges that several trims use.
@@ -525,7 +374,7 @@ impl PreparedBrep {
     fn near_box(&self, edge: usize) -> Option<Box3> {
         let trims = self.brep.parts().edges[edge].trims.iter();
         let images = trims.map(|t| match self.closed_image(*t) {
-            Some((curve, slack)) => Some(widened(&curve.shape.bounds(), slack)),
+            Some(image) => Some(widened(&image.shape.bounds(), image.slack)),
             None => self.trim_image(*t).map(Image::bounds),
         });
         let images: Option<Vec<Box3>> = images.collect();
@@ -652,34 +501,19 @@ impl PreparedBrep {
     }
 
     pub(crate) fn double(&self, face: usize) -> &FaceGeometry<f64> {
-        let make = || {
-            let (patches, boxes) = Patches::with_boxes(self.brep.surface(face));
-            let curves = boundary::curve_sources(&self.brep, face).into();
-            let cuts = boundary::cut_boundary(&self.brep, face, &patches).into();
-            let boundary = (curves, cuts);
-            Box::new(FaceGeometry::new(&self.brep, patches, boxes, boundary))
-        };
         let slot = &self.faces[face].double;
-        slot.get_or_init(make)
+        slot.get_or_init(|| Box::new(FaceGeometry::of_face(&self.brep, face)))
     }
 
     /// The same patches and pieces as [`double`](Self::double), by index.
     pub(crate) fn double_double(&self, face: usize) -> &FaceGeometry<Dd> {
         let slot = &self.faces[face].double_double;
-        slot.get_or_init(|| self.finer(face))
+        slot.get_or_init(|| Box::new(self.double(face).finer(face)))
     }
 
     /// The same in triple-double.
     pub(crate) fn triple_double(&self, face: usize) -> &FaceGeometry<Td> {
         let slot = &self.faces[face].triple_double;
-        slot.get_or_init(|| self.finer(face))
-    }
-
-    fn finer<T: Real>(&self, face: usize) -> Box<FaceGeometry<T>> {
-        let double = self.double(face);
-        let patches = Patches::on_demand(self.brep.surface(face));
-        let boundary = (double.curves.clone(), double.cuts.clone());
-        let boxes = double.patch_boxes.clone();
-        Box::new(FaceGeometry::new(&self.brep, patches, boxes, boundary))
+        slot.get_or_init(|| Box::new(self.double(face).finer(face)))
     }
 }

@@ -1,7 +1,7 @@
 //! Homogeneous nets and the products that a distance needs of them.
 
-use super::Homogeneous;
 use super::quotient::MOST_OFF;
+use super::{Homogeneous, restrict};
 use crate::numeric::bernstein::{
     Bidegree, border, greater, lesser, product, product_units, split_error, split_off,
 };
@@ -325,21 +325,18 @@ impl<T: Real> Net<T> {
     /// The box of the net in space by the convex hull of its control points; `None` where a
     /// weight is not proven to be positive.
     pub(crate) fn bounding_box(&self) -> Option<[[f64; 2]; 3]> {
-        let mut out = [[f64::INFINITY, f64::NEG_INFINITY]; 3];
-        for p in &self.points {
-            if !p[3].is_above(0.0) {
-                return None;
-            }
-            for (c, range) in out.iter_mut().enumerate() {
-                let x = p[c] / p[3] + Ball::exact(self.origin[c]);
-                let (low, high) = (x.lower(), x.upper());
-                if !(low.is_finite() && high.is_finite()) {
-                    return None;
-                }
-                *range = [range[0].min(low), range[1].max(high)];
-            }
-        }
-        Some(out)
+        hull(&self.points, &self.origin)
+    }
+
+    /// The same of the part over `u` and `v`, by its own control points.
+    pub(super) fn box_over(&self, [u, v]: [[f64; 2]; 2]) -> Option<[[f64; 2]; 3]> {
+        let lines = self.points.chunks_exact(self.degree.v + 1);
+        let lines: Vec<_> = lines.map(|l| restrict(l, v[0], v[1])).collect();
+        let columns = (0..=self.degree.v).flat_map(|j| {
+            let column: Vec<_> = lines.iter().map(|l| l[j]).collect();
+            restrict(&column, u[0], u[1])
+        });
+        hull(&columns.collect::<Vec<_>>(), &self.origin)
     }
 
     /// How fast the point moves along s and t, in units of length, at most; infinite where nothing is known.
@@ -593,6 +590,25 @@ fn pair_of_points<T: Real, const H: usize>(
         }
     }
     [low, high]
+}
+
+/// A box that holds what homogeneous control points relative to an origin make; `None` where a weight is not proven to be positive.
+fn hull<T: Real>(points: &[Homogeneous<T, 4>], origin: &[f64; 3]) -> Option<[[f64; 2]; 3]> {
+    let mut out = [[f64::INFINITY, f64::NEG_INFINITY]; 3];
+    for p in points {
+        if !p[3].is_above(0.0) {
+            return None;
+        }
+        for (c, range) in out.iter_mut().enumerate() {
+            let x = p[c] / p[3] + Ball::exact(origin[c]);
+            let (low, high) = (x.lower(), x.upper());
+            if !(low.is_finite() && high.is_finite()) {
+                return None;
+            }
+            *range = [range[0].min(low), range[1].max(high)];
+        }
+    }
+    Some(out)
 }
 
 #[cfg(test)]

@@ -9,8 +9,8 @@ use crate::numeric::bernstein::Bidegree;
 use crate::numeric::{Ball, Dd, Interval, Real};
 use crate::nurbs::{Curve3, KnotVector, NurbsSurface, Plane, Surface};
 use nalgebra::{Point3, Vector3};
+use std::sync::OnceLock;
 use std::sync::atomic::{AtomicUsize, Ordering};
-use std::sync::{Arc, OnceLock};
 
 /// A rational Bezier patch on the unit square, and the native parameters it covers.
 #[derive(Clone, Debug)]
@@ -671,7 +671,7 @@ impl<T: Real> Patches<T> {
 impl Patches<f64> {
     /// Those of a face, and a box around each. The large ones are made when they are needed: of these only the boxes are there from the start.
     /// Those of a NURBS surface are made row by row, for less than one by one.
-    pub(super) fn with_boxes(surface: &Surface) -> (Self, Arc<[Option<Box3>]>) {
+    pub(super) fn with_boxes(surface: &Surface) -> (Self, Box<[Option<Box3>]>) {
         let mut patches = match surface {
             Surface::Nurbs(_) | Surface::Plane(_) => Self::all(surface),
             Surface::Revolution(_) | Surface::Sum(_) => Self::on_demand(surface),

@@ -10,7 +10,7 @@
 
 use super::outcome::{Foot, FormulaMinimum, Locus, Settled, Spread};
 use super::search::{QUARTER, Search};
-use super::task::{Arithmetic, Task};
+use super::task::{Arithmetic, Bunched, Task};
 use super::upper::{NEIGHBOURS, step_ulp};
 use super::whole_faces::place_inside;
 use crate::numeric::{Dd, Real};
@@ -19,6 +19,7 @@ use crate::prepare::closed::{Boxes, ClosedCurve, ClosedFace, Critical, Minimum, 
 use crate::trim::{BoxSide, Side};
 use nalgebra::Point2;
 use std::collections::BinaryHeap;
+use std::ops::Range;
 
 /// A bound that is off by a few roundings.
 const UP: f64 = 1.0 + 16.0 * f64::EPSILON;
@@ -81,23 +82,42 @@ impl Search<'_> {
                 BoxSide::Outside => {}
             }
         }
+        match &form.bunches {
+            None => self.open_curves(form, face, lo, 0..form.curves.len()),
+            Some(bunches) => {
+                self.push_bunches(heap, bunches, (face, Bunched::Curves), lo, true);
+            }
+        }
+        if !form.others.is_empty() {
+            self.push_pieces::<T>(heap, face, lo, true);
+        }
+    }
+
+    /// Looks at some of the curves that bound a face.
+    pub(super) fn open_curves(
+        &mut self,
+        form: &ClosedFace,
+        face: usize,
+        lo: Dd,
+        curves: Range<usize>,
+    ) {
         let slack = form.surface.pole_slack();
-        let any_moved = form.curves.iter().any(|c| c.moved);
-        for curve in &form.curves {
-            let least = widened(&self.target, [curve.least(&self.target); 2], slack)[0];
+        for curve in &form.curves[curves] {
+            let shape = form.shape(curve);
+            let least = widened(&self.target, [shape.least(&self.target); 2], slack)[0];
             if self.hopeless(least) {
                 continue;
             }
-            let mut minimum = curve.minimum(&self.target);
+            let mut minimum = curve.minimum(shape, &self.target);
             minimum.range = widened(&self.target, minimum.range, slack);
             if self.hopeless(minimum.range[0]) {
                 continue;
             }
             if self.is_listing() {
-                self.list_curve(face, curve, &minimum, (slack, any_moved));
+                self.list_curve(form, face, curve, &minimum);
             }
             if !curve.moved || self.place_on_face(face, &minimum) == BoxSide::Inside {
-                self.keep_closed(face, curve.trim, &minimum);
+                self.keep_closed(face, curve.of.trim(), &minimum);
             } else {
                 self.try_closed_point(face, form, &minimum);
             }
@@ -108,30 +128,22 @@ impl Search<'_> {
             };
             self.settle_closed(face, least, &minimum, slack);
         }
-        if !form.others.is_empty() {
-            self.push_pieces::<T>(heap, face, lo, true, |c| form.others.contains(&c));
-        }
     }
 
-    /// The same of a curve: its least, and its ends where they may be local minima; `any` asks for them all. What was moved into the domain counts where it may be
-    /// in the region.
-    fn list_curve(
-        &mut self,
-        face: usize,
-        curve: &ClosedCurve,
-        least: &Minimum,
-        (slack, any): (f64, bool),
-    ) {
-        let target = self.target;
-        let mut ends = curve.ends(&target);
-        let low = any || curve.may_end_low(&target, &ends);
+    /// The same of a curve: its least, and its ends where they may be local minima (all, where some curve was moved). What was moved into the domain counts where
+    /// it may be in the region.
+    fn list_curve(&mut self, form: &ClosedFace, face: usize, curve: &ClosedCurve, least: &Minimum) {
+        let (target, slack) = (self.target, form.surface.pole_slack());
+        let shape = form.shape(curve);
+        let mut ends = curve.ends(shape, &target);
+        let low = form.any_moved || shape.may_end_low(&target, &ends);
         for end in &mut ends {
             end.range = widened(&target, end.range, slack);
         }
         let ends = ends.iter().filter(|_| low);
         for found in ends.chain([least]) {
             if !curve.moved || self.place_on_face(face, found) != BoxSide::Outside {
-                self.list(face, curve.trim, found);
+                self.list(face, curve.of.trim(), found);
             }
         }
     }

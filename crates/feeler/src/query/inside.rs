@@ -151,8 +151,8 @@ fn is_near_images(
     let e = &brep.brep().parts().edges[edge];
     let margin = brep.crack_width(edge);
     let mut near = e.trims.iter().filter(|t| {
-        if let Some((curve, slack)) = brep.closed_image(**t)
-            && curve.shape.is_clear_of(&o, &d, (margin + slack) * UP)
+        if let Some(image) = brep.closed_image(**t)
+            && image.shape.is_clear_of(&o, &d, (margin + image.slack) * UP)
         {
             return false;
         }

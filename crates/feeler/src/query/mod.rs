@@ -6,6 +6,7 @@ mod arrival;
 pub mod batch;
 mod beside;
 mod border;
+mod bunch;
 mod certify;
 mod closed;
 mod contact;

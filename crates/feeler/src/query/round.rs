@@ -335,7 +335,7 @@ impl Search<'_> {
         let geometry = self.brep.double(face);
         let mut near = ArrayVec::new();
         for index in 0..geometry.patches.len() {
-            let own = geometry.patch_boxes[index].as_ref();
+            let own = geometry.patch_boxes()[index].as_ref();
             if own.is_some_and(|b| self.box_bound(b).hi > squared) {
                 continue;
             }

@@ -52,7 +52,7 @@ use super::objective::Objective;
 use super::outcome::{Goal, Outcome, Source};
 use super::round::Approach;
 use super::shape::Shape;
-use super::task::{Arithmetic, Kind, Memory, Noisy, Task};
+use super::task::{Arithmetic, Bunched, Kind, Memory, Noisy, Task};
 use crate::numeric::bernstein::greater;
 use crate::numeric::{Ball, Dd, Real, Td};
 use crate::prepare::closed::Target;
@@ -201,7 +201,7 @@ impl<'a> Search<'a> {
 
     /// Writes down what is put aside with a bound, if a front is wanted.
     #[inline]
-    fn leave(&mut self, lo: Dd, covered: bool, part: Part) {
+    pub(super) fn leave(&mut self, lo: Dd, covered: bool, part: Part) {
         if self.recording && !covered {
             let lo = if lo.hi.is_nan() { self.nothing() } else { lo };
             self.memory.left.push(Left { lo, part });
@@ -321,6 +321,10 @@ impl<'a> Search<'a> {
         for task in &tasks {
             let part = match &task.kind {
                 Kind::Face(face) | Kind::Closed(face) => Part::Face(*face),
+                Kind::Bunch(face, of, bunch) => {
+                    self.leave_bunch((*face, *of, *bunch), task.lo, task.covered);
+                    continue;
+                }
                 Kind::Root(source) => Part::Root(*source),
                 Kind::Node {
                     source,
@@ -367,6 +371,9 @@ impl<'a> Search<'a> {
                     None => self.open_face(heap, face, task.lo, covered),
                 },
                 Kind::Closed(face) => self.open_closed(heap, face, task.lo),
+                Kind::Bunch(face, of, bunch) => {
+                    self.open_bunch(heap, (face, of, bunch), task.lo, covered);
+                }
                 Kind::Root(source) => self.open_root(heap, source, task.lo, covered),
                 Kind::Node {
                     source,
@@ -382,13 +389,16 @@ impl<'a> Search<'a> {
     fn leave_rest<T: Real + Arithmetic>(&mut self, heap: &mut BinaryHeap<Task<T>>, task: Task<T>) {
         let mut next = Some(task);
         while let Some(task) = next {
-            let face = match task.kind {
-                Kind::Face(face) | Kind::Closed(face) => self.closed(face).map(|_| face),
-                Kind::Root(_) | Kind::Node { .. } => None,
+            let is_closed = match task.kind {
+                Kind::Face(face) | Kind::Closed(face) => self.closed(face).is_some(),
+                Kind::Bunch(_, of, _) => of == Bunched::Curves,
+                Kind::Root(_) | Kind::Node { .. } => false,
             };
-            let Some(face) = face.filter(|_| {
-                self.goal.foot && task.lo < self.out.hi && self.out.nodes < self.goal.budget
-            }) else {
+            if !(is_closed
+                && self.goal.foot
+                && task.lo < self.out.hi
+                && self.out.nodes < self.goal.budget)
+            {
                 self.out.left_open |= task.lo < self.out.hi;
                 if self.recording {
                     // It is written down with all that is left.
@@ -397,8 +407,16 @@ impl<'a> Search<'a> {
                 return;
             };
             self.out.nodes += 1;
-            self.leave(task.lo, task.covered, Part::Face(face));
-            self.open_closed(heap, face, task.lo);
+            match task.kind {
+                Kind::Face(face) | Kind::Closed(face) => {
+                    self.leave(task.lo, task.covered, Part::Face(face));
+                    self.open_closed(heap, face, task.lo);
+                }
+                Kind::Bunch(face, of, bunch) => {
+                    self.open_bunch(heap, (face, of, bunch), task.lo, task.covered);
+                }
+                Kind::Root(_) | Kind::Node { .. } => {}
+            }
             next = heap.pop();
         }
     }
@@ -446,36 +464,14 @@ impl<'a> Search<'a> {
         if let Some(approach) = first.as_ref().or(again.as_ref()).filter(|_| !enough) {
             self.push_near(heap, face, approach, lo, covered);
         } else {
-            for (index, b) in geometry.patch_boxes.iter().enumerate() {
+            for (index, b) in geometry.patch_boxes().iter().enumerate() {
                 let own = b.as_ref().map_or(self.nothing(), |b| self.box_bound(b));
                 let lo = if own > lo { own } else { lo };
                 let source = Source::Patch { face, index };
                 self.push(heap, lo, covered, Kind::Root(source));
             }
         }
-        self.push_pieces::<T>(heap, face, lo, covered, |_| true);
-    }
-
-    /// Pieces of those uv curves of a face that are wanted.
-    pub(super) fn push_pieces<T: Real + Arithmetic>(
-        &mut self,
-        heap: &mut BinaryHeap<Task<T>>,
-        face: usize,
-        lo: Dd,
-        covered: bool,
-        wanted: impl Fn(usize) -> bool,
-    ) {
-        let geometry = T::geometry(self.brep, face);
-        for index in 0..geometry.piece_count() {
-            if !wanted(geometry.piece_curve(index)) {
-                continue;
-            }
-            // What matters of a piece lies on its patch.
-            let b = &geometry.patch_boxes[geometry.piece_patch(index)];
-            let own = b.as_ref().map_or(lo, |b| self.box_bound(b));
-            let lo = if own > lo { own } else { lo };
-            self.push(heap, lo, covered, Kind::Root(Source::Piece { face, index }));
-        }
+        self.push_pieces::<T>(heap, face, lo, covered);
     }
 
     /// The root node of a source.

@@ -4,7 +4,7 @@ use super::front::Left;
 use super::node::Node;
 use super::outcome::{Outcome, Rough, Settled, Source};
 use crate::numeric::{Dd, Real, Td};
-use crate::prepare::{FaceGeometry, PreparedBrep};
+use crate::prepare::{Bunch, FaceGeometry, PreparedBrep};
 use std::cmp::Ordering;
 
 /// A node that f64 cannot settle: where it is, and its bound.
@@ -82,6 +82,8 @@ pub(super) struct Task<T> {
 pub(super) enum Kind<T> {
     Face(usize),
     Closed(usize),
+    /// Curves in closed form, or boundary pieces, of a face.
+    Bunch(usize, Bunched, Bunch),
     Root(Source),
     Node {
         source: Source,
@@ -89,6 +91,13 @@ pub(super) enum Kind<T> {
         inside: bool,
         node: Box<Node<T>>,
     },
+}
+
+/// What is in a bunch.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Bunched {
+    Curves,
+    Pieces,
 }
 
 impl<T> PartialEq for Task<T> {

@@ -151,7 +151,7 @@ fn patches_hits(
 ) {
     let geometry = brep.double(face);
     for index in 0..geometry.patches.len() {
-        if geometry.patch_boxes[index]
+        if geometry.patch_boxes()[index]
             .as_ref()
             .is_some_and(|b| !stab.meets(b))
         {

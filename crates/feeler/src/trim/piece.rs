@@ -351,21 +351,25 @@ impl Piece {
         })
     }
 
-    /// Box of one coordinate over `[a, b]`, from the control points of that part (blossoms).
-    pub(super) fn sub_hull(&self, axis: usize, a: f64, b: f64) -> [f64; 2] {
-        let points = self.source.balls();
+    /// Box of one coordinate over `[a, b]`, from the control points of that part (blossoms), given the source's.
+    pub(super) fn sub_hull(&self, axis: usize, [a, b]: [f64; 2], points: &[Ball3]) -> [f64; 2] {
         let p = points.len() - 1;
         let [mut lo, mut hi] = [f64::INFINITY, f64::NEG_INFINITY];
+        // The coordinate and the weight alone.
+        let plain: Vec<[Ball<Dd>; 2]> = points.iter().map(|b| [b[axis], b[2]]).collect();
+        let mut d = Vec::with_capacity(plain.len());
         for k in 0..=p {
-            let mut d = points.clone();
+            d.clear();
+            d.extend_from_slice(&plain);
             for r in 1..=p {
                 let t = if r > p - k { b } else { a };
                 let (s, t) = (Ball::difference(1.0, t), Ball::exact(t));
                 for j in 0..=p - r {
-                    d[j] = [0, 1, 2].map(|i| s * d[j][i] + t * d[j + 1][i]);
+                    d[j] = [0, 1].map(|i| s * d[j][i] + t * d[j + 1][i]);
                 }
             }
-            let [l, h] = coordinate(&d[0], axis);
+            let [x, w]: [Ball<Dd>; 2] = d[0];
+            let [l, h] = quotient(x, w);
             (lo, hi) = (lo.min(l), hi.max(h));
         }
         [lo.max(self.hull[axis][0]), hi.min(self.hull[axis][1])]
@@ -414,9 +418,13 @@ impl Piece {
     }
 }
 
-/// Enclosure of one coordinate of a homogeneous point; a single number where the quotient is one.
+/// Enclosure of one coordinate of a homogeneous point.
 fn coordinate(b: &Ball3, axis: usize) -> [f64; 2] {
-    let (x, w) = (b[axis], b[2]);
+    quotient(b[axis], b[2])
+}
+
+/// Enclosure of a quotient; a single number where it is one.
+fn quotient(x: Ball<Dd>, w: Ball<Dd>) -> [f64; 2] {
     if x.rad == 0.0 && w.rad == 0.0 && x.mid.lo == 0.0 && w.mid.lo == 0.0 && w.mid.hi > 0.0 {
         if w.mid.hi == 1.0 {
             return [x.mid.hi, x.mid.hi];

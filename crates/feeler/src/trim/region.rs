@@ -132,7 +132,7 @@ fn push_piece(region: &mut TrimRegion, origin: PieceOrigin, source: Source, para
             let (a, b) = (ends[i], ends[i + 1]);
             let part_hull = [0, 1].map(|axis| {
                 if trends[axis] == Trend::Mixed {
-                    piece.sub_hull(axis, parts.t[i], parts.t[i + 1])
+                    piece.sub_hull(axis, [parts.t[i], parts.t[i + 1]], &balls)
                 } else {
                     [a[axis][0].min(b[axis][0]), a[axis][1].max(b[axis][1])]
                 }

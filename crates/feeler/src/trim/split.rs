@@ -86,6 +86,39 @@ impl Numerator {
     }
 }
 
+/// What is known of a coordinate over a part. What it does all along it does on both halves.
+enum Axis {
+    Known(Trend),
+    /// Mixed.
+    Open(Numerator),
+}
+
+impl Axis {
+    fn new(n: Numerator) -> Self {
+        match n.trend() {
+            Trend::Mixed => Self::Open(n),
+            trend => Self::Known(trend),
+        }
+    }
+
+    fn trend(&self) -> Trend {
+        match self {
+            Self::Known(trend) => *trend,
+            Self::Open(_) => Trend::Mixed,
+        }
+    }
+
+    fn halves(&self) -> (Self, Self) {
+        match self {
+            Self::Known(trend) => (Self::Known(*trend), Self::Known(*trend)),
+            Self::Open(n) => {
+                let (a, b) = n.halves();
+                (Self::new(a), Self::new(b))
+            }
+        }
+    }
+}
+
 /// The numerator of axis `axis` over [0, 1]: for constant weights the differences of control points, else
 /// the coefficient of x^k in `X'W - XW'`, which is
 /// `sum over i > j, i + j = k + 1 of (i - j) (a_i c_j - a_j c_i)` with a, c the
@@ -237,14 +270,14 @@ pub(super) fn split(piece: &Piece, balls: &[Ball3]) -> Parts {
         t: vec![0.0],
         trends: Vec::new(),
     };
-    let mut stack = vec![(
-        [numerator(piece, balls, 0), numerator(piece, balls, 1)],
-        0.0,
-        1.0,
-    )];
-    while let Some((n, t, width)) = stack.pop() {
-        let trends = [n[0].trend(), n[1].trend()];
-        let stuck = |i: usize| trends[i] != Trend::Mixed || n[i].hopeless();
+    let axes = [0, 1].map(|axis| Axis::new(numerator(piece, balls, axis)));
+    let mut stack = vec![(axes, 0.0, 1.0)];
+    while let Some((axes, t, width)) = stack.pop() {
+        let trends = axes.each_ref().map(Axis::trend);
+        let stuck = |i: usize| match &axes[i] {
+            Axis::Known(_) => true,
+            Axis::Open(n) => n.hopeless(),
+        };
         let many = parts.trends.len() + stack.len() > MOST_PARTS;
         if (stuck(0) && stuck(1)) || width <= SHORTEST || many {
             // Adjacent parts of equal, known trends are one.
@@ -259,7 +292,7 @@ pub(super) fn split(piece: &Piece, balls: &[Ball3]) -> Parts {
             }
             continue;
         }
-        let (a, b) = (n[0].halves(), n[1].halves());
+        let (a, b) = (axes[0].halves(), axes[1].halves());
         let half = 0.5 * width;
         stack.push(([a.1, b.1], t + half, half));
         stack.push(([a.0, b.0], t, half));

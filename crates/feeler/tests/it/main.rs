@@ -17,6 +17,7 @@ mod feet_bounds;
 mod health;
 mod invariance;
 mod lines;
+mod many_pieces;
 mod off_nominal;
 mod on_surfaces;
 mod one_sphere;

@@ -5,20 +5,47 @@ use super::form::{
     least_square, range, rounded, scale, sub,
 };
 use crate::numeric::{Ball, Dd, Real};
+use std::sync::OnceLock;
 
 /// A boundary curve, or part of one, in closed form.
 #[derive(Clone, Debug)]
 pub(crate) struct ClosedCurve {
-    /// The trim it is part of; `None` for a segment that joins two.
-    pub(crate) trim: Option<usize>,
-    pub(crate) shape: CurveShape,
+    /// What it is part of.
+    pub(crate) of: Of,
+    /// Of a segment between points of f64 it is made when it is [first asked for](super::ClosedFace::shape): of many few are.
+    pub(super) shape: OnceLock<CurveShape>,
     pub(crate) uv: UvPath,
     /// Whether it was moved into the domain, so that its points may lie outside the region.
     pub(crate) moved: bool,
-    /// Of a segment that joins two trims: the first.
-    pub(crate) after: Option<usize>,
     /// Whether it runs against the trim.
     pub(crate) against: bool,
+}
+
+/// What a boundary curve is part of.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(crate) enum Of {
+    Trim(u32),
+    /// The segment that joins a trim to the next.
+    JoinAfter(u32),
+    /// The border of a domain without loops.
+    Border,
+}
+
+impl Of {
+    pub(super) fn new(trim: Option<usize>, after: Option<usize>) -> Self {
+        match (trim, after) {
+            (Some(trim), _) => Self::Trim(trim as u32),
+            (None, Some(after)) => Self::JoinAfter(after as u32),
+            (None, None) => Self::Border,
+        }
+    }
+
+    pub(crate) fn trim(self) -> Option<usize> {
+        match self {
+            Self::Trim(trim) => Some(trim as usize),
+            Self::JoinAfter(_) | Self::Border => None,
+        }
+    }
 }
 
 /// Where a curve lies in uv.
@@ -33,6 +60,12 @@ pub(crate) enum UvPath {
         x: [f64; 2],
         y: [f64; 2],
     },
+}
+
+impl UvPath {
+    pub(super) fn straight(ends: [[Ball<Dd>; 2]; 2]) -> Self {
+        Self::Straight(ends.map(|p| p.map(|x| x.mid.hi)))
+    }
 }
 
 #[derive(Clone, Debug)]
@@ -169,6 +202,30 @@ impl CurveShape {
 }
 
 impl CurveShape {
+    /// A proven lower bound over the curve, of an arc over its whole circle. In f64: it only puts aside curves that are farther off.
+    pub(crate) fn least(&self, target: &Target) -> Dd {
+        match self {
+            Self::Arc(arc) => arc.rough.least(target).2[0],
+            Self::Segment(segment) => segment_least(target, &segment.rough),
+        }
+    }
+
+    /// Whether an end may be a local minimum along the curve beside the [least](ClosedCurve::minimum): of an arc, as it may turn beyond the point
+    /// farthest away, and of a segment on one level. (A squared distance on a segment is convex.)
+    pub(crate) fn may_end_low(&self, target: &Target, ends: &[Minimum; 2]) -> bool {
+        let [a, b] = ends.each_ref().map(|m| m.range);
+        let level = matches!(target, Target::Height(..)) && !(a[1] < b[0] || b[1] < a[0]);
+        level || matches!(self, Self::Arc(_))
+    }
+
+    /// Bytes that it takes.
+    pub(super) fn bytes(&self) -> usize {
+        match self {
+            Self::Segment(s) => size_of_val(&**s),
+            Self::Arc(a) => size_of_val(&**a),
+        }
+    }
+
     /// A box around it; around the whole circle of an arc (whose axes are of length one, up to rounding).
     pub(crate) fn bounds(&self) -> [[f64; 2]; 3] {
         match self {
@@ -321,29 +378,32 @@ impl ArcShape {
 }
 
 impl ClosedCurve {
-    pub(super) fn segment(a: V3, b: V3, uv: [[Ball<Dd>; 2]; 2], trim: Option<usize>) -> Self {
+    pub(super) fn new(of: Of, uv: UvPath, shape: CurveShape) -> Self {
         Self {
-            trim,
-            shape: CurveShape::segment(a, b),
-            uv: UvPath::Straight(uv.map(|p| p.map(|x| x.mid.hi))),
+            shape: OnceLock::from(shape),
+            ..Self::unmade(of, uv)
+        }
+    }
+
+    /// One whose shape is made when it is asked for.
+    pub(super) fn unmade(of: Of, uv: UvPath) -> Self {
+        Self {
+            of,
+            shape: OnceLock::new(),
+            uv,
             moved: false,
-            after: None,
             against: false,
         }
     }
 
-    /// A proven lower bound over the curve, of an arc over its whole circle. In f64: it only puts aside curves that are farther off.
-    pub(crate) fn least(&self, target: &Target) -> Dd {
-        match &self.shape {
-            CurveShape::Arc(arc) => arc.rough.least(target).2[0],
-            CurveShape::Segment(segment) => segment_least(target, &segment.rough),
-        }
+    pub(super) fn segment(a: V3, b: V3, uv: [[Ball<Dd>; 2]; 2], of: Of) -> Self {
+        Self::new(of, UvPath::straight(uv), CurveShape::segment(a, b))
     }
 
-    /// The minimum over the curve: for a segment, the foot where it is between the ends, else the nearer end. A squared
+    /// The minimum over the curve, given its shape: for a segment, the foot where it is between the ends, else the nearer end. A squared
     /// distance on a segment is a parabola, a height is linear.
-    pub(crate) fn minimum(&self, target: &Target) -> Minimum {
-        match &self.shape {
+    pub(crate) fn minimum(&self, shape: &CurveShape, target: &Target) -> Minimum {
+        match shape {
             CurveShape::Arc(arc) => {
                 let (found, a, off) = arc.minimum(target);
                 let turn = arc.turn.mid.hi;
@@ -366,8 +426,8 @@ impl ClosedCurve {
     }
 
     /// Its ends, as minima.
-    pub(crate) fn ends(&self, target: &Target) -> [Minimum; 2] {
-        let (points, turn) = match &self.shape {
+    pub(crate) fn ends(&self, shape: &CurveShape, target: &Target) -> [Minimum; 2] {
+        let (points, turn) = match shape {
             CurveShape::Arc(arc) => (arc.ends, arc.turn.mid.hi),
             CurveShape::Segment(s) => ([s.a, s.b], 1.0),
         };
@@ -379,14 +439,6 @@ impl ClosedCurve {
             unique: true,
             extent: Extent::Root(0.0),
         })
-    }
-
-    /// Whether an end may be a local minimum along the curve beside the [least](Self::minimum): of an arc, as it may turn beyond the point
-    /// farthest away, and of a segment on one level. (A squared distance on a segment is convex.)
-    pub(crate) fn may_end_low(&self, target: &Target, ends: &[Minimum; 2]) -> bool {
-        let [a, b] = ends.each_ref().map(|m| m.range);
-        let level = matches!(target, Target::Height(..)) && !(a[1] < b[0] || b[1] < a[0]);
-        level || matches!(self.shape, CurveShape::Arc(_))
     }
 
     /// How far the parameters found may be off, if the part of the curve is by `off`: by so much of its length, and a few

@@ -17,6 +17,7 @@ mod torus;
 mod upon;
 
 pub(crate) use curve::{ClosedCurve, CurveShape};
+use curve::{Of, UvPath};
 pub(crate) use form::{
     Boxes, Critical, Extent, Minimum, Target, V3, distance_range, exact, lead, widened,
 };
@@ -30,10 +31,12 @@ use plane::PlaneForm;
 use revolution::RevolutionForm;
 
 use super::boundary::{UvCurve, uv_curves};
+use super::bunches::{self, Bunches};
 use crate::brep::Brep;
 use crate::numeric::{Ball, Dd, Interval, Real};
 use crate::nurbs::{Arc, Curve2, Surface};
 use crate::trim::{PieceOrigin, TrimRegion};
+use std::ops::Range;
 
 /// A surface in closed form.
 #[derive(Clone, Debug)]
@@ -48,10 +51,25 @@ pub(crate) struct ClosedFace {
     pub(crate) surface: ClosedSurface,
     /// Boundary curves in closed form.
     pub(crate) curves: Vec<ClosedCurve>,
-    /// Which of the face's other uv curves have none: they are left to the pieces.
+    /// Which of the face's other uv curves have none, in order: they are left to the pieces.
     pub(crate) others: Vec<usize>,
-    /// The trims (or, of segments that join two, the first) that these are part of.
+    /// The trims (or, of segments that join two, the first) that these are part of, in order.
     other_trims: Vec<usize>,
+    /// Which curves are parts of what, in the order of that.
+    parts: Vec<(Of, Range<u32>)>,
+    /// Boxes around the curves, where there are many.
+    pub(crate) bunches: Option<Bunches>,
+    /// Whether some of them were moved into the domain.
+    pub(crate) any_moved: bool,
+}
+
+/// The whole image of a trim, or of a segment that joins two, in closed form.
+pub(crate) struct ClosedImage<'a> {
+    pub(crate) shape: &'a CurveShape,
+    /// Whether it runs against the trim.
+    pub(crate) against: bool,
+    /// How far the image may be from it.
+    pub(crate) slack: f64,
 }
 
 impl ClosedFace {
@@ -83,6 +101,9 @@ impl ClosedFace {
             curves: Vec::new(),
             others: Vec::new(),
             other_trims: Vec::new(),
+            parts: Vec::new(),
+            bunches: None,
+            any_moved: false,
         };
         let domain = brep.surface(face).domain();
         let arc_of = |trim: Option<usize>| match trim.map(|t| (t, &brep.parts().trims[t])) {
@@ -92,7 +113,9 @@ impl ClosedFace {
             },
             None => None,
         };
-        let mut arcs: Vec<usize> = Vec::new();
+        let leaving = leaving_trims(region);
+        let stays_inside = |trim: usize| leaving.binary_search(&trim).is_err();
+        let mut last_arc = None;
         let uv_curves = if whole_domain {
             borders(domain)
         } else {
@@ -100,26 +123,28 @@ impl ClosedFace {
         };
         for (index, c) in uv_curves.iter().enumerate() {
             let arc = arc_of(c.trim);
-            if arc.is_some_and(|(t, ..)| arcs.contains(&t)) {
+            // Its pieces come one after the other.
+            if arc.is_some_and(|(t, ..)| last_arc == Some(t)) {
                 continue;
             }
             if let (Some((t, arc, span)), ClosedSurface::Plane(p)) = (arc, &out.surface)
-                && (stays_inside(region, t) || circle_inside(arc, domain))
+                && (stays_inside(t) || circle_inside(arc, domain))
                 && let Some(mut curve) = p.arc(arc, span, t)
             {
-                arcs.push(t);
+                last_arc = Some(t);
                 curve.against = brep.parts().trims[t].reversed;
                 out.curves.push(curve);
                 continue;
             }
             let Some(ends) = segment(c) else {
-                if !c.trim.is_some_and(|t| stays_inside(region, t)) {
+                if !c.trim.is_some_and(stays_inside) {
                     return None;
                 }
                 out.others.push(index);
                 out.other_trims.extend(c.trim.or(c.after));
                 continue;
             };
+            let of = Of::new(c.trim, c.after);
             let moved = ends.map(|p| [0, 1].map(|k| clamp(p[k], domain[k])));
             // On a plane a ball may reach across the border (see above).
             let is_plane = matches!(out.surface, ClosedSurface::Plane(_));
@@ -139,16 +164,14 @@ impl ClosedFace {
             });
             if point {
                 let at = out.surface.point(moved[0].map(|x| x.mid.hi));
-                let mut curve = ClosedCurve::segment(at, at, moved, c.trim);
+                let mut curve = ClosedCurve::segment(at, at, moved, of);
                 curve.moved = was_moved;
-                curve.after = c.after;
                 out.curves.push(curve);
                 continue;
             }
-            match out.surface.image(moved, c.trim) {
+            match out.surface.image(moved, of) {
                 Some(mut curve) if whole => {
                     curve.moved = was_moved || !all_proven;
-                    curve.after = c.after;
                     out.curves.push(curve);
                 }
                 // Borders of a domain without loops are no pieces: nothing else would search them.
@@ -161,34 +184,100 @@ impl ClosedFace {
         }
         out.curves.shrink_to_fit();
         out.others.shrink_to_fit();
+        out.other_trims.sort_unstable();
+        out.other_trims.dedup();
         out.other_trims.shrink_to_fit();
+        out.any_moved = out.curves.iter().any(|c| c.moved);
+        out.parts = parts_of(&out.curves);
+        out.bunches = (out.curves.len() > bunches::FEW).then(|| {
+            let slack = out.surface.pole_slack();
+            let box_of = |c: &ClosedCurve| match c.shape.get() {
+                Some(shape) => shape.bounds(),
+                // For this alone it is not kept.
+                None => out.surface.straight(c.uv).bounds(),
+            };
+            let boxes = out.curves.iter().map(box_of);
+            Bunches::new(boxes.map(|b| Some(super::widened(&b, slack))))
+        });
         Some(out)
     }
 
-    /// The whole image of a trim, where it is one segment or arc, and how far the image may be from it.
-    pub(crate) fn curve_of(&self, trim: usize) -> Option<(&ClosedCurve, f64)> {
-        let mut own = self.curves.iter().filter(|c| c.trim == Some(trim));
-        let curve = own.next()?;
-        let whole = own.next().is_none() && !self.other_trims.contains(&trim);
-        whole.then(|| (curve, self.surface.pole_slack()))
+    /// The shape of one of the [`curves`](Self::curves).
+    #[inline]
+    pub(crate) fn shape<'a>(&self, curve: &'a ClosedCurve) -> &'a CurveShape {
+        curve.shape.get_or_init(|| self.surface.straight(curve.uv))
+    }
+
+    /// The whole image of a trim, where it is one segment or arc.
+    pub(crate) fn image_of(&self, trim: usize) -> Option<ClosedImage<'_>> {
+        let [curve] = self.curves_of(Of::Trim(trim as u32)) else {
+            return None;
+        };
+        let whole = self.other_trims.binary_search(&trim).is_err();
+        whole.then(|| self.image(curve))
     }
 
     /// The image of the segment that joins a trim to the next, likewise: `Err` where it is not in closed form, or
     /// may not be.
-    pub(crate) fn join_of(&self, trim: usize) -> Result<Option<(&ClosedCurve, f64)>, ()> {
-        if self.other_trims.contains(&trim) {
+    pub(crate) fn join_of(&self, trim: usize) -> Result<Option<ClosedImage<'_>>, ()> {
+        if self.other_trims.binary_search(&trim).is_ok() {
             return Err(());
         }
-        let found = self.curves.iter().find(|c| c.after == Some(trim));
-        Ok(found.map(|c| (c, self.surface.pole_slack())))
+        let found = self.curves_of(Of::JoinAfter(trim as u32)).first();
+        Ok(found.map(|c| self.image(c)))
+    }
+
+    fn image<'a>(&'a self, curve: &'a ClosedCurve) -> ClosedImage<'a> {
+        ClosedImage {
+            shape: self.shape(curve),
+            against: curve.against,
+            slack: self.surface.pole_slack(),
+        }
+    }
+
+    fn curves_of(&self, of: Of) -> &[ClosedCurve] {
+        let found = self.parts.binary_search_by_key(&of, |(own, _)| *own);
+        let range = found.map_or(0..0, |i| self.parts[i].1.clone());
+        &self.curves[range.start as usize..range.end as usize]
+    }
+
+    /// Bytes that it takes.
+    pub(super) fn bytes(&self) -> usize {
+        let shapes = self.curves.iter().filter_map(|c| c.shape.get());
+        size_of::<Self>()
+            + self.curves.capacity() * size_of::<ClosedCurve>()
+            + shapes.map(CurveShape::bytes).sum::<usize>()
+            + (self.others.capacity() + self.other_trims.capacity()) * size_of::<usize>()
+            + self.parts.capacity() * size_of::<(Of, Range<u32>)>()
+            + self.bunches.as_ref().map_or(0, Bunches::bytes)
     }
 }
 
-/// Whether all pieces of a trim are in the domain.
-fn stays_inside(region: &TrimRegion, trim: usize) -> bool {
-    let own = |o: PieceOrigin| matches!(o, PieceOrigin::Trim { trim: t, .. } if t == trim);
-    let mut pieces = region.pieces().iter().filter(|p| own(p.origin));
-    pieces.all(|p| p.inside_domain)
+/// Which curves are parts of what: those of one trim come one after the other.
+fn parts_of(curves: &[ClosedCurve]) -> Vec<(Of, Range<u32>)> {
+    let mut out: Vec<(Of, Range<u32>)> = Vec::new();
+    for (i, c) in (0..).zip(curves) {
+        match out.last_mut() {
+            Some((of, range)) if *of == c.of => range.end = i + 1,
+            _ => out.push((c.of, i..i + 1)),
+        }
+    }
+    out.sort_unstable_by_key(|(of, _)| *of);
+    out.shrink_to_fit();
+    out
+}
+
+/// The trims of which some piece may leave the domain, in order.
+fn leaving_trims(region: &TrimRegion) -> Vec<usize> {
+    let leaving = region.pieces().iter().filter(|p| !p.inside_domain);
+    let trim = |origin: PieceOrigin| match origin {
+        PieceOrigin::Trim { trim, .. } => Some(trim),
+        PieceOrigin::Join { .. } | PieceOrigin::Domain => None,
+    };
+    let mut out: Vec<usize> = leaving.filter_map(|p| trim(p.origin)).collect();
+    out.sort_unstable();
+    out.dedup();
+    out
 }
 
 /// Whether the whole circle of an arc is in the domain: exactly.
@@ -271,11 +360,21 @@ impl ClosedSurface {
     }
 
     /// The image of a straight segment in uv, where it is a segment or an arc.
-    fn image(&self, ends: [[Ball<Dd>; 2]; 2], trim: Option<usize>) -> Option<ClosedCurve> {
+    fn image(&self, ends: [[Ball<Dd>; 2]; 2], of: Of) -> Option<ClosedCurve> {
         match self {
-            Self::Plane(p) => Some(p.segment(ends, trim)),
-            Self::Revolution(r) => r.iso_curve(ends, trim),
+            Self::Plane(p) => Some(p.segment(ends, of)),
+            Self::Revolution(r) => r.iso_curve(ends, of),
         }
+    }
+
+    /// The segment between the images of the ends of a path in uv (of a circle, a point: its arcs are made with the face).
+    fn straight(&self, uv: UvPath) -> CurveShape {
+        let ends = match uv {
+            UvPath::Straight(ends) => ends,
+            UvPath::Circle { center, .. } => [center; 2],
+        };
+        let [a, b] = ends.map(|p| self.point(p));
+        CurveShape::segment(a, b)
     }
 
     /// How far a boundary curve may be from the true one, and a minimum over it, as a length: a pole is taken for a point. All others are exact: parallels and

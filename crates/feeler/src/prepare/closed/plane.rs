@@ -1,7 +1,7 @@
 //! Planes.
 
 use super::super::exact as dyadic;
-use super::curve::{ClosedCurve, CurveShape, UvPath};
+use super::curve::{ClosedCurve, CurveShape, Of, UvPath};
 use super::form::{
     Boxes, Critical, Extent, Linear, Minimum, SHARP, Target, V3, Vector, along, at_gap,
     distance_range, dot, exact, lead, least_square, range, rounded, sub,
@@ -207,9 +207,14 @@ impl PlaneForm {
         Some(beside.iter().all(|x| x.signum() == 0))
     }
 
-    pub(super) fn segment(&self, ends: [[Ball<Dd>; 2]; 2], trim: Option<usize>) -> ClosedCurve {
+    /// The image of a segment; that of one between points of f64 is made later.
+    pub(super) fn segment(&self, ends: [[Ball<Dd>; 2]; 2], of: Of) -> ClosedCurve {
+        let is_f64 = |x: &Ball<Dd>| x.rad == 0.0 && x.mid.lo == 0.0;
+        if ends.iter().flatten().all(is_f64) {
+            return ClosedCurve::unmade(of, UvPath::straight(ends));
+        }
         let [a, b] = ends.map(|e| self.point(e));
-        ClosedCurve::segment(a, b, ends, trim)
+        ClosedCurve::segment(a, b, ends, of)
     }
 
     /// The image of a circular arc; a circle only where the axes are exactly orthogonal and of one length.
@@ -241,18 +246,12 @@ impl PlaneForm {
         let radius = Ball::exact(arc.radius) * unit;
         let shape = CurveShape::arc(center, lift(start), lift(turned), radius, to - from)?;
         // uv of a point at angle `a` from the start.
-        Some(ClosedCurve {
-            trim: Some(trim),
-            shape,
-            uv: UvPath::Circle {
-                center: [arc.center[0], arc.center[1]],
-                x: start.map(|c| c.mid.hi * arc.radius),
-                y: turned.map(|c| c.mid.hi * arc.radius),
-            },
-            moved: false,
-            after: None,
-            against: false,
-        })
+        let uv = UvPath::Circle {
+            center: [arc.center[0], arc.center[1]],
+            x: start.map(|c| c.mid.hi * arc.radius),
+            y: turned.map(|c| c.mid.hi * arc.radius),
+        };
+        Some(ClosedCurve::new(Of::Trim(trim as u32), uv, shape))
     }
 
     /// As that of a revolution: distances in f64, heights to their last digits.

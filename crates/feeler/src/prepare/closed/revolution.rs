@@ -34,7 +34,7 @@
 //! nearest to `p` has nearer ones outside towards `p`, the one farthest from it has nearer ones along the circle on both sides, and others along it on one.
 
 use super::super::circle::normalized;
-use super::curve::{ClosedCurve, CurveShape, UvPath};
+use super::curve::{ClosedCurve, CurveShape, Of, UvPath};
 use super::form::{
     Angle, Boxes, Copies, Critical, Extent, Linear, Minimum, SHARP, Target, UP, V3, Vector, add,
     along, angle, at_gap, distance_range, dot, exact, lead, least_square, range, rounded, scale,
@@ -536,11 +536,7 @@ impl RevolutionForm {
     }
 
     /// The image of an iso-parameter segment: a parallel (an arc about the axis) or a meridian (the profile, turned).
-    pub(super) fn iso_curve(
-        &self,
-        ends: [[Ball<Dd>; 2]; 2],
-        trim: Option<usize>,
-    ) -> Option<ClosedCurve> {
+    pub(super) fn iso_curve(&self, ends: [[Ball<Dd>; 2]; 2], of: Of) -> Option<ClosedCurve> {
         let same = |k: usize| {
             ends[0][k].rad == 0.0 && ends[1][k].rad == 0.0 && ends[0][k].mid == ends[1][k].mid
         };
@@ -555,7 +551,7 @@ impl RevolutionForm {
                         self.fine.turned(&self.fine.origin, &p, sin, cos)
                     };
                     let (a, b) = (at(ends[0][profile]), at(ends[1][profile]));
-                    return Some(ClosedCurve::segment(a, b, ends, trim));
+                    return Some(ClosedCurve::segment(a, b, ends, of));
                 }
                 Profile::Arc {
                     center,
@@ -581,12 +577,8 @@ impl RevolutionForm {
                         way(from, to),
                     )?;
                     return Some(ClosedCurve {
-                        trim,
-                        shape,
-                        uv: UvPath::Straight(ends.map(|p| p.map(|x| x.mid.hi))),
-                        moved: false,
-                        after: None,
                         against,
+                        ..ClosedCurve::new(of, UvPath::straight(ends), shape)
                     });
                 }
             }
@@ -599,7 +591,7 @@ impl RevolutionForm {
         let radius = (p[0].square() + p[1].square()).sqrt();
         if radius.magnitude() < self.pole_slack {
             // A pole: a point within that slack.
-            return Some(ClosedCurve::segment(center, center, ends, trim));
+            return Some(ClosedCurve::segment(center, center, ends, of));
         }
         if !(radius.lower() > radius.rad * HARDLY) {
             return None;
@@ -624,12 +616,8 @@ impl RevolutionForm {
         )?
         .about(self.fine.axis);
         Some(ClosedCurve {
-            trim,
-            shape,
-            uv: UvPath::Straight(ends.map(|p| p.map(|x| x.mid.hi))),
-            moved: false,
-            after: None,
             against,
+            ..ClosedCurve::new(of, UvPath::straight(ends), shape)
         })
     }
 

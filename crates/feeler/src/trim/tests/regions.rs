@@ -289,7 +289,7 @@ fn boxes_of_parts_hold_their_ends() {
             ],
         ];
         for axis in 0..2 {
-            let [lo, hi] = piece.sub_hull(axis, a, b);
+            let [lo, hi] = piece.sub_hull(axis, [a, b], &piece.source.balls());
             let [from, to] = expected[axis];
             assert!(lo <= from && from - lo < 1e-14, "{axis} [{a}, {b}]: {lo}");
             assert!(hi >= to && hi - to < 1e-14, "{axis} [{a}, {b}]: {hi}");

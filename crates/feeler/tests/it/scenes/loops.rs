@@ -5,7 +5,7 @@ use feeler::brep::*;
 use feeler::numeric::Interval;
 use feeler::nurbs::*;
 use feeler::trim::TrimRegion;
-use nalgebra::{Point2, Point3, Vector3};
+use nalgebra::{Point2, Point3, Vector2, Vector3};
 
 /// The plane of x and y, so far to each side of the origin.
 pub(crate) fn square_plane(half: f64) -> Surface {
@@ -177,6 +177,92 @@ pub(crate) fn islands(n: usize, random: &mut Random) -> Vec<Vec<Curve2>> {
         }
     }
     out
+}
+
+/// How the holes of a plate are stored.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Holes {
+    Arcs,
+    Splines,
+    /// Of so many sides.
+    Polygons(usize),
+}
+
+/// The distance of holes from each other, and their radius.
+pub(crate) const PITCH: f64 = 0.5;
+pub(crate) const HOLE: f64 = 0.125;
+
+/// A square of half a side of `PITCH side / 2` with round holes in it, `side` a side, and their centres.
+pub(crate) fn perforated(side: usize, holes: Holes) -> (Vec<Vec<Curve2>>, Vec<Point2<f64>>) {
+    let half = 0.5 * PITCH * side as f64;
+    let corners = [[-half, -half], [half, -half], [half, half], [-half, half]];
+    let mut loops = vec![polygon(&corners.map(Point2::from))];
+    let at = |k: usize| (k as f64 + 0.5) * PITCH - half;
+    let centers = (0..side * side).map(|k| Point2::new(at(k / side), at(k % side)));
+    let centers: Vec<Point2<f64>> = centers.collect();
+    loops.extend(centers.iter().map(|c| hole(*c, holes)));
+    (loops, centers)
+}
+
+/// Places over holes and their rims.
+pub(crate) fn over_holes(
+    centers: &[Point2<f64>],
+    count: usize,
+    random: &mut Random,
+) -> Vec<Point3<f64>> {
+    let mut at = |_| {
+        let c = centers[random.below(centers.len())];
+        let [x, y] = [c.x, c.y].map(|c| c + HOLE * random.between(-1.0, 1.0));
+        Point3::new(x, y, HOLE * random.between(0.0, 1.0))
+    };
+    (0..count).map(&mut at).collect()
+}
+
+fn hole(center: Point2<f64>, holes: Holes) -> Vec<Curve2> {
+    match holes {
+        Holes::Arcs => {
+            let turn = Interval::new(0.0, std::f64::consts::TAU).expect("a turn");
+            vec![Curve::Arc(Arc {
+                center,
+                x: Vector2::x(),
+                y: Vector2::y(),
+                z: Vector2::zeros(),
+                radius: HOLE,
+                angle: turn,
+                domain: turn,
+            })]
+        }
+        Holes::Splines => {
+            // The NURBS Book, figure 7.16: a circle of four quarters.
+            let w = std::f64::consts::FRAC_1_SQRT_2;
+            let round = [
+                [1, 0],
+                [1, 1],
+                [0, 1],
+                [-1, 1],
+                [-1, 0],
+                [-1, -1],
+                [0, -1],
+                [1, -1],
+                [1, 0],
+            ];
+            let net = round.iter().enumerate().map(|(i, [x, y])| {
+                let w = if i % 2 == 0 { 1.0 } else { w };
+                let [x, y] = [(x, center.x), (y, center.y)].map(|(k, c)| c + HOLE * f64::from(*k));
+                [x * w, y * w, w].into()
+            });
+            let knots = vec![0., 0., 0., 1., 1., 2., 2., 3., 3., 4., 4., 4.];
+            let circle = NurbsCurve::new(2, net.collect(), knots);
+            vec![Curve::Nurbs(circle.expect("a circle"))]
+        }
+        Holes::Polygons(sides) => {
+            let corner = |k: usize| {
+                let (sin, cos) = (k as f64 * std::f64::consts::TAU / sides as f64).sin_cos();
+                center + Vector2::new(cos, sin) * HOLE
+            };
+            polygon(&(0..sides).map(corner).collect::<Vec<_>>())
+        }
+    }
 }
 
 /// Points anywhere in the box around a region's boundary.

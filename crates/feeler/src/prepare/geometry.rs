@@ -1,0 +1,230 @@
+//! The patches of a face and the pieces of its boundary, in one arithmetic.
+
+use super::boundary::{self, CurveSource, Cut, Piece};
+use super::bunches::{self, Bunches};
+use super::net::{Net, Products};
+use super::{Box3, Patches, jet};
+use crate::brep::Brep;
+use crate::numeric::Real;
+use nalgebra::Point3;
+use std::sync::{Arc, OnceLock};
+
+/// The patches and boundary of one face in one arithmetic.
+#[derive(Debug)]
+pub(crate) struct FaceGeometry<T> {
+    pub(super) brep: Arc<Brep>,
+    pub(crate) patches: Patches<T>,
+    pub(super) pieces: Box<[OnceLock<Box<KeptPiece<T>>>]>,
+    frame: Arc<Frame>,
+    pub(super) seeds: OnceLock<Box<[Seed]>>,
+}
+
+/// What all arithmetics have in common.
+#[derive(Debug)]
+struct Frame {
+    /// What the boundary pieces are parts of; a curve itself is made for each piece, as few are ever made.
+    curves: Box<[CurveSource]>,
+    cuts: Box<[Cut]>,
+    /// The patches' boxes in space; `None` where a weight is not proven to be positive.
+    patch_boxes: Box<[Option<Box3>]>,
+    bunches: OnceLock<Option<Box<Bunches>>>,
+}
+
+/// A boundary piece, and what is made of it when it is first asked for.
+#[derive(Debug)]
+pub(super) struct KeptPiece<T> {
+    pub(super) piece: Piece<T>,
+    pub(super) products: OnceLock<Box<Products<T>>>,
+    speeds: OnceLock<[f64; 2]>,
+}
+
+/// A point of a patch: where a descent may start.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Seed {
+    pub(crate) point: Point3<f64>,
+    /// Of all places on all patches.
+    place: usize,
+}
+
+impl Seed {
+    pub(crate) fn patch(&self) -> usize {
+        self.place / (SEEDS * SEEDS)
+    }
+
+    pub(crate) fn local(&self) -> [f64; 2] {
+        let k = self.place % (SEEDS * SEEDS);
+        [k / SEEDS, k % SEEDS].map(|k| (k as f64 + 0.5) / SEEDS as f64)
+    }
+}
+
+/// Beside so many boundary pieces a patch, as a mean, the box of a patch tells little of each.
+const MANY_PIECES: usize = 16;
+/// So many seeds a patch along u and along v.
+const SEEDS: usize = 3;
+/// Faces of more patches have no seeds: to look at all of them would take longer than to open the nearest boxes.
+const MOST_SEEDED: usize = 64;
+
+impl<T: Real> FaceGeometry<T> {
+    fn new(brep: &Arc<Brep>, patches: Patches<T>, frame: Arc<Frame>) -> Self {
+        Self {
+            brep: Arc::clone(brep),
+            patches,
+            pieces: frame.cuts.iter().map(|_| OnceLock::new()).collect(),
+            frame,
+            seeds: OnceLock::new(),
+        }
+    }
+
+    /// The same face in another arithmetic, patches and pieces by the same index.
+    pub(super) fn finer<U: Real>(&self, face: usize) -> FaceGeometry<U> {
+        let patches = Patches::on_demand(self.brep.surface(face));
+        FaceGeometry::new(&self.brep, patches, Arc::clone(&self.frame))
+    }
+
+    /// The patches' boxes in space; `None` where a weight is not proven to be positive.
+    pub(crate) fn patch_boxes(&self) -> &[Option<Box3>] {
+        &self.frame.patch_boxes
+    }
+
+    /// What the boundary pieces are parts of.
+    pub(super) fn curves(&self) -> &[CurveSource] {
+        &self.frame.curves
+    }
+
+    /// Bytes of what all arithmetics share.
+    pub(super) fn shared_bytes(&self) -> usize {
+        let f = &*self.frame;
+        let bunches = f.bunches.get().and_then(Option::as_ref);
+        size_of_val(f)
+            + size_of_val(&*f.curves)
+            + size_of_val(&*f.cuts)
+            + size_of_val(&*f.patch_boxes)
+            + bunches.map_or(0, |b| b.bytes())
+    }
+
+    /// How many boundary pieces there are.
+    pub(crate) fn piece_count(&self) -> usize {
+        self.frame.cuts.len()
+    }
+
+    /// The uv curve that a boundary piece is part of, as `uv_curves` numbers them.
+    pub(crate) fn piece_curve(&self, index: usize) -> usize {
+        self.frame.cuts[index].curve as usize
+    }
+
+    /// The patch that a boundary piece lies on.
+    pub(crate) fn piece_patch(&self, index: usize) -> usize {
+        self.frame.cuts[index].patch as usize
+    }
+
+    /// A boundary piece; made at the first call.
+    pub(crate) fn piece(&self, index: usize) -> &Piece<T> {
+        &self.kept_piece(index).piece
+    }
+
+    fn kept_piece(&self, index: usize) -> &KeptPiece<T> {
+        self.pieces[index].get_or_init(|| {
+            let cut = &self.frame.cuts[index];
+            let patch = self.patches.lent(cut.patch as usize);
+            let curve = boundary::uv_curve(&self.brep, self.frame.curves[cut.curve as usize]);
+            Box::new(KeptPiece {
+                piece: boundary::lift(&curve, cut, &patch),
+                products: OnceLock::new(),
+                speeds: OnceLock::new(),
+            })
+        })
+    }
+
+    pub(crate) fn patch_products(&self, index: usize) -> &Products<T> {
+        self.patches.products(index)
+    }
+
+    /// See [`Net::speeds`].
+    pub(crate) fn patch_speeds(&self, index: usize) -> [f64; 2] {
+        self.patches.speeds(index)
+    }
+
+    /// The same of a boundary piece.
+    pub(crate) fn piece_speeds(&self, index: usize) -> [f64; 2] {
+        let kept = self.kept_piece(index);
+        let space = kept.piece.space.as_ref();
+        let make = || space.map_or([f64::INFINITY; 2], Net::speeds);
+        *kept.speeds.get_or_init(make)
+    }
+
+    /// `None` where the piece's degree is too high to be composed.
+    pub(crate) fn piece_products(&self, index: usize) -> Option<&Products<T>> {
+        let kept = self.kept_piece(index);
+        let space = kept.piece.space.as_ref()?;
+        Some(kept.products.get_or_init(|| Box::new(space.products())))
+    }
+}
+
+impl FaceGeometry<f64> {
+    pub(super) fn of_face(brep: &Arc<Brep>, face: usize) -> Self {
+        let (patches, patch_boxes) = Patches::with_boxes(brep.surface(face));
+        let frame = Frame {
+            curves: boundary::curve_sources(brep, face).into(),
+            cuts: boundary::cut_boundary(brep, face, &patches).into(),
+            patch_boxes,
+            bunches: OnceLock::new(),
+        };
+        Self::new(brep, patches, Arc::new(frame))
+    }
+
+    /// Boxes around what matters of the boundary pieces, by the bunch: of a face with far more of these than patches. (Where there are not the boxes of the
+    /// patches tell enough.)
+    pub(crate) fn bunches(&self) -> Option<&Bunches> {
+        let (pieces, patches) = (self.frame.cuts.len(), self.patches.len());
+        let make = || {
+            let many = pieces > bunches::FEW && pieces > MANY_PIECES * patches;
+            many.then(|| Box::new(Bunches::new(self.piece_boxes())))
+        };
+        self.frame.bunches.get_or_init(make).as_deref()
+    }
+
+    /// A box around what lies on its patch of each boundary piece.
+    fn piece_boxes(&self) -> impl Iterator<Item = Option<Box3>> {
+        let mut patch = None;
+        self.frame.cuts.iter().map(move |cut| {
+            // Those on one patch come one after the other, as a rule.
+            let (_, patch) = match patch.take() {
+                Some((index, kept)) if index == cut.patch => patch.insert((index, kept)),
+                _ => patch.insert((cut.patch, self.patches.lent(cut.patch as usize))),
+            };
+            let curve = boundary::uv_curve(&self.brep, self.frame.curves[cut.curve as usize]);
+            let range = boundary::local_range(&curve, cut, &patch.maps);
+            patch.net.box_over(range)
+        })
+    }
+
+    /// Points spread over all patches.
+    pub(crate) fn seeds(&self) -> &[Seed] {
+        self.seeds.get_or_init(|| {
+            if self.patches.len() > MOST_SEEDED {
+                return Box::default();
+            }
+            let mut out = Vec::with_capacity(self.patches.len() * SEEDS * SEEDS);
+            for patch in 0..self.patches.len() {
+                let p = self.patches.lent(patch);
+                if !jet::fits(p.net.degree) {
+                    continue;
+                }
+                // What is rounded for this alone is not kept.
+                let own = (p.is_kept() && !p.net.has_plain()).then(|| p.net.clone());
+                let net = own.as_ref().unwrap_or(&p.net);
+                for k in 0..SEEDS * SEEDS {
+                    let mut seed = Seed {
+                        point: Point3::origin(),
+                        place: patch * SEEDS * SEEDS + k,
+                    };
+                    let [s, t] = seed.local();
+                    let h = jet::value(net, s, t);
+                    seed.point = Point3::from([0, 1, 2].map(|c| h[c] / h[3] + net.origin[c]));
+                    out.push(seed);
+                }
+            }
+            out.into()
+        })
+    }
+}
