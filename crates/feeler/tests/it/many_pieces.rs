@@ -7,7 +7,8 @@ use crate::scenes::loops::{
 use feeler::nurbs::{NurbsSurface, Surface};
 use feeler::prepare::{PreparedBrep, Shortcuts};
 use feeler::query::{
-    Accuracy, Contacts, Feature, HalfSpace, Options, Probe, Sphere, Workspace, contact,
+    Accuracy, Contacts, Feature, HalfSpace, Options, Probe, Sphere, Witness, Workspace, contact,
+    contact_from,
 };
 use nalgebra::{Point2, Point3, Vector2, Vector3, Vector4};
 
@@ -211,6 +212,47 @@ fn boxes_around_pieces_hide_nothing() {
                 assert!(a.0.lo <= b.0.hi && b.0.lo <= a.0.hi, "{at:?}: {a:?} {b:?}");
                 assert_eq!(a.1, b.1, "{at:?}: {contacts:?}");
             }
+        }
+    }
+}
+
+/// Balls on their way over a plate that is searched as a patch, whose witnesses learn from whole bunches of pieces: by short steps and long ones the distance is that by
+/// analysis.
+#[test]
+fn ways_over_a_perforated_plate() {
+    let (loops, centers) = perforated(SIDE, Holes::Splines);
+    let searched = Shortcuts {
+        closed_forms: false,
+        ..Shortcuts::ALL
+    };
+    let brep = PreparedBrep::with_shortcuts(face_within(loops), searched);
+    let mut random = Random::new(6);
+    let mut workspace = Workspace::default();
+    let options = Options {
+        prediction: REACH,
+        ..Options::default()
+    };
+    for step in [1e-4, 1e-2, 0.2] {
+        let mut witness = Witness::default();
+        let mut at = over_holes(&centers, 1, &mut random)[0];
+        for k in 0..60 {
+            let next = at + random.direction() * step;
+            let half = 0.25 * PITCH * SIDE as f64;
+            if next.x.abs().max(next.y.abs()) < half {
+                at = Point3::new(next.x, next.y, next.z.abs());
+            }
+            let ball = Probe::Sphere(Sphere::new(at, RADIUS).unwrap());
+            let a = contact_from(&brep, &ball, &mut witness, &options, &mut workspace);
+            let truth = truth(Point2::new(at.x, at.y), at.z, Holes::Splines, &centers);
+            let (b, separation) = (a.separation.bounds, truth.distance - RADIUS);
+            assert!(
+                b.lo <= separation + ROUNDED && separation - ROUNDED <= b.hi,
+                "{step} {k}: {b:?} {separation}"
+            );
+            assert!(
+                b.width() <= WIDTH && a.undecided.is_none(),
+                "{step} {k}: {b:?}"
+            );
         }
     }
 }
