@@ -289,3 +289,6 @@ fn border_slack(local: &[Homogeneous<Dd, 3>]) -> f64 {
     let degree = local.len() as f64 - 1.0;
     LEAST_STEP + 16.0 * (16.0 * degree * Dd::UNIT * most + known) * UP
 }
+
+#[cfg(test)]
+mod tests;
