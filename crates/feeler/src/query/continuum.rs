@@ -456,3 +456,6 @@ const AROUND: [[f64; 2]; 8] = [
 ];
 /// How far, in units of the reach: a foot may be anywhere in its box.
 const FAR: f64 = 2.5;
+
+#[cfg(test)]
+mod tests;
