@@ -233,6 +233,22 @@ pub(crate) fn curve_sources(brep: &Brep, face: usize) -> Vec<CurveSource> {
     out
 }
 
+/// One of the [`curve_sources`] by itself: the segment that joins a trim, by its place in its loop, to the next that has pieces.
+pub(super) fn join_source(brep: &Brep, trims: &[usize], at: usize) -> Option<CurveSource> {
+    let all = &brep.parts().trims;
+    let has_pieces = |t: usize| trim_sources(brep, t).next().is_some();
+    let after = trims[at];
+    if !has_pieces(after) {
+        return None;
+    }
+    let mut following = trims[at + 1..].iter().chain(&trims[..=at]);
+    let next = *following.find(|t| has_pieces(**t))?;
+    (!meet(brep, &all[after], &all[next])).then_some(CurveSource::Join {
+        after: after as u32,
+        next: next as u32,
+    })
+}
+
 /// The points of a piece of a trim, in the trim's own direction; none where there is no such piece.
 fn piece_points<T: Real>(brep: &Brep, trim: usize, place: PiecePlace) -> Vec<Homogeneous<T, 3>> {
     let t = &brep.parts().trims[trim];
@@ -665,6 +681,12 @@ mod tests {
             }
             check::<f64>(&brep);
             check::<Dd>(&brep);
+            // Joins stand after the trims of their loop, in the order of those.
+            let trims = &brep.parts().loops[0].trims;
+            let is_join = |c: &CurveSource| matches!(c, CurveSource::Join { .. });
+            let joins = { curve_sources(&brep, 0).into_iter() }.filter(is_join);
+            let found = (0..trims.len()).filter_map(|at| join_source(&brep, trims, at));
+            assert_eq!(found.collect::<Vec<_>>(), joins.collect::<Vec<_>>());
         }
     }
 

@@ -3,12 +3,14 @@
 //! The width of an edge is the largest Frechet distance between two images of its trims (each run through in whichever
 //! direction gives less). What is given here is never less: see `matching` for the proof.
 
+use super::boundary::join_source;
 use super::closed;
 use super::closed::{CurveShape, V3};
-use super::image::{Image, end, image, join};
+use super::image::{Image, end, image, image_of_one};
 use super::matching::frechet;
 use super::near::distance;
 use super::{Box3, FaceGeometry, PreparedBrep};
+use crate::brep::TrimLoop;
 use crate::numeric::{Ball, Dd, Real};
 use nalgebra::Vector3;
 
@@ -202,22 +204,23 @@ fn curve_region(shape: &CurveShape, slack: f64, size: f64) -> Option<Box3> {
     }
 }
 
-/// A box around the image of the segment that joins a trim to the next, if there is one: `Some(None)` where none is known.
+/// A box around the image of the segment that joins a trim, by its place in its loop, to the next, if there is one: `Some(None)` where none is known.
 fn join_region<'a, T: Real + 'a>(
     brep: &PreparedBrep,
     geometry: impl FnOnce() -> &'a FaceGeometry<T>,
-    face: usize,
-    trim: usize,
+    of: &TrimLoop,
+    at: usize,
 ) -> Option<Option<Box3>> {
-    if let Some(form) = brep.closed(face)
-        && let Ok(join) = form.join_of(trim)
+    if let Some(form) = brep.closed(of.face)
+        && let Ok(join) = form.join_of(of.trims[at])
     {
         let join = join?;
         if let Some(region) = curve_region(join.shape, join.slack, brep.size()) {
             return Some(Some(region));
         }
     }
-    join(geometry(), trim).map(|image| Some(image?.bounds()))
+    let source = join_source(brep.brep(), &of.trims, at)?;
+    Some(image_of_one(geometry(), source).map(|image| image.bounds()))
 }
 
 /// A box around the image of a trim.
@@ -281,7 +284,7 @@ pub(super) fn vertex_regions<'a, T: Real + 'a>(
                 root(&mut class, next.vertices[0]),
             );
             class[a] = b;
-            if let Some(region) = join_region(brep, geometry, l.face, t) {
+            if let Some(region) = join_region(brep, geometry, l, i) {
                 found.push((b, region?));
             }
             if trim.edge.is_none() {

@@ -86,11 +86,6 @@ impl<T: Real> FaceGeometry<T> {
         &self.frame.patch_boxes
     }
 
-    /// What the boundary pieces are parts of.
-    pub(super) fn curves(&self) -> &[CurveSource] {
-        &self.frame.curves
-    }
-
     /// Bytes of what all arithmetics share.
     pub(super) fn shared_bytes(&self) -> usize {
         let f = &*self.frame;

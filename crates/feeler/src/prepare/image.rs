@@ -803,13 +803,13 @@ pub(super) fn image_alone(
     image_of(patches, &curves, most)
 }
 
-/// The image of the segment that joins a trim to the next, if there is one: `Some(None)` where it is not known.
-pub(super) fn join<T: Real>(geometry: &FaceGeometry<T>, after: usize) -> Option<Option<Image<T>>> {
-    let of_it =
-        |c: &&CurveSource| matches!(c, CurveSource::Join { after: a, .. } if *a as usize == after);
-    let join = geometry.curves().iter().find(of_it)?;
-    let curve = uv_curve(&geometry.brep, *join);
-    Some(image_of(&geometry.patches, &[curve], usize::MAX))
+/// The image of one of the curves that bound a face.
+pub(super) fn image_of_one<T: Real>(
+    geometry: &FaceGeometry<T>,
+    source: CurveSource,
+) -> Option<Image<T>> {
+    let curve = uv_curve(&geometry.brep, source);
+    image_of(&geometry.patches, &[curve], usize::MAX)
 }
 
 /// A box around the first or the last point of a trim's image.
