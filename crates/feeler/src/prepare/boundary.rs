@@ -189,6 +189,15 @@ pub(crate) enum CurveSource {
     Join { after: u32, next: u32 },
 }
 
+impl CurveSource {
+    pub(super) fn trim(self) -> Option<usize> {
+        match self {
+            Self::Piece { trim, .. } => Some(trim as usize),
+            Self::Join { .. } => None,
+        }
+    }
+}
+
 /// The pieces of a trim, in the trim's own direction.
 pub(super) fn trim_sources(
     brep: &Brep,

@@ -30,7 +30,7 @@ pub(crate) use upon::Exactly;
 use plane::PlaneForm;
 use revolution::RevolutionForm;
 
-use super::boundary::{UvCurve, uv_curves};
+use super::boundary::{UvCurve, curve_sources, uv_curve};
 use super::bunches::{self, Bunches};
 use crate::brep::Brep;
 use crate::numeric::{Ball, Dd, Interval, Real};
@@ -116,13 +116,13 @@ impl ClosedFace {
         let leaving = leaving_trims(region);
         let stays_inside = |trim: usize| leaving.binary_search(&trim).is_err();
         let mut last_arc = None;
-        let uv_curves = if whole_domain {
-            borders(domain)
-        } else {
-            uv_curves::<Dd>(brep, face)
+        let (borders, sources) = match whole_domain {
+            true => (borders(domain), Vec::new()),
+            false => (Vec::new(), curve_sources(brep, face)),
         };
-        for (index, c) in uv_curves.iter().enumerate() {
-            let arc = arc_of(c.trim);
+        for index in 0..borders.len() + sources.len() {
+            let source = sources.get(index);
+            let arc = arc_of(source.and_then(|s| s.trim()));
             // Its pieces come one after the other.
             if arc.is_some_and(|(t, ..)| last_arc == Some(t)) {
                 continue;
@@ -136,6 +136,11 @@ impl ClosedFace {
                 out.curves.push(curve);
                 continue;
             }
+            // Of arcs on planes none is made, which takes longest.
+            let c = match source {
+                Some(source) => &uv_curve(brep, *source),
+                None => &borders[index],
+            };
             let Some(ends) = segment(c) else {
                 if !c.trim.is_some_and(stays_inside) {
                     return None;
