@@ -102,8 +102,9 @@ fn placed(
 
 /// How far a point is from what an edge or a vertex is on a face: the image of its trims there, or an end of them. What is within `near` is near enough.
 fn from_border(brep: &Brep, feature: Feature, face: usize, point: &Point3<f64>, near: f64) -> f64 {
-    /// Parts of a trim, in each of which the nearest point is looked for.
+    /// Parts of a trim, in each of which the nearest point is looked for: so many at least, and in each of its spans.
     const PARTS: usize = 64;
+    const PARTS_OF_SPAN: usize = 4;
     const STEPS: usize = 80;
     let parts = brep.parts();
     let own = { parts.trims.iter() }
@@ -120,13 +121,14 @@ fn from_border(brep: &Brep, feature: Feature, face: usize, point: &Point3<f64>, 
         };
         match feature {
             Feature::Edge(e) if trim.edge == Some(e) => {
-                for k in 0..PARTS {
+                let count = PARTS.max(PARTS_OF_SPAN * curve.breaks().len());
+                for k in 0..count {
                     if least <= near {
                         return least;
                     }
                     // By thirds: the distance falls and rises once on so short a part, near its least.
                     let [mut a, mut b] =
-                        [k, k + 1].map(|k| trim.span.lerp(k as f64 / PARTS as f64));
+                        [k, k + 1].map(|k| trim.span.lerp(k as f64 / count as f64));
                     for _ in 0..STEPS {
                         let (c, d) = (a + (b - a) / 3.0, b - (b - a) / 3.0);
                         if off(c) < off(d) { b = d } else { a = c }
