@@ -47,6 +47,7 @@ pub(crate) fn run(corpus: &Path, args: &Args) -> Result<(), String> {
         models::splits(corpus)?,
         models::parts(corpus)?,
         models::flush(corpus)?,
+        models::many_pieces(corpus)?,
         models::grazing(corpus)?,
         models::round_lines(corpus)?,
         analytic::suite(corpus)?,

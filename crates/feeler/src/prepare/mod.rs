@@ -63,7 +63,7 @@ pub(crate) use quotient::{Quotient, least_squared_distance};
 pub(crate) use row::row_in_line;
 pub(crate) use shell::{NearHalfSpace, Shell};
 pub(crate) use side_cells::SideCells;
-pub(crate) use spline::Homogeneous;
+pub(crate) use spline::{Homogeneous, piece_count};
 use stored_place::stored_place;
 
 use crate::brep::Brep;

@@ -4,7 +4,7 @@
 use super::objective::{Objective, ball_around};
 use super::place::trims_near;
 use crate::numeric::{Ball, Dd};
-use crate::prepare::PreparedBrep;
+use crate::prepare::{PreparedBrep, piece_count};
 use crate::trim::Side;
 use nalgebra::{Point, Point2, Point3, Vector3};
 
@@ -128,12 +128,21 @@ impl Surroundings<'_> {
         }
         let loops = parts.faces[own.face].loops.iter().flatten();
         let own = loops.flat_map(|l| &parts.loops[*l].trims);
-        let beside = |t: &&usize| nearest(|s| self.point(self.on_trim(**t, s)), point).0 <= near;
+        let beside = |t: &&usize| self.nearest_on(**t, point).0 <= near;
         own.filter(beside).flat_map(|t| of_edge(*t)).collect()
     }
 
     fn on_trim(&self, trim: usize, s: f64) -> Spot {
         on_trim(self.brep, trim, s)
+    }
+
+    fn nearest_on(&self, trim: usize, point: &Point3<f64>) -> (f64, f64) {
+        nearest_along(
+            self.brep,
+            trim,
+            |s| self.point(self.on_trim(trim, s)),
+            point,
+        )
     }
 
     fn point(&self, at: Spot) -> Point3<f64> {
@@ -142,7 +151,7 @@ impl Surroundings<'_> {
 
     fn falls_at_trim(&self, trim: usize, point: &Point3<f64>, f: Ball<Dd>) -> bool {
         let first = FIRST_STEP * self.brep.size();
-        let (off, s) = nearest(|s| self.point(self.on_trim(trim, s)), point);
+        let (off, s) = self.nearest_on(trim, point);
         if off > first {
             return false;
         }
@@ -318,7 +327,7 @@ pub(super) fn point(brep: &PreparedBrep, at: Spot) -> Point3<f64> {
 
 /// Where a trim comes nearest to a point in space, roughly.
 pub(super) fn nearest_on_trim(brep: &PreparedBrep, trim: usize, to: &Point3<f64>) -> Spot {
-    let (_, s) = nearest(|s| point(brep, on_trim(brep, trim, s)), to);
+    let (_, s) = nearest_along(brep, trim, |s| point(brep, on_trim(brep, trim, s)), to);
     on_trim(brep, trim, s)
 }
 
@@ -333,7 +342,45 @@ pub(super) fn nearest<const D: usize>(
     curve: impl Fn(f64) -> Point<f64, D>,
     to: &Point<f64, D>,
 ) -> (f64, f64) {
-    const SAMPLES: usize = 32;
+    let mut all = (f64::INFINITY, 0.0);
+    narrow(curve, to, &mut all);
+    all
+}
+
+/// The same of a curve over a trim, from its start to its end. Samples that are pieces apart tell nothing of what is between them: a trim of many pieces is looked at some
+/// at a time.
+pub(super) fn nearest_along<const D: usize>(
+    brep: &PreparedBrep,
+    trim: usize,
+    curve: impl Fn(f64) -> Point<f64, D>,
+    to: &Point<f64, D>,
+) -> (f64, f64) {
+    /// Eight samples a piece.
+    const PIECES: usize = SAMPLES / 8;
+    let parts = brep.brep().parts();
+    let t = &parts.trims[trim];
+    let count = piece_count(&parts.curves2[t.curve], t.span.start, t.span.end).pieces;
+    let count = count.div_ceil(PIECES).max(1);
+    let mut best = (f64::INFINITY, 0.0);
+    for k in 0..count {
+        let at = |s: f64| (k as f64 + s) / count as f64;
+        let before = best.0;
+        narrow(|s| curve(at(s)), to, &mut best);
+        if best.0 < before {
+            best.1 = at(best.1);
+        }
+    }
+    best
+}
+
+const SAMPLES: usize = 32;
+
+/// What is nearer than what is known so far.
+fn narrow<const D: usize>(
+    curve: impl Fn(f64) -> Point<f64, D>,
+    to: &Point<f64, D>,
+    all: &mut (f64, f64),
+) {
     const ROUNDS: usize = 44;
     /// A bend between two samples is no longer than this many times the way between them.
     const BENT: f64 = 2.0;
@@ -350,8 +397,11 @@ pub(super) fn nearest<const D: usize>(
         let chord = (points[k] - points[other]).norm();
         is_least(other) && away[k] + away[other] <= BENT * chord
     };
-    let mut all = (f64::INFINITY, 0.0);
     for k in 0..=SAMPLES {
+        let is_far = |other: usize| away[k] - BENT * (points[k] - points[other]).norm() > all.0;
+        if away[k] > all.0 && is_far(k.saturating_sub(1)) && is_far(last(k)) {
+            continue;
+        }
         if !(is_least(k) || is_beside(k, k.saturating_sub(1)) || is_beside(k, last(k))) {
             continue;
         }
@@ -368,10 +418,9 @@ pub(super) fn nearest<const D: usize>(
             step *= 0.5;
         }
         if best.0 < all.0 {
-            all = best;
+            *all = best;
         }
     }
-    all
 }
 
 #[cfg(test)]

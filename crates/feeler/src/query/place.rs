@@ -2,7 +2,7 @@
 
 use super::answer::{Accuracy, Contact, Feature, Probe, Separation};
 use super::continuum::CONTINUUM_REACH;
-use super::local::nearest;
+use super::local::nearest_along;
 use super::normal::{normal_of_faces, unit};
 use super::outcome::{Locus, Outcome, Rough, Settled, Source, Spread};
 use super::search::QUARTER;
@@ -268,7 +268,7 @@ pub(super) fn trim_at(brep: &PreparedBrep, place: &Place) -> Option<usize> {
     let distance = |t: usize| {
         let trim = &parts.trims[t];
         let curve = &parts.curves2[trim.curve];
-        nearest(|s: f64| curve.point(trim.span.lerp(s)), &place.uv).0
+        nearest_along(brep, t, |s| curve.point(trim.span.lerp(s)), &place.uv).0
     };
     let all = near.iter().map(|t| (distance(*t), *t));
     all.min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, t)| t)

@@ -320,6 +320,43 @@ pub(crate) fn flush(corpus: &Path) -> Result<Suite, String> {
     })
 }
 
+/// Faces whose loops have 100 to 1,024 pieces.
+const MANY_PIECES: [&str; 5] = [
+    "trim-loops/comb_128_anisotropic.json.gz",
+    "trim-loops/cubics_512.json.gz",
+    "trim-loops/holes_100_arcs.json.gz",
+    "trim-loops/polygon_1024.json.gz",
+    "trim-loops/rational_cubics_512.json.gz",
+];
+
+/// Balls and half-spaces next to faces whose loops have many pieces, half of them near these: the deepest contact and all.
+pub(crate) fn many_pieces(corpus: &Path) -> Result<Suite, String> {
+    const EACH: [(MakeQuery, usize); 3] = [
+        (|g, near| g.sphere(near), 12),
+        (|g, near| g.half_space(near), 4),
+        (|g, near| g.contacts(near), 4),
+    ];
+    let mut scenes = Vec::new();
+    for name in MANY_PIECES {
+        let model = load(corpus, name)?;
+        let mut generator = Generator::new(&model, &format!("many pieces {name}"));
+        let mut queries = Vec::new();
+        for (ask, count) in EACH {
+            queries.extend((0..count).map(|i| ask(&mut generator, i % 2 == 0)));
+        }
+        scenes.push(Scene {
+            queries,
+            name: name.to_owned(),
+            breps: Vec::new(),
+        });
+    }
+    Ok(Suite {
+        name: "many-pieces",
+        description: "contacts, one and all, with faces whose loops have 100 to 1,024 pieces: a comb, holes, a polygon, wavy splines",
+        scenes,
+    })
+}
+
 /// Of each part, of the lines that [`round_lines`] makes.
 const ROUND_EACH: usize = 22;
 /// Where lines pass, as parts of the model's box.
