@@ -163,7 +163,7 @@ const ALIKE: [&str; 4] = [
 fn compare_all(folder: &Path, every: usize) -> Tally {
     let (mut files, next) = (files(folder), AtomicUsize::new(0));
     if every > 1 {
-        // (They take half of the time, and the kernel has read the same edges from the others.)
+        // (They took 46 of 121 s, and are the same edges as the others'.)
         files.retain(|f| {
             let name = f.to_string_lossy();
             !ALIKE.iter().any(|end| name.ends_with(end))

@@ -179,6 +179,9 @@ impl FaceGeometry<f64> {
     }
 
     /// A box around what lies on its patch of each boundary piece.
+    ///
+    /// That is an image of places in the box of the piece's control points in local parameters (all of the curve is in their hull, as weights are positive), cut to the
+    /// patch's square; and what the patch has over a box is in the hull of the patch's own control points there.
     fn piece_boxes(&self) -> impl Iterator<Item = Option<Box3>> {
         let mut patch = None;
         self.frame.cuts.iter().map(move |cut| {
