@@ -132,6 +132,28 @@ fn on_a_cone() {
     });
 }
 
+/// The centre is `(1/2, -1/4, 1)`, the radius 2, and the poles are along z: on their axis as anywhere else but in the centre one point is nearest, and one is lowest.
+#[test]
+fn on_a_sphere() {
+    each("sphere", |brep, what| {
+        for direction in [
+            [0.0, 0.0, 1.0],
+            [0.0, 0.0, -1.0],
+            [1.0, 0.0, 0.0],
+            [0.0, -1.0, 0.0],
+            [0.6, 0.0, 0.8],
+            [-0.48, 0.64, -0.6],
+        ] {
+            for far in [0.5, 1.75, 2.25, 8.0] {
+                let [x, y, z] = direction.map(|d| far * d);
+                ball(brep, [0.5 + x, -0.25 + y, 1.0 + z], false, what);
+            }
+            half_space(brep, direction, false, what);
+        }
+        ball(brep, [0.5, -0.25, 1.0], true, what);
+    });
+}
+
 /// A round of radius 2 goes on along x from 5 to 25 as a cylinder, and round a corner at either end as a torus, whose foot is next to the edge by roundings: what is
 /// as low is on the other face.
 #[test]

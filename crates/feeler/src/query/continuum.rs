@@ -243,7 +243,7 @@ impl Low<'_> {
                     STEEP * s.extent.length(growth) <= self.reach || self.bends_up(foot, growth)
                 }
                 // Of boxes that are not convex only their size is known.
-                Extent::Linear { .. } => false,
+                Extent::Linear { .. } | Extent::Ring { .. } => false,
             }
         };
         let mut own =

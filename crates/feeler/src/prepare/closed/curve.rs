@@ -319,7 +319,12 @@ impl ArcShape {
             Target::Point(_) => 1.0,
             Target::Height(..) => 0.5,
         };
-        let extent = Extent::Root((self.radius.mid.hi / (grow * length.mid.hi)).sqrt());
+        let radius = self.radius.mid.hi;
+        let extent = Extent::Ring {
+            around: (radius / (grow * length.mid.hi)).sqrt(),
+            girth: 2.0 * radius,
+            along: 0.0,
+        };
         // Next to the axis it leads nowhere.
         let held = if length.rad <= SHARP * length.mid.hi {
             self.holds(p[0], p[1])

@@ -324,6 +324,8 @@ pub(crate) enum Extent {
     Root(f64),
     /// `g / slope`, but no more than `length`.
     Linear { slope: f64, length: f64 },
+    /// `around * sqrt(g)` along a circle, but no more than its `girth`, or `along * sqrt(g)` across it.
+    Ring { around: f64, girth: f64, along: f64 },
 }
 
 impl Extent {
@@ -337,6 +339,14 @@ impl Extent {
                 } else {
                     g / slope
                 }
+            }
+            Self::Ring {
+                around,
+                girth,
+                along,
+            } => {
+                let root = g.sqrt();
+                (around * root).min(girth).max(along * root)
             }
         }
     }

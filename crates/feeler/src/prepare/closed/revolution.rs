@@ -688,7 +688,6 @@ impl RevolutionForm {
             Target::Point(_) => flat.rho.mid.approximate() / radius,
             Target::Height(..) => 0.5 * flat.rho.mid.approximate() / radius,
         };
-        let around = (1.0 / grow).sqrt();
         Some(Critical {
             boxes,
             minimum: Minimum {
@@ -702,7 +701,12 @@ impl RevolutionForm {
                 uv,
                 uv_off: [0.0; 2],
                 unique,
-                extent: Extent::Root(around.max(profile.reach)),
+                // Next to a pole both radii may be noise, and the circle is a point.
+                extent: Extent::Ring {
+                    around: (1.0 / grow).sqrt(),
+                    girth: 2.0 * radius,
+                    along: profile.reach,
+                },
             },
             sharp: unique && azimuth.off < SHARP && narrow < SHARP,
             up,
