@@ -5,6 +5,7 @@
 //! they are computed in double-double with running bounds, so that nothing is searched.
 
 mod curve;
+mod foot;
 mod form;
 mod gap;
 mod line;
@@ -423,11 +424,16 @@ impl ClosedSurface {
         }
     }
 
-    /// Bounds of what is least at a foot in the face's region whose boxes are, where the form is not quite the surface; see [`RevolutionForm::at_foot`].
-    pub(crate) fn at_foot(&self, target: &Target, found: &Critical) -> Option<[Dd; 2]> {
-        match self {
-            Self::Plane(_) => None,
-            Self::Revolution(r) => r.at_foot(target, found),
+    /// Bounds of what is least at a foot in the face's region whose boxes are, where the form is not quite the surface that it was made of; see [`RevolutionForm::at_foot`].
+    pub(crate) fn at_foot(
+        &self,
+        surface: &Surface,
+        target: &Target,
+        found: &Critical,
+    ) -> Option<[Dd; 2]> {
+        match (self, surface) {
+            (Self::Revolution(r), Surface::Revolution(s)) => r.at_foot(s, target, found),
+            _ => None,
         }
     }
 
