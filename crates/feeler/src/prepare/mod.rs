@@ -171,7 +171,7 @@ impl PreparedBrep {
             })
             .collect();
         let boxes: Vec<Option<Box3>> = (0..faces.len())
-            .map(|face| patch::surface_box(brep.surface(face)))
+            .map(|face| patch::boxes::surface_box(brep.surface(face)))
             .collect();
         let all: Option<Vec<Box3>> = boxes.iter().copied().collect();
         let bounding_box = all.map(|all| around(&all));

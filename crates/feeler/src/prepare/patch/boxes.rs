@@ -1,0 +1,330 @@
+//! Boxes around surfaces and their patches: of revolutions and sums from the pieces of their curves, no patch is made for them.
+//!
+//! # Method
+//! A piece of a profile is within the hull of its control points, as weights are positive: each of its points is a mean of these, and turned by an angle
+//! the mean of these turned. So what a span of angles sweeps is within the hull of the arcs that the control points run along. A coordinate of such an arc is
+//! `m + e cos a + f sin a`: over less than half a turn its derivative vanishes once at most, where it is `m` plus or minus the root of `e^2 + f^2`; else it is
+//! extreme at the ends. A sum of two curves is within the sum of their boxes.
+
+use super::super::Box3;
+use super::super::circle::Spans;
+use super::super::net::{Net, hull};
+use super::super::spline::Homogeneous;
+use super::{Patches, Source, Turns, plane_patch};
+use crate::numeric::bernstein::Bidegree;
+use crate::numeric::{Ball, TINY, sin_cos};
+use crate::nurbs::Surface;
+
+/// Makes up for the roundings of a bound computed in a few operations.
+const UP: f64 = 1.0 + 32.0 * f64::EPSILON;
+
+/// A box around a whole surface, by the convex hull of its control points; `None` where none is known.
+pub(crate) fn surface_box(surface: &Surface) -> Option<Box3> {
+    match surface {
+        Surface::Nurbs(s) => {
+            let points = s
+                .control_net()
+                .iter()
+                .map(|p| std::array::from_fn(|c| Ball::<f64>::exact(p[c])))
+                .collect();
+            Net::new(Bidegree { u: 0, v: 0 }, points, [0.0; 3]).bounding_box()
+        }
+        Surface::Plane(s) => plane_patch::<f64>(s).net.bounding_box(),
+        Surface::Revolution(_) | Surface::Sum(_) => {
+            let mut out: Option<Box3> = None;
+            for b in patch_boxes(&Patches::on_demand(surface)) {
+                let b = b?;
+                let all = out.get_or_insert(b);
+                for c in 0..3 {
+                    all[c] = [all[c][0].min(b[c][0]), all[c][1].max(b[c][1])];
+                }
+            }
+            out
+        }
+    }
+}
+
+/// A box around each patch; `None` where a weight is not proven to be positive. Of revolutions and sums no patch is made, of others all.
+pub(super) fn patch_boxes(patches: &Patches<f64>) -> Vec<Option<Box3>> {
+    match &patches.source {
+        Source::Revolution(s) => swept_boxes(s),
+        Source::Sum { base, pieces } => {
+            let [first, second] = [0, 1].map(|k| {
+                let boxes = pieces[k].iter().map(|p| hull(&p.points, &[0.0; 3]));
+                boxes.collect::<Vec<_>>()
+            });
+            let sum = |a: &Option<Box3>, b: &Option<Box3>| {
+                let (a, b) = (a.as_ref()?, b.as_ref()?);
+                let out: Box3 = std::array::from_fn(|c| {
+                    // Two roundings of each sum.
+                    let size = [base[c], a[c][0], a[c][1], b[c][0], b[c][1]];
+                    let off = 4.0 * f64::EPSILON * size.iter().map(|x| x.abs()).sum::<f64>();
+                    [
+                        base[c] + a[c][0] + b[c][0] - off,
+                        base[c] + a[c][1] + b[c][1] + off,
+                    ]
+                });
+                finite(out)
+            };
+            let second = &second;
+            first
+                .iter()
+                .flat_map(|a| second.iter().map(move |b| sum(a, b)))
+                .collect()
+        }
+        Source::Plane(_) | Source::Nurbs { .. } => {
+            patches.make_all().map(|p| p.net.bounding_box()).collect()
+        }
+    }
+}
+
+fn finite(b: Box3) -> Option<Box3> {
+    b.iter().flatten().all(|x| x.is_finite()).then_some(b)
+}
+
+/// A coordinate of what a control point runs along: `middle + ahead cos a + aside sin a`.
+#[derive(Clone, Copy)]
+struct Arc {
+    middle: f64,
+    ahead: f64,
+    aside: f64,
+    /// How much it is off at most, where it is evaluated in f64.
+    off: f64,
+}
+
+/// A span of angles: cosine and sine at its ends, and whether it is shorter than half a turn.
+struct Sector {
+    ends: [[f64; 2]; 2],
+    short: bool,
+}
+
+fn swept_boxes(s: &Turns<f64>) -> Vec<Option<Box3>> {
+    let arcs = |points: &Vec<Homogeneous<f64, 4>>| -> Option<Vec<[Arc; 3]>> {
+        points.iter().map(|p| arcs_of(s, p)).collect()
+    };
+    let pieces: Vec<_> = s.profile.iter().map(|p| arcs(&p.points)).collect();
+    let sectors = sectors(&s.turns);
+    let of = |piece: &Option<Vec<[Arc; 3]>>, sector: &Sector| {
+        let mut out = [[f64::INFINITY, f64::NEG_INFINITY]; 3];
+        for arcs in piece.as_ref()? {
+            for (range, arc) in out.iter_mut().zip(arcs) {
+                let [low, high] = arc.range(sector);
+                *range = [range[0].min(low), range[1].max(high)];
+            }
+        }
+        finite(out)
+    };
+    let (pieces, sectors) = (&pieces, &sectors);
+    if s.transposed {
+        let all = pieces
+            .iter()
+            .flat_map(|p| sectors.iter().map(move |t| (p, t)));
+        all.map(|(p, t)| of(p, t)).collect()
+    } else {
+        let all = sectors
+            .iter()
+            .flat_map(|t| pieces.iter().map(move |p| (p, t)));
+        all.map(|(p, t)| of(p, t)).collect()
+    }
+}
+
+fn sectors(turns: &Spans) -> Vec<Sector> {
+    /// Less than half a turn, in radians.
+    const SHORT: f64 = 3.0;
+    let angles: Vec<_> = (0..=turns.len()).map(|k| turns.border(k)).collect();
+    let at = angles.iter().map(|a| {
+        let (sin, cos) = sin_cos(*a);
+        [cos.mid.hi, sin.mid.hi]
+    });
+    let at: Vec<_> = at.collect();
+    let of = |k: usize| Sector {
+        ends: [at[k], at[k + 1]],
+        short: (angles[k + 1] - angles[k]).upper() < SHORT,
+    };
+    (0..turns.len()).map(of).collect()
+}
+
+/// The arcs of a control point, whose weight must be positive.
+fn arcs_of(s: &Turns<f64>, p: &Homogeneous<f64, 4>) -> Option<[Arc; 3]> {
+    if !p[3].is_above(0.0) {
+        return None;
+    }
+    let n = &s.axis;
+    let origin = |c: usize| Ball::exact(s.origin[c]);
+    let q: [Ball<f64>; 3] = std::array::from_fn(|c| p[c] / p[3] - origin(c));
+    let height = q[0] * n[0] + q[1] * n[1] + q[2] * n[2];
+    Some(std::array::from_fn(|c| {
+        let (j, k) = ((c + 1) % 3, (c + 2) % 3);
+        let along = height * n[c];
+        let (middle, ahead, aside) = (origin(c) + along, q[c] - along, n[j] * q[k] - n[k] * q[j]);
+        // Cosine and sine are rounded, the products, and their sum: three halves of a unit of the last two in all, and one of the whole; the root is off by four.
+        let size = ahead.mid.abs() + aside.mid.abs();
+        let known = middle.rad + ahead.rad + aside.rad;
+        let off = known + f64::EPSILON * (8.0 * size + 4.0 * middle.mid.abs()) + TINY;
+        Arc {
+            middle: middle.mid,
+            ahead: ahead.mid,
+            aside: aside.mid,
+            off: off * UP,
+        }
+    }))
+}
+
+impl Arc {
+    fn range(&self, sector: &Sector) -> [f64; 2] {
+        let &Self {
+            ahead, aside, off, ..
+        } = self;
+        let value = |[cos, sin]: [f64; 2]| ahead * cos + aside * sin;
+        let slope = |[cos, sin]: [f64; 2]| aside * cos - ahead * sin;
+        let (values, slopes) = (sector.ends.map(value), sector.ends.map(slope));
+        // Negated: what is no number may be anything.
+        let falls = |slope: f64| !(slope > off);
+        let rises = |slope: f64| !(slope < -off);
+        let most = || {
+            let (a, b) = (ahead.abs().max(aside.abs()), ahead.abs().min(aside.abs()));
+            if a > 0.0 {
+                a * (1.0 + (b / a) * (b / a)).sqrt()
+            } else {
+                0.0
+            }
+        };
+        let (mut low, mut high) = (values[0].min(values[1]), values[0].max(values[1]));
+        if !sector.short || rises(slopes[0]) && falls(slopes[1]) {
+            high = most();
+        }
+        if !sector.short || falls(slopes[0]) && rises(slopes[1]) {
+            low = -most();
+        }
+        [self.middle + low - off, self.middle + high + off]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::surface_patches;
+    use super::*;
+    use crate::numeric::Interval;
+    use crate::nurbs::{Curve3, NurbsCurve, Revolution, Sum};
+    use nalgebra::{Point3, Vector3, Vector4};
+
+    struct Random(u64);
+
+    impl Random {
+        fn between(&mut self, low: f64, high: f64) -> f64 {
+            self.0 ^= self.0 << 13;
+            self.0 ^= self.0 >> 7;
+            self.0 ^= self.0 << 17;
+            low + (high - low) * ((self.0 >> 11) as f64 / (1u64 << 53) as f64)
+        }
+
+        fn vector(&mut self, size: f64) -> Vector3<f64> {
+            Vector3::from_fn(|_, _| self.between(-size, size))
+        }
+
+        /// Of two spans, rational.
+        fn curve(&mut self) -> Curve3 {
+            let points = (0..4).map(|_| {
+                let (p, w) = (self.vector(3.0), self.between(0.2, 2.0));
+                Vector4::new(p.x * w, p.y * w, p.z * w, w)
+            });
+            let knots = vec![0.0, 0.0, 0.0, 1.0, 2.0, 2.0, 2.0];
+            Curve3::Nurbs(NurbsCurve::new(2, points.collect(), knots).unwrap())
+        }
+    }
+
+    /// The boxes hold all points of their patches, and are no larger than the hulls of the patches' control points but by roundings and by what those
+    /// of a curve with weights gain.
+    #[test]
+    fn boxes_hold_their_patches() {
+        let mut random = Random(0x7c1e_93a5_d2f0_4b69);
+        for round in 0..60 {
+            let surface = if round % 4 == 3 {
+                Surface::Sum(Sum {
+                    first: random.curve(),
+                    second: random.curve(),
+                    base: random.vector(5.0),
+                })
+            } else {
+                // From a hundredth of a turn to whole ones, and more.
+                let turn = [0.05, 1.0, 4.0, std::f64::consts::TAU, 9.0][round % 5];
+                let start = random.between(-7.0, 7.0);
+                let revolution = Revolution {
+                    origin: Point3::from(random.vector(5.0)),
+                    axis: match round % 3 {
+                        0 => Vector3::z(),
+                        _ => random.vector(1.0),
+                    },
+                    angle: Interval::new(start, start + turn).unwrap(),
+                    angle_domain: Interval::new(0.0, 3.0).unwrap(),
+                    profile: random.curve(),
+                    transposed: round.is_multiple_of(2),
+                };
+                Surface::Revolution(Revolution::new(revolution).unwrap())
+            };
+            let boxes = patch_boxes(&Patches::on_demand(&surface));
+            let whole = surface_box(&surface).unwrap();
+            let patches = surface_patches::<f64>(&surface);
+            assert_eq!(boxes.len(), patches.len());
+            let (mut held, mut seen) = ([[f64::INFINITY, f64::NEG_INFINITY]; 3], 0);
+            for (b, patch) in boxes.iter().zip(&patches) {
+                let b = b.unwrap();
+                let hull = patch.net.bounding_box().unwrap();
+                for c in 0..3 {
+                    let room = 1e-12;
+                    assert!(
+                        hull[c][0] - room <= b[c][0] && b[c][1] <= hull[c][1] + room,
+                        "{round}"
+                    );
+                    held[c] = [held[c][0].min(b[c][0]), held[c][1].max(b[c][1])];
+                }
+                let maps = &patch.maps;
+                for i in 0..=8 {
+                    for j in 0..=8 {
+                        let at =
+                            |k: usize, s: f64| maps[k].start + (maps[k].end - maps[k].start) * s;
+                        let p = surface.point(at(0, f64::from(i) / 8.0), at(1, f64::from(j) / 8.0));
+                        // Points are evaluated to some roundings.
+                        let room = 1e-13;
+                        let inside =
+                            (0..3).all(|c| b[c][0] - room <= p[c] && p[c] <= b[c][1] + room);
+                        assert!(inside, "{round} {p} {b:?}");
+                        seen += 1;
+                    }
+                }
+            }
+            assert!(seen >= 81 && held == whole);
+        }
+    }
+
+    /// A circle about an axis through the origin reaches exactly so far, in the coordinates across, whatever part of it is swept.
+    #[test]
+    fn arcs_reach_their_tops() {
+        let arc = Arc {
+            middle: 1.0,
+            ahead: 3.0,
+            aside: 4.0,
+            off: 1e-14,
+        };
+        let top = 4f64.atan2(3.0);
+        let sector = |a: f64, b: f64| Sector {
+            ends: [a, b].map(|x| [x.cos(), x.sin()]),
+            short: b - a < 3.0,
+        };
+        let near =
+            |[a, b]: [f64; 2], [c, d]: [f64; 2]| (a - c).abs() < 1e-13 && (b - d).abs() < 1e-13;
+        assert!(near(
+            arc.range(&sector(top - 0.1, top + 0.2)),
+            [1.0 + 5.0 * 0.2f64.cos(), 6.0]
+        ));
+        assert!(near(
+            arc.range(&sector(top + 3.0, top + 3.2)),
+            [-4.0, 1.0 + 5.0 * 3f64.cos()]
+        ));
+        assert!(near(
+            arc.range(&sector(top + 0.1, top + 0.2)),
+            [0.2, 0.1].map(|x: f64| 1.0 + 5.0 * x.cos())
+        ));
+        assert!(near(arc.range(&sector(0.0, 6.0)), [-4.0, 6.0]));
+    }
+}
