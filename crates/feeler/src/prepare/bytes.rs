@@ -105,6 +105,7 @@ impl PreparedBrep {
                 b.faces.iter_mut().for_each(|f| f.double = empty());
                 b.images.iter_mut().for_each(|i| *i = empty());
                 b.side_cells = empty();
+                *b.rays.get_mut() = 0;
             },
             |b| {
                 for f in &mut b.faces {
@@ -113,7 +114,6 @@ impl PreparedBrep {
                     f.shell = empty();
                     f.polygon = empty();
                 }
-                b.room = empty();
                 b.vertex_regions = empty();
                 b.fine_vertex_regions = empty();
                 b.shared = empty();

@@ -72,6 +72,7 @@ use crate::trim::TrimRegion;
 use box_tree::{BoxTree, Known};
 use closed::{ClosedFace, ClosedImage, SphereForm};
 use nalgebra::Point3;
+use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, OnceLock};
 
 /// A box in space: ranges of x, y, z, rounded outward.
@@ -120,8 +121,8 @@ pub struct PreparedBrep {
     size: f64,
     /// A box around all faces; `None` where none is known.
     bounding_box: Option<Box3>,
-    /// That box with all cracks.
-    room: OnceLock<Option<Box3>>,
+    /// How many rays were cast for sides that cells might have told.
+    rays: AtomicUsize,
     /// Of each trim: its image.
     images: Vec<OnceLock<Option<Image<f64>>>>,
     /// The same in double-double.
@@ -203,7 +204,7 @@ impl PreparedBrep {
             boxes,
             size,
             bounding_box,
-            room: OnceLock::new(),
+            rays: AtomicUsize::new(0),
         }
     }
 
@@ -402,7 +403,7 @@ impl PreparedBrep {
         made.as_deref()
     }
 
-    /// Sides of points in space that are kept, where they are wanted and can be.
+    /// Sides of points in space that are kept, where they are wanted and can be. They need the widths of all cracks, of which a ray needs those alone that it comes near.
     pub(crate) fn side_cells(&self) -> Option<&SideCells> {
         if !self.shortcuts.side_cells {
             return None;
@@ -412,26 +413,22 @@ impl PreparedBrep {
             .as_ref()
     }
 
-    /// Whether a point is so far out that it is proven to be outside.
+    /// Whether [`side_cells`](Self::side_cells) are there, or worth their making: after so many rays as take about as long.
+    pub(crate) fn has_side_cells(&self) -> bool {
+        /// The width of a crack takes some times as long as a ray.
+        const RAYS_AN_EDGE: usize = 4;
+        let few = RAYS_AN_EDGE * self.brep.parts().edges.len();
+        self.side_cells.get().is_some() || self.rays.fetch_add(1, Ordering::Relaxed) >= few
+    }
+
+    /// Whether a point is so far out that it is proven to be outside: beyond the box `B` of all surfaces.
     ///
-    /// Let `B` be a box around all faces and `d` the widest crack. All images of edges are in `B`, so all cracks are within `d` of
-    /// it; and so are, without `d`, the vertex regions: smallest boxes around points of `B`. A point beyond `B`, in some coordinate and
-    /// by more than `d`, starts a ray away from `B` along that coordinate that meets neither face nor crack nor vertex region: its
-    /// parity, 0, is the side.
+    /// Faces, images of trims and what of these is moved to the borders of domains lie on the surfaces, so in `B`. What closes cracks and vertices (module `side_cells`) are
+    /// segments between points of these, and others within the smallest boxes around such points: in `B` too, as that is convex. A point beyond `B` in some coordinate
+    /// starts a ray away from `B` along that coordinate that meets none of it: its parity, 0, is the side.
     pub(crate) fn is_beyond(&self, point: &Point3<f64>) -> bool {
         let beyond = |b: &Box3| (0..3).any(|c| point[c] < b[c][0] || point[c] > b[c][1]);
-        // The box first: cracks are made when something comes near it.
-        if !self.bounding_box.as_ref().is_some_and(beyond) {
-            return false;
-        }
-        let room = self.room.get_or_init(|| {
-            let edges = self.brep.parts().edges.iter().enumerate();
-            let shared = edges.filter(|(_, e)| e.trims.len() > 1);
-            let widest = shared.fold(0.0, |w: f64, (edge, _)| w.max(self.crack_width(edge)));
-            let wide = |r: [f64; 2]| [(r[0] - widest).next_down(), (r[1] + widest).next_up()];
-            self.bounding_box.map(|b| b.map(wide))
-        });
-        room.as_ref().is_some_and(beyond)
+        self.bounding_box.as_ref().is_some_and(beyond)
     }
 
     /// A box around all faces; `None` where none is known.
