@@ -30,6 +30,8 @@ const PLACES: usize = 2;
 const FULL_PLACES: usize = 1;
 /// So far off the face, and so large a ball, as a part of the model's size.
 const OFF: f64 = 1e-3;
+/// So many sides are asked for each edge before they are kept, and some.
+const OFTEN: usize = 5;
 /// The coarser accuracy, as a part of the size.
 const COARSE: f64 = 1e-12;
 
@@ -83,6 +85,28 @@ fn come_near(brep: &PreparedBrep, accuracy: Accuracy, places: usize) {
     }
 }
 
+/// One ball so often that what is only worth while for many is made, too: of closed BREPs cells that keep sides of points, and for these the widths of all cracks.
+fn ask_often(brep: &PreparedBrep) {
+    if !brep.brep().is_closed() {
+        return;
+    }
+    let mut workspace = Workspace::default();
+    let options = Options {
+        accuracy: Accuracy::Length(COARSE * brep.size()),
+        ..Options::default()
+    };
+    let [u, v] = brep.brep().surface(0).domain();
+    let p = evaluate(brep, 0, Point2::new(u.mid(), v.mid())).expect("a face");
+    // Within the box of all faces, or one of both is.
+    for side in [-1.0, 1.0] {
+        let center = p.point + Vector3::repeat(side * OFF * brep.size());
+        let ball = Sphere::new(center, 0.0).expect("a ball");
+        for _ in 0..OFTEN * brep.brep().parts().edges.len() {
+            contact(brep, &Probe::Sphere(ball), &options, &mut workspace);
+        }
+    }
+}
+
 /// Bytes that the model's prepared BREPs hold: before the first query, after all, and once they have given back what is beyond the aim for a file of that size; `None`
 /// for a file that is none.
 fn held(path: &Path, size: usize) -> Option<[usize; 3]> {
@@ -94,6 +118,7 @@ fn held(path: &Path, size: usize) -> Option<[usize; 3]> {
     for brep in &prepared {
         come_near(brep, Accuracy::Length(COARSE * brep.size()), PLACES);
         come_near(brep, Accuracy::Full, FULL_PLACES);
+        ask_often(brep);
     }
     let all = held();
     for brep in &mut prepared {
