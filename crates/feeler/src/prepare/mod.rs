@@ -35,6 +35,7 @@ mod side_cells;
 mod spline;
 mod stored_place;
 mod turned;
+mod vertex;
 
 pub use boundary::Piece;
 pub use bytes::FaceBytes;
@@ -74,6 +75,7 @@ use closed::{ClosedFace, ClosedImage, SphereForm};
 use nalgebra::Point3;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, OnceLock};
+use vertex::Vertices;
 
 /// A box in space: ranges of x, y, z, rounded outward.
 pub(crate) type Box3 = [[f64; 2]; 3];
@@ -127,9 +129,8 @@ pub struct PreparedBrep {
     images: Vec<OnceLock<Option<Image<f64>>>>,
     /// The same in double-double.
     fine_images: Vec<OnceLock<Option<Image<Dd>>>>,
-    vertex_regions: OnceLock<Option<Vec<Box3>>>,
-    /// The same in double-double.
-    fine_vertex_regions: OnceLock<Option<Vec<Box3>>>,
+    /// The regions around vertices.
+    vertices: OnceLock<Vertices>,
     /// Of each edge: its crack's width, from above.
     cracks: Vec<OnceLock<f64>>,
     /// The same in double-double.
@@ -192,8 +193,7 @@ impl PreparedBrep {
             least_cracks: slots(),
             images: brep.parts().trims.iter().map(|_| OnceLock::new()).collect(),
             fine_images: brep.parts().trims.iter().map(|_| OnceLock::new()).collect(),
-            vertex_regions: OnceLock::new(),
-            fine_vertex_regions: OnceLock::new(),
+            vertices: OnceLock::new(),
             side_cells: OnceLock::new(),
             shared: OnceLock::new(),
             edge_tree: OnceLock::new(),
@@ -387,20 +387,9 @@ impl PreparedBrep {
         parts.loops[parts.trims[trim].trim_loop].face
     }
 
-    /// The regions around vertices; `None` where they are not known.
-    pub(crate) fn vertex_regions(&self) -> Option<&[Box3]> {
-        let made = self
-            .vertex_regions
-            .get_or_init(|| crack::vertex_regions(self, |face| self.double(face)));
-        made.as_deref()
-    }
-
-    /// The same in double-double.
-    pub(crate) fn fine_vertex_regions(&self) -> Option<&[Box3]> {
-        let made = self
-            .fine_vertex_regions
-            .get_or_init(|| crack::vertex_regions(self, |face| self.double_double(face)));
-        made.as_deref()
+    /// The regions around vertices.
+    pub(crate) fn vertices(&self) -> &Vertices {
+        self.vertices.get_or_init(|| Vertices::new(self))
     }
 
     /// Sides of points in space that are kept, where they are wanted and can be. They need the widths of all cracks, of which a ray needs those alone that it comes near.

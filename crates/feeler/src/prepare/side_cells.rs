@@ -132,11 +132,12 @@ impl SideCells {
         let edges = 0..brep.brep().parts().edges.len();
         let widest = edges.map(|e| brep.crack_width(e)).fold(0.0, f64::max);
         let diagonal = |b: &Box3| b.iter().map(|r| (r[1] - r[0]).powi(2)).sum::<f64>().sqrt();
-        let regions = brep.vertex_regions()?.iter().map(diagonal);
+        let regions: Option<Vec<Box3>> = brep.vertices().regions(brep).collect();
+        let regions = regions?;
         Some(Self {
             strays,
             bounds,
-            reach: regions.fold(widest, f64::max) * UP,
+            reach: regions.iter().map(diagonal).fold(widest, f64::max) * UP,
             root: Cell::default(),
         })
     }
