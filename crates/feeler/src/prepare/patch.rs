@@ -9,7 +9,7 @@ use super::turned::Turned;
 use super::{Box3, Homogeneous, Net, ParamMap, Products};
 use crate::numeric::bernstein::Bidegree;
 use crate::numeric::{Ball, Dd, Interval, Real};
-use crate::nurbs::{Curve3, KnotVector, NurbsSurface, Plane, Surface};
+use crate::nurbs::{Curve3, KnotVector, NurbsSurface, Plane, Revolution, Surface};
 use nalgebra::{Point3, Vector3};
 use std::sync::OnceLock;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -161,14 +161,12 @@ impl<T: Real> Source<T> {
                 spans: [s.knots_u(), s.knots_v()].map(|k| k.spans().collect()),
             },
             Surface::Revolution(s) => {
-                let axis: [Ball<Dd>; 3] =
-                    normalized(&std::array::from_fn(|c| Ball::exact(s.axis[c])));
                 let domain = s.angle_domain;
                 let turns = Spans::new(s.angle, domain, domain.start, domain.end);
                 Self::Revolution(Box::new(Turns {
                     transposed: s.transposed,
                     origin: s.origin,
-                    axis: axis.map(|b| Ball::<T>::from_dd(b.mid, b.rad)),
+                    axis: unit_axis(s),
                     made: (0..turns.len()).map(|_| OnceLock::new()).collect(),
                     turns,
                     profile: pieces(&s.profile),
@@ -293,6 +291,12 @@ impl<T: Real> Source<T> {
             Self::Sum { pieces, .. } => pieces.iter().map(of_pieces).sum(),
         }
     }
+}
+
+/// The direction of the axis.
+fn unit_axis<T: Real>(s: &Revolution) -> [Ball<T>; 3] {
+    let axis: [Ball<Dd>; 3] = normalized(&std::array::from_fn(|c| Ball::exact(s.axis[c])));
+    axis.map(|b| Ball::from_dd(b.mid, b.rad))
 }
 
 fn map(range: Interval) -> ParamMap {

@@ -1,13 +1,14 @@
 //! Regions around vertices: what the cracks of edges leave open there.
 //!
 //! A region is the smallest box that holds the ends of all images that meet at a vertex, the images of the segments that join trims there and of the
-//! singular trims there. Vertices that an edge or a join connects, whatever the file calls them, are one. The box is made when a line first comes near the faces that have a part in it: all of
-//! it lies in the box around their surfaces.
+//! singular trims there. Vertices that an edge or a join connects, whatever the file calls them, are one. The box is made when a line first comes near the faces that have a part in it, all of
+//! it being in the box around their surfaces, and near what these have over the parts' boxes in uv.
 
-use super::boundary::join_source;
+use super::boundary::{CurveSource, join_source, trim_end, trim_sources};
 use super::box_tree::{BoxTree, Known, Skewer};
 use super::closed::{self, CurveShape};
 use super::image::{end, image, image_of_one};
+use super::patch::boxes;
 use super::{Box3, FaceGeometry, PreparedBrep, around};
 use crate::brep::{Brep, TrimLoop};
 use crate::numeric::Real;
@@ -28,6 +29,8 @@ struct Vertex {
     parts: Box<[Part]>,
     /// Around the surfaces of the faces that have a part in it; `None` where none is known.
     far: Option<Box3>,
+    /// Around what they have over the boxes of the parts in uv; `None` where one is not known.
+    rough: OnceLock<Option<Box3>>,
     /// The region; `None` where an image is not known.
     near: OnceLock<Option<Box3>>,
     /// The same in double-double.
@@ -63,6 +66,7 @@ impl Vertices {
             Vertex {
                 far: boxes.map(|b| around(&b)),
                 parts: class.parts.into(),
+                rough: OnceLock::new(),
                 near: OnceLock::new(),
                 fine: OnceLock::new(),
             }
@@ -82,7 +86,10 @@ impl Vertices {
     ) -> bool {
         let known = |index: usize| {
             let vertex = &self.all[index];
-            if vertex.near.get().is_none() && vertex.far.as_ref().is_some_and(&misses) {
+            if vertex.near.get().is_none()
+                && (vertex.far.as_ref().is_some_and(&misses)
+                    || vertex.rough(brep).is_some_and(|b| misses(&b)))
+            {
                 return Known::Missed;
             }
             Known::Box(vertex.near(brep))
@@ -111,6 +118,15 @@ impl Vertices {
 }
 
 impl Vertex {
+    fn rough(&self, brep: &PreparedBrep) -> Option<Box3> {
+        let make = || {
+            let boxes = self.parts.iter().filter_map(|part| rough(brep, part));
+            let boxes: Option<Vec<Box3>> = boxes.collect();
+            Some(around(&boxes?))
+        };
+        *self.rough.get_or_init(make)
+    }
+
     fn near(&self, brep: &PreparedBrep) -> Option<Box3> {
         let make = || region(brep, &self.parts, |face| brep.double(face));
         *self.near.get_or_init(make)
@@ -179,6 +195,29 @@ fn classes(brep: &Brep) -> Vec<Class> {
     }
     out.retain(|c| !c.parts.is_empty());
     out
+}
+
+/// A box around what a face's surface has over a part's box in uv: `Some(None)` where none is known, and `None` where there is no such part.
+fn rough(brep: &PreparedBrep, part: &Part) -> Option<Option<Box3>> {
+    let parts = brep.brep().parts();
+    let over = |trim: usize, sources: &mut dyn Iterator<Item = CurveSource>| {
+        brep.box_over(brep.face_of(trim), sources)
+    };
+    Some(match *part {
+        Part::Join { of, at } => {
+            let trims = &parts.loops[of].trims;
+            let source = join_source(brep.brep(), trims, at)?;
+            over(trims[at], &mut std::iter::once(source))
+        }
+        Part::Trim(trim) => over(trim, &mut trim_sources(brep.brep(), trim)),
+        Part::End { trim, last } => {
+            let end = trim_end::<f64>(brep.brep(), trim, last).filter(|p| p[2].is_above(0.0));
+            end.and_then(|p| {
+                let uv = [p[0] / p[2], p[1] / p[2]].map(|x| [x.lower(), x.upper()]);
+                boxes::box_over(brep.brep().surface(brep.face_of(trim)), &uv)
+            })
+        }
+    })
 }
 
 /// The box around some parts; `None` where an image is not known.

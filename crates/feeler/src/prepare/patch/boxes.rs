@@ -6,14 +6,15 @@
 //! `m + e cos a + f sin a`: over less than half a turn its derivative vanishes once at most, where it is `m` plus or minus the root of `e^2 + f^2`; else it is
 //! extreme at the ends. A sum of two curves is within the sum of their boxes.
 
-use super::super::Box3;
 use super::super::circle::Spans;
 use super::super::net::{Net, hull};
-use super::super::spline::Homogeneous;
-use super::{Patches, Source, Turns, plane_patch};
+use super::super::spline::{BezierCurve, Homogeneous, curve_pieces};
+use super::super::{Box3, around};
+use super::{Patches, Source, Turns, plane_patch, unit_axis};
 use crate::numeric::bernstein::Bidegree;
 use crate::numeric::{Ball, TINY, sin_cos};
-use crate::nurbs::Surface;
+use crate::nurbs::{Curve3, KnotVector, Surface};
+use nalgebra::Vector3;
 
 /// Makes up for the roundings of a bound computed in a few operations.
 const UP: f64 = 1.0 + 32.0 * f64::EPSILON;
@@ -31,51 +32,118 @@ pub(crate) fn surface_box(surface: &Surface) -> Option<Box3> {
         }
         Surface::Plane(s) => plane_patch::<f64>(s).net.bounding_box(),
         Surface::Revolution(_) | Surface::Sum(_) => {
-            let mut out: Option<Box3> = None;
-            for b in patch_boxes(&Patches::on_demand(surface)) {
-                let b = b?;
-                let all = out.get_or_insert(b);
-                for c in 0..3 {
-                    all[c] = [all[c][0].min(b[c][0]), all[c][1].max(b[c][1])];
-                }
-            }
-            out
+            union(&patch_boxes(&Patches::on_demand(surface)))
         }
     }
+}
+
+/// A box around the part of a surface over a box of native parameters, moved into the domain: of whole spans and pieces, as a rule. No patch is made for it.
+pub(crate) fn box_over(surface: &Surface, range: &[[f64; 2]; 2]) -> Option<Box3> {
+    let domain = surface.domain();
+    let [u, v] = [0, 1].map(|k| range[k].map(|x| x.clamp(domain[k].start, domain[k].end)));
+    match surface {
+        Surface::Nurbs(s) => {
+            let rows = |knots: &KnotVector, range: [f64; 2]| {
+                let [first, last] = range.map(|x| knots.find_span(x));
+                // What is on a knot is the end of the span before as well: its points are among these, too.
+                first - knots.degree()..=last
+            };
+            let [_, count] = s.counts();
+            let mut points = Vec::new();
+            for i in rows(s.knots_u(), u) {
+                for p in &s.control_net()[i * count..][rows(s.knots_v(), v)] {
+                    points.push(std::array::from_fn(|c| Ball::<f64>::exact(p[c])));
+                }
+            }
+            hull(&points, &[0.0; 3])
+        }
+        Surface::Plane(s) => {
+            let patch = plane_patch::<f64>(s);
+            let local = |k: usize, range: [f64; 2]| {
+                let ends = range.map(|x| patch.maps[k].to_local(Ball::<f64>::exact(x)));
+                [ends[0].lower(), ends[1].upper()]
+            };
+            patch.net.box_over([local(0, u), local(1, v)])
+        }
+        Surface::Revolution(s) => {
+            let (u, v) = if s.transposed { (v, u) } else { (u, v) };
+            let part = Turns {
+                turns: Spans::new(s.angle, s.angle_domain, u[0], u[1]),
+                profile: pieces_over(&s.profile, v),
+                made: Box::default(),
+                origin: s.origin,
+                axis: unit_axis(s),
+                transposed: s.transposed,
+            };
+            union(&swept_boxes(&part))
+        }
+        Surface::Sum(s) => {
+            let pieces = [pieces_over(&s.first, u), pieces_over(&s.second, v)];
+            union(&sum_boxes(&s.base, &pieces))
+        }
+    }
+}
+
+/// The pieces of a curve over a range; where that is a point, of what is next to it.
+fn pieces_over(curve: &Curve3, [from, to]: [f64; 2]) -> Vec<BezierCurve<f64, 4>> {
+    let domain = curve.domain();
+    let (from, to) = if from < to {
+        (from, to)
+    } else {
+        (
+            from.next_down().max(domain.start),
+            to.next_up().min(domain.end),
+        )
+    };
+    let mut out = Vec::new();
+    curve_pieces(curve, from, to, &mut out);
+    out
+}
+
+/// A box around some; `None` where one is not known, or there are none.
+fn union(boxes: &[Option<Box3>]) -> Option<Box3> {
+    let mut out: Option<Box3> = None;
+    for b in boxes {
+        let b = (*b)?;
+        out = Some(out.map_or(b, |all| around(&[all, b])));
+    }
+    out
 }
 
 /// A box around each patch; `None` where a weight is not proven to be positive. Of revolutions and sums no patch is made, of others all.
 pub(super) fn patch_boxes(patches: &Patches<f64>) -> Vec<Option<Box3>> {
     match &patches.source {
         Source::Revolution(s) => swept_boxes(s),
-        Source::Sum { base, pieces } => {
-            let [first, second] = [0, 1].map(|k| {
-                let boxes = pieces[k].iter().map(|p| hull(&p.points, &[0.0; 3]));
-                boxes.collect::<Vec<_>>()
-            });
-            let sum = |a: &Option<Box3>, b: &Option<Box3>| {
-                let (a, b) = (a.as_ref()?, b.as_ref()?);
-                let out: Box3 = std::array::from_fn(|c| {
-                    // Two roundings of each sum.
-                    let size = [base[c], a[c][0], a[c][1], b[c][0], b[c][1]];
-                    let off = 4.0 * f64::EPSILON * size.iter().map(|x| x.abs()).sum::<f64>();
-                    [
-                        base[c] + a[c][0] + b[c][0] - off,
-                        base[c] + a[c][1] + b[c][1] + off,
-                    ]
-                });
-                finite(out)
-            };
-            let second = &second;
-            first
-                .iter()
-                .flat_map(|a| second.iter().map(move |b| sum(a, b)))
-                .collect()
-        }
+        Source::Sum { base, pieces } => sum_boxes(base, pieces),
         Source::Plane(_) | Source::Nurbs { .. } => {
             patches.make_all().map(|p| p.net.bounding_box()).collect()
         }
     }
+}
+
+fn sum_boxes(base: &Vector3<f64>, pieces: &[Vec<BezierCurve<f64, 4>>; 2]) -> Vec<Option<Box3>> {
+    let [first, second] = [0, 1].map(|k| {
+        let boxes = pieces[k].iter().map(|p| hull(&p.points, &[0.0; 3]));
+        boxes.collect::<Vec<_>>()
+    });
+    let sum = |a: &Option<Box3>, b: &Option<Box3>| {
+        let (a, b) = (a.as_ref()?, b.as_ref()?);
+        let out: Box3 = std::array::from_fn(|c| {
+            // Two roundings of each sum.
+            let size = [base[c], a[c][0], a[c][1], b[c][0], b[c][1]];
+            let off = 4.0 * f64::EPSILON * size.iter().map(|x| x.abs()).sum::<f64>();
+            [
+                base[c] + a[c][0] + b[c][0] - off,
+                base[c] + a[c][1] + b[c][1] + off,
+            ]
+        });
+        finite(out)
+    };
+    let second = &second;
+    let all = first
+        .iter()
+        .flat_map(|a| second.iter().map(move |b| sum(a, b)));
+    all.collect()
 }
 
 fn finite(b: Box3) -> Option<Box3> {
@@ -205,8 +273,8 @@ mod tests {
     use super::super::surface_patches;
     use super::*;
     use crate::numeric::Interval;
-    use crate::nurbs::{Curve3, NurbsCurve, Revolution, Sum};
-    use nalgebra::{Point3, Vector3, Vector4};
+    use crate::nurbs::{NurbsCurve, Plane, Revolution, Sum};
+    use nalgebra::{Point3, Vector4};
 
     struct Random(u64);
 
@@ -231,6 +299,32 @@ mod tests {
             let knots = vec![0.0, 0.0, 0.0, 1.0, 2.0, 2.0, 2.0];
             Curve3::Nurbs(NurbsCurve::new(2, points.collect(), knots).unwrap())
         }
+
+        /// A sum, or a revolution of a hundredth of a turn to whole ones, and more.
+        fn swept(&mut self, round: usize) -> Surface {
+            if round % 4 == 3 {
+                Surface::Sum(Sum {
+                    first: self.curve(),
+                    second: self.curve(),
+                    base: self.vector(5.0),
+                })
+            } else {
+                let turn = [0.05, 1.0, 4.0, std::f64::consts::TAU, 9.0][round % 5];
+                let start = self.between(-7.0, 7.0);
+                let revolution = Revolution {
+                    origin: Point3::from(self.vector(5.0)),
+                    axis: match round % 3 {
+                        0 => Vector3::z(),
+                        _ => self.vector(1.0),
+                    },
+                    angle: Interval::new(start, start + turn).unwrap(),
+                    angle_domain: Interval::new(0.0, 3.0).unwrap(),
+                    profile: self.curve(),
+                    transposed: round.is_multiple_of(2),
+                };
+                Surface::Revolution(Revolution::new(revolution).unwrap())
+            }
+        }
     }
 
     /// The boxes hold all points of their patches, and are no larger than the hulls of the patches' control points but by roundings and by what those
@@ -239,29 +333,7 @@ mod tests {
     fn boxes_hold_their_patches() {
         let mut random = Random(0x7c1e_93a5_d2f0_4b69);
         for round in 0..60 {
-            let surface = if round % 4 == 3 {
-                Surface::Sum(Sum {
-                    first: random.curve(),
-                    second: random.curve(),
-                    base: random.vector(5.0),
-                })
-            } else {
-                // From a hundredth of a turn to whole ones, and more.
-                let turn = [0.05, 1.0, 4.0, std::f64::consts::TAU, 9.0][round % 5];
-                let start = random.between(-7.0, 7.0);
-                let revolution = Revolution {
-                    origin: Point3::from(random.vector(5.0)),
-                    axis: match round % 3 {
-                        0 => Vector3::z(),
-                        _ => random.vector(1.0),
-                    },
-                    angle: Interval::new(start, start + turn).unwrap(),
-                    angle_domain: Interval::new(0.0, 3.0).unwrap(),
-                    profile: random.curve(),
-                    transposed: round.is_multiple_of(2),
-                };
-                Surface::Revolution(Revolution::new(revolution).unwrap())
-            };
+            let surface = random.swept(round);
             let boxes = patch_boxes(&Patches::on_demand(&surface));
             let whole = surface_box(&surface).unwrap();
             let patches = surface_patches::<f64>(&surface);
@@ -294,6 +366,56 @@ mod tests {
                 }
             }
             assert!(seen >= 81 && held == whole);
+        }
+    }
+
+    /// A box over some parameters holds the surface there, is within that of the whole surface, and about that of a point where it is one.
+    #[test]
+    fn boxes_over_parts() {
+        let mut random = Random(0x1f83_d9ab_fb41_bd6b);
+        for round in 0..200 {
+            let surface = match round % 6 {
+                4 => Surface::Nurbs(random.swept(round).to_nurbs().unwrap().nurbs),
+                5 => Surface::Plane(Plane {
+                    origin: Point3::from(random.vector(5.0)),
+                    x: Vector3::new(0.6, 0.8, 0.0),
+                    y: Vector3::new(0.0, 0.0, -1.0),
+                    domain: [Interval::new(-1.0, 2.0).unwrap(); 2],
+                    extents: [Interval::new(3.0, 5.0).unwrap(); 2],
+                }),
+                _ => random.swept(round),
+            };
+            let whole = surface_box(&surface).unwrap();
+            let domain = surface.domain();
+            let range = [0, 1].map(|k| {
+                let d = domain[k];
+                let length = d.end - d.start;
+                // Beyond the domain, too, and points.
+                let ends = [0, 1].map(|_| d.start + length * random.between(-0.2, 1.2));
+                let at = ends[0];
+                match round % 7 {
+                    0 => [at; 2],
+                    1 => [d.start; 2],
+                    2 => [d.end; 2],
+                    _ => [at.min(ends[1]), at.max(ends[1])],
+                }
+            });
+            let b = box_over(&surface, &range).unwrap();
+            for c in 0..3 {
+                // Two ways to the same box differ by roundings.
+                let room = 1e-12;
+                assert!(whole[c][0] - room <= b[c][0] && b[c][1] <= whole[c][1] + room);
+            }
+            for _ in 0..50 {
+                let [u, v] = [0, 1].map(|k| {
+                    let x = range[k][0] + (range[k][1] - range[k][0]) * random.between(0.0, 1.0);
+                    x.clamp(domain[k].start, domain[k].end)
+                });
+                let p = surface.point(u, v);
+                let room = 1e-13;
+                let inside = (0..3).all(|c| b[c][0] - room <= p[c] && p[c] <= b[c][1] + room);
+                assert!(inside, "{round} {p} {b:?}");
+            }
         }
     }
 
