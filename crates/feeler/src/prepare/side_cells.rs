@@ -53,7 +53,7 @@ const MOST_BOXES: usize = 512;
 fn strays(brep: &PreparedBrep, face: usize, out: &mut Vec<Box3>) -> Option<()> {
     let region = brep.region(face);
     let domain = region.domain().map(|d| [d.start, d.end]);
-    for piece in region.pieces().iter().filter(|p| !p.inside_domain) {
+    for piece in region.pieces().filter(|p| !p.inside_domain) {
         for (k, end) in [(0, 0), (0, 1), (1, 0), (1, 1)] {
             let side = domain[k][end];
             let [low, high] = piece.hull[k];

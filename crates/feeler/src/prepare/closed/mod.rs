@@ -275,7 +275,7 @@ fn parts_of(curves: &[ClosedCurve]) -> Vec<(Of, Range<u32>)> {
 
 /// The trims of which some piece may leave the domain, in order.
 fn leaving_trims(region: &TrimRegion) -> Vec<usize> {
-    let leaving = region.pieces().iter().filter(|p| !p.inside_domain);
+    let leaving = region.pieces().filter(|p| !p.inside_domain);
     let trim = |origin: PieceOrigin| match origin {
         PieceOrigin::Trim { trim, .. } => Some(trim),
         PieceOrigin::Join { .. } | PieceOrigin::Domain => None,
