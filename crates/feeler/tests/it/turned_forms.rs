@@ -5,6 +5,7 @@ use crate::scenes::{Random, with_and_without_formulas};
 use feeler::brep::Brep;
 use feeler::numeric::Interval;
 use feeler::nurbs::{Arc, Curve, Line, Revolution, Surface};
+use feeler::prepare::PreparedBrep;
 use feeler::query::{
     Accuracy, HalfSpace, LineKind, LineProbe, Options, Probe, Sphere, Workspace, contact, evaluate,
     line,
@@ -66,22 +67,31 @@ fn surface(
     Brep::from_surface(Surface::Revolution(Revolution::new(turned).unwrap())).unwrap()
 }
 
+/// One of the kinds in some frame, with formulas and without.
+fn part(random: &mut Random, round: usize) -> [PreparedBrep; 2] {
+    let kind = [Kind::Torus, Kind::Cylinder, Kind::Cone][round % 3];
+    let center = Point3::from(random.direction() * random.between(0.0, 20.0));
+    let frame = Rotation3::new(random.direction() * random.between(0.1, 3.0));
+    let turn = if round.is_multiple_of(2) { TAU } else { 4.0 };
+    let brep = surface(&kind, center, &frame, turn, round % 4 < 2);
+    with_and_without_formulas(brep)
+}
+
+fn full() -> Options {
+    Options {
+        accuracy: Accuracy::Full,
+        prediction: f64::INFINITY,
+        ..Options::default()
+    }
+}
+
 #[test]
 fn values_are_full_without_the_search() {
     let mut random = Random::new(37);
     let (mut by_formula, mut all) = (0, 0);
     for round in 0..18 {
-        let kind = [Kind::Torus, Kind::Cylinder, Kind::Cone][round % 3];
-        let center = Point3::from(random.direction() * random.between(0.0, 20.0));
-        let frame = Rotation3::new(random.direction() * random.between(0.1, 3.0));
-        let turn = if round % 2 == 0 { TAU } else { 4.0 };
-        let brep = surface(&kind, center, &frame, turn, round % 4 < 2);
-        let [brep, searched] = with_and_without_formulas(brep);
-        let full = Options {
-            accuracy: Accuracy::Full,
-            prediction: f64::INFINITY,
-            ..Options::default()
-        };
+        let [brep, searched] = part(&mut random, round);
+        let full = full();
         let (mut one, mut other) = (Workspace::default(), Workspace::default());
         for k in 0..24 {
             // Next to the surface, and anywhere.
@@ -119,17 +129,8 @@ fn what_touches_is_told_without_the_search() {
     let mut random = Random::new(41);
     let (mut by_formula, mut all) = (0, 0);
     for round in 0..18 {
-        let kind = [Kind::Torus, Kind::Cylinder, Kind::Cone][round % 3];
-        let center = Point3::from(random.direction() * random.between(0.0, 20.0));
-        let frame = Rotation3::new(random.direction() * random.between(0.1, 3.0));
-        let turn = if round % 2 == 0 { TAU } else { 4.0 };
-        let brep = surface(&kind, center, &frame, turn, round % 4 < 2);
-        let [brep, searched] = with_and_without_formulas(brep);
-        let full = Options {
-            accuracy: Accuracy::Full,
-            prediction: f64::INFINITY,
-            ..Options::default()
-        };
+        let [brep, searched] = part(&mut random, round);
+        let full = full();
         let (mut one, mut other) = (Workspace::default(), Workspace::default());
         for k in 0..12 {
             let s = brep.brep().surface(0);
