@@ -311,7 +311,7 @@ impl PreparedBrep {
     /// Frechet distance, the crack's width, is at most the diagonal of `B`; who misses `B` widened by its diagonal is
     /// clear. It costs nothing to make, so that an edge far off stays unmade. *Rough*: the same of boxes around what the surfaces have over the trims' boxes in uv, for who meets the
     /// first; without images and without the crack's width, which take a hundred times as long. *Near*: a box around the images, widened by the
-    /// bound of the crack's width; made when something first comes near, and cut with the far one: who comes so near to the images is in both.
+    /// bound of the crack's width; made when something first comes near, and cut with the others: who comes so near to the images is in all, and it is the same whether the box has been made or not.
     pub(crate) fn edges_by_line(
         &self,
         line: &Skewer,
@@ -331,10 +331,13 @@ impl PreparedBrep {
                 }
             }
             Known::Box(*shared.near.get_or_init(|| {
-                let near = self.near_box(shared.edge);
-                near.map_or(shared.far, |near| {
-                    Some(shared.far.map_or(near, |far| common(&near, &far)))
-                })
+                let make = || self.rough_box(shared.edge);
+                let all = [
+                    self.near_box(shared.edge),
+                    *shared.rough.get_or_init(make),
+                    shared.far,
+                ];
+                all.into_iter().flatten().reduce(|a, b| common(&a, &b))
             }))
         };
         let tree = self.edge_tree.get_or_init(|| {

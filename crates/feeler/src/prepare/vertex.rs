@@ -97,8 +97,11 @@ impl Vertices {
         self.tree.any(line, known, |index| {
             let vertex = &self.all[index];
             let missed = |b: Option<Box3>| b.as_ref().is_some_and(&misses);
-            // f64 sees only so far: what it finds near is looked at again.
-            !missed(vertex.far) && !missed(vertex.near(brep)) && !missed(vertex.fine(brep))
+            // All that may tell, whatever has been made before; f64 sees only so far, and what it finds near is looked at again.
+            !missed(vertex.far)
+                && !missed(vertex.rough(brep))
+                && !missed(vertex.near(brep))
+                && !missed(vertex.fine(brep))
         })
     }
 
@@ -214,7 +217,9 @@ fn rough(brep: &PreparedBrep, part: &Part) -> Option<Option<Box3>> {
             let end = trim_end::<f64>(brep.brep(), trim, last).filter(|p| p[2].is_above(0.0));
             end.and_then(|p| {
                 let uv = [p[0] / p[2], p[1] / p[2]].map(|x| [x.lower(), x.upper()]);
-                boxes::box_over(brep.brep().surface(brep.face_of(trim)), &uv)
+                let known = uv.iter().flatten().all(|x| x.is_finite());
+                let surface = brep.brep().surface(brep.face_of(trim));
+                known.then(|| boxes::box_over(surface, &uv)).flatten()
             })
         }
     })

@@ -5,6 +5,8 @@
 //! # Method
 //! Let the boxes of a foot hold every interior local minimum `m`, `w` be parameters in them, `d = (du, dv)` how far `m` is from `w` at most, and `f` half a squared distance, or a height.
 //! The value at `w` is one of the face, and so a bound from above. Two bounds from below:
+//! No point of the face's border is lower than the least in the boxes, if these are in the domain: of all angles the least is in theirs for each place on the profile, and of all these places, for an angle in
+//! theirs, in the other's. So what is least there is an interior minimum, and a bound for the whole face.
 //!
 //! At `m` the objective is stationary, so at `w` it is larger by half its second derivative along `d` at most.
 //! Let `r` bound the distance from the axis and `l` the profile's speed, and a circle's curvature times its square: then all derivatives of the surface along the profile, mixed or not, are
@@ -33,7 +35,9 @@ impl RevolutionForm {
         target: &Target,
         found: &Critical,
     ) -> Option<[Dd; 2]> {
-        if self.slack == 0.0 || !found.minimum.unique {
+        // Of several copies it need not be the first that is in the region.
+        let alone = found.boxes.u.len() == 1 && found.boxes.v.len() == 1;
+        if self.slack == 0.0 || !found.minimum.unique || !alone {
             return None;
         }
         let uv = found.minimum.uv;

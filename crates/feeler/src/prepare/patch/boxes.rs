@@ -84,19 +84,26 @@ pub(crate) fn box_over(surface: &Surface, range: &[[f64; 2]; 2]) -> Option<Box3>
     }
 }
 
-/// The pieces of a curve over a range; where that is a point, of what is next to it.
+/// The pieces of a curve over a range; where that is a point, of what is next to it. Of a poly-curve whole pieces: parameters of its segments are rounded where these are cut.
 fn pieces_over(curve: &Curve3, [from, to]: [f64; 2]) -> Vec<BezierCurve<f64, 4>> {
     let domain = curve.domain();
-    let (from, to) = if from < to {
-        (from, to)
-    } else {
-        (
-            from.next_down().max(domain.start),
-            to.next_up().min(domain.end),
-        )
-    };
+    let wide = [from.next_down(), to.next_up()];
     let mut out = Vec::new();
-    curve_pieces(curve, from, to, &mut out);
+    if let Curve3::Poly(_) = curve {
+        curve_pieces(curve, domain.start, domain.end, &mut out);
+        out.retain(|p| {
+            // Its ends may be no f64, and between two that are neighbours.
+            let (a, b) = (p.map.start, p.map.end);
+            a.min(b) <= wide[1] && a.max(b) >= wide[0]
+        });
+    } else {
+        let (from, to) = if from < to {
+            (from, to)
+        } else {
+            (wide[0].max(domain.start), wide[1].min(domain.end))
+        };
+        curve_pieces(curve, from, to, &mut out);
+    }
     out
 }
 
@@ -177,6 +184,10 @@ fn swept_boxes(s: &Turns<f64>) -> Vec<Option<Box3>> {
         for arcs in piece.as_ref()? {
             for (range, arc) in out.iter_mut().zip(arcs) {
                 let [low, high] = arc.range(sector);
+                // What is no number is nowhere.
+                if !(low <= high) {
+                    return None;
+                }
                 *range = [range[0].min(low), range[1].max(high)];
             }
         }
@@ -273,7 +284,7 @@ mod tests {
     use super::super::surface_patches;
     use super::*;
     use crate::numeric::Interval;
-    use crate::nurbs::{NurbsCurve, Plane, Revolution, Sum};
+    use crate::nurbs::{Line, NurbsCurve, Plane, PolyCurve, Revolution, Sum};
     use nalgebra::{Point3, Vector4};
 
     struct Random(u64);
@@ -366,6 +377,44 @@ mod tests {
                 }
             }
             assert!(seen >= 81 && held == whole);
+        }
+    }
+
+    /// A segment of a poly-curve whose own parameters are so large that all next to its end is rounded to it.
+    #[test]
+    fn boxes_over_poly_curves() {
+        let line = |a: [f64; 3], b: [f64; 3], start: f64| {
+            let domain = Interval::new(start, start + 1.0).unwrap();
+            Curve3::Line(Line::new(a.into(), b.into(), domain).unwrap())
+        };
+        let (a, b, c) = ([1.0, 0.0, 0.0], [1.0, 0.0, 1.0], [2.0, 0.0, 1.0]);
+        let segments = vec![line(a, b, 1e15), line(b, c, 0.0)];
+        let poly = PolyCurve::new(segments, vec![0.0, 1.0, 2.0]).unwrap();
+        let first = Interval::new(0.0, 1.0).unwrap();
+        let along = Line::new(Point3::origin(), Point3::new(0.0, 3.0, 0.0), first).unwrap();
+        let sum = Surface::Sum(Sum {
+            first: Curve3::Line(along),
+            second: Curve3::Poly(poly.clone()),
+            base: Vector3::zeros(),
+        });
+        let turned = Revolution {
+            origin: Point3::origin(),
+            axis: Vector3::z(),
+            angle: first,
+            angle_domain: first,
+            profile: Curve3::Poly(poly),
+            transposed: false,
+        };
+        let turned = Surface::Revolution(Revolution::new(turned).unwrap());
+        for surface in [sum, turned] {
+            // The second coordinate at 0.95 of the first segment, and where both meet.
+            for range in [[0.95, 1.5], [0.95; 2], [1.0, 1.0], [1.0, 1.5]] {
+                let b = box_over(&surface, &[[0.2, 0.7], range]).unwrap();
+                assert!(
+                    b[2][0] <= range[0].min(1.0) && b[2][1] >= 1.0,
+                    "{range:?} {b:?}"
+                );
+            }
         }
     }
 
