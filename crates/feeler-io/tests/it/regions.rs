@@ -40,15 +40,10 @@ fn check(name: &str, brep: &Brep) -> [usize; 4] {
                 points.push([u.lerp(s(i)), v.lerp(s(j))]);
             }
         }
-        for p in region
-            .pieces()
-            .iter()
-            .step_by(1 + region.pieces().len() / 200)
-        {
-            for c in [
-                &p.control_points[0],
-                &p.control_points[p.control_points.len() / 2],
-            ] {
+        let step = 1 + region.pieces().len() / 200;
+        for p in region.pieces().step_by(step) {
+            let of_piece = p.control_points();
+            for c in [of_piece[0], of_piece[of_piece.len() / 2]] {
                 points.push([c[0] / c[2], c[1] / c[2]]);
             }
         }

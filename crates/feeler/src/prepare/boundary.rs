@@ -283,6 +283,23 @@ pub(super) fn trim_end<T: Real>(brep: &Brep, trim: usize, last: bool) -> Option<
     end.copied()
 }
 
+/// A box around some curves in uv; `None` where there are none, or one is not known.
+pub(super) fn uv_box(
+    brep: &Brep,
+    sources: impl Iterator<Item = CurveSource>,
+) -> Option<[[f64; 2]; 2]> {
+    let mut out: Option<[[f64; 2]; 2]> = None;
+    for source in sources {
+        let points = uv_curve::<f64>(brep, source).points;
+        let own = [0, 1].map(|c| hull(&points, c));
+        let all = out.get_or_insert(own);
+        for c in 0..2 {
+            all[c] = [all[c][0].min(own[c][0]), all[c][1].max(own[c][1])];
+        }
+    }
+    out.filter(|b| b.iter().flatten().all(|x| x.is_finite()))
+}
+
 /// One of the [uv curves](uv_curves), by itself: the same to the last bit.
 pub(crate) fn uv_curve<T: Real>(brep: &Brep, source: CurveSource) -> UvCurve<T> {
     match source {

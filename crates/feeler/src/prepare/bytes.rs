@@ -1,6 +1,7 @@
 //! How much memory a prepared BREP holds, and how it is given back.
 
 use super::box_tree::BoxTree;
+use super::vertex::Vertices;
 use super::{Box3, FaceGeometry, Image, Net, PreparedBrep, PreparedFace, SideCells};
 use crate::numeric::Real;
 use std::sync::OnceLock;
@@ -83,6 +84,7 @@ impl PreparedBrep {
             + faces
             + self.shared.get().map_or(0, |s| size_of_val(&**s))
             + self.edge_tree.get().map_or(0, BoxTree::bytes)
+            + self.vertices.get().map_or(0, Vertices::bytes)
             + self.face_tree.get().map_or(0, BoxTree::bytes)
             + cracks
             + images(&self.images)
@@ -105,6 +107,7 @@ impl PreparedBrep {
                 b.faces.iter_mut().for_each(|f| f.double = empty());
                 b.images.iter_mut().for_each(|i| *i = empty());
                 b.side_cells = empty();
+                *b.rays.get_mut() = 0;
             },
             |b| {
                 for f in &mut b.faces {
@@ -113,9 +116,7 @@ impl PreparedBrep {
                     f.shell = empty();
                     f.polygon = empty();
                 }
-                b.room = empty();
-                b.vertex_regions = empty();
-                b.fine_vertex_regions = empty();
+                b.vertices = empty();
                 b.shared = empty();
                 b.edge_tree = empty();
                 b.face_tree = empty();

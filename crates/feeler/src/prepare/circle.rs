@@ -85,6 +85,16 @@ impl Spans {
         }
     }
 
+    /// The angle where one of them begins, or the last ends.
+    pub(super) fn border(&self, k: usize) -> Ball<Dd> {
+        let t = if k < self.count {
+            self.range(k).start
+        } else {
+            self.to
+        };
+        angle_at(self.angle, self.domain)(t)
+    }
+
     /// One of them.
     pub(crate) fn span<T: Real>(&self, k: usize) -> Span<T> {
         let at = angle_at(self.angle, self.domain);

@@ -147,9 +147,9 @@ impl PreparedBrep {
     pub(crate) fn course(&self, trim: usize) -> Option<Course> {
         let face = self.face_of(trim);
         let parts = self.brep().parts();
-        let pieces = self.region(face).pieces().iter();
+        let pieces = self.region(face).pieces();
         let own =
-            |p: &&BoundaryPiece| matches!(p.origin, PieceOrigin::Trim { trim: t, .. } if t == trim);
+            |p: &BoundaryPiece| matches!(p.origin, PieceOrigin::Trim { trim: t, .. } if t == trim);
         let mut own = pieces.filter(own);
         let surface = self.brep().surface(face);
         if let Some(polygon) = self.polygon(face) {
@@ -165,7 +165,7 @@ impl PreparedBrep {
         }
         let (piece, none) = (own.next()?, own.next().is_none());
         let k = if none {
-            along_parameter(piece)?
+            along_parameter(&piece)?
         } else {
             return None;
         };

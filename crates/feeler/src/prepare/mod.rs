@@ -35,6 +35,7 @@ mod side_cells;
 mod spline;
 mod stored_place;
 mod turned;
+mod vertex;
 
 pub use boundary::Piece;
 pub use bytes::FaceBytes;
@@ -69,10 +70,13 @@ use stored_place::stored_place;
 use crate::brep::Brep;
 use crate::numeric::{Dd, Td};
 use crate::trim::TrimRegion;
+use boundary::CurveSource;
 use box_tree::{BoxTree, Known};
 use closed::{ClosedFace, ClosedImage, SphereForm};
 use nalgebra::Point3;
+use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, OnceLock};
+use vertex::Vertices;
 
 /// A box in space: ranges of x, y, z, rounded outward.
 pub(crate) type Box3 = [[f64; 2]; 3];
@@ -93,6 +97,14 @@ fn common(a: &Box3, b: &Box3) -> Box3 {
 /// A box wider by a length on all sides, rounded outward.
 fn widened(b: &Box3, by: f64) -> Box3 {
     b.map(|r| [(r[0] - by).next_down(), (r[1] + by).next_up()])
+}
+
+/// A box wider by its own diagonal on all sides.
+fn by_its_diagonal(b: &Box3) -> Box3 {
+    let squares = b.iter().map(|r| (r[1] - r[0]).powi(2));
+    // A few roundings of the diagonal.
+    let diagonal = squares.sum::<f64>().sqrt() * (1.0 + 16.0 * f64::EPSILON);
+    widened(b, diagonal)
 }
 
 /// What is kept of one face.
@@ -120,15 +132,14 @@ pub struct PreparedBrep {
     size: f64,
     /// A box around all faces; `None` where none is known.
     bounding_box: Option<Box3>,
-    /// That box with all cracks.
-    room: OnceLock<Option<Box3>>,
+    /// How many rays were cast for sides that cells might have told.
+    rays: AtomicUsize,
     /// Of each trim: its image.
     images: Vec<OnceLock<Option<Image<f64>>>>,
     /// The same in double-double.
     fine_images: Vec<OnceLock<Option<Image<Dd>>>>,
-    vertex_regions: OnceLock<Option<Vec<Box3>>>,
-    /// The same in double-double.
-    fine_vertex_regions: OnceLock<Option<Vec<Box3>>>,
+    /// The regions around vertices.
+    vertices: OnceLock<Vertices>,
     /// Of each edge: its crack's width, from above.
     cracks: Vec<OnceLock<f64>>,
     /// The same in double-double.
@@ -148,6 +159,7 @@ pub(crate) struct SharedEdge {
     pub(crate) edge: usize,
     /// See [`PreparedBrep::edges_by_line`].
     far: Option<Box3>,
+    rough: OnceLock<Option<Box3>>,
     near: OnceLock<Option<Box3>>,
 }
 
@@ -171,7 +183,7 @@ impl PreparedBrep {
             })
             .collect();
         let boxes: Vec<Option<Box3>> = (0..faces.len())
-            .map(|face| patch::surface_box(brep.surface(face)))
+            .map(|face| patch::boxes::surface_box(brep.surface(face)))
             .collect();
         let all: Option<Vec<Box3>> = boxes.iter().copied().collect();
         let bounding_box = all.map(|all| around(&all));
@@ -191,8 +203,7 @@ impl PreparedBrep {
             least_cracks: slots(),
             images: brep.parts().trims.iter().map(|_| OnceLock::new()).collect(),
             fine_images: brep.parts().trims.iter().map(|_| OnceLock::new()).collect(),
-            vertex_regions: OnceLock::new(),
-            fine_vertex_regions: OnceLock::new(),
+            vertices: OnceLock::new(),
             side_cells: OnceLock::new(),
             shared: OnceLock::new(),
             edge_tree: OnceLock::new(),
@@ -203,7 +214,7 @@ impl PreparedBrep {
             boxes,
             size,
             bounding_box,
-            room: OnceLock::new(),
+            rays: AtomicUsize::new(0),
         }
     }
 
@@ -285,6 +296,7 @@ impl PreparedBrep {
             let made = shared.map(|(edge, e)| SharedEdge {
                 edge,
                 far: self.far_box(&e.trims),
+                rough: OnceLock::new(),
                 near: OnceLock::new(),
             });
             made.collect()
@@ -295,10 +307,11 @@ impl PreparedBrep {
     /// is clear of, farther from the images of their trims than the crack's width. Until it returns true; whether it did. The ends of a
     /// line count for what `misses` tells of a box: whether the line surely does not meet it. It is asked of few: others are told in a tree.
     ///
-    /// Two boxes know it. *Far*: the images are moved to the domains of their surfaces and so lie in the box `B` around the faces; their
+    /// Three boxes know it. *Far*: the images are moved to the domains of their surfaces and so lie in the box `B` around the faces; their
     /// Frechet distance, the crack's width, is at most the diagonal of `B`; who misses `B` widened by its diagonal is
-    /// clear. It costs nothing to make, so that an edge far off stays unmade. *Near*: a box around the images, widened by the
-    /// bound of the crack's width; made when something first comes near, and cut with the other one: who comes so near to the images is in both.
+    /// clear. It costs nothing to make, so that an edge far off stays unmade. *Rough*: the same of boxes around what the surfaces have over the trims' boxes in uv, for who meets the
+    /// first; without images and without the crack's width, which take a hundred times as long. *Near*: a box around the images, widened by the
+    /// bound of the crack's width; made when something first comes near, and cut with the others: who comes so near to the images is in all, and it is the same whether the box has been made or not.
     pub(crate) fn edges_by_line(
         &self,
         line: &Skewer,
@@ -308,14 +321,23 @@ impl PreparedBrep {
         let edges = self.shared_edges();
         let known = |index: usize| {
             let shared = &edges[index];
-            if shared.near.get().is_none() && shared.far.as_ref().is_some_and(&misses) {
-                return Known::Missed;
+            if shared.near.get().is_none() {
+                let rough = || {
+                    let make = || self.rough_box(shared.edge);
+                    shared.rough.get_or_init(make).as_ref()
+                };
+                if shared.far.as_ref().is_some_and(&misses) || rough().is_some_and(&misses) {
+                    return Known::Missed;
+                }
             }
             Known::Box(*shared.near.get_or_init(|| {
-                let near = self.near_box(shared.edge);
-                near.map_or(shared.far, |near| {
-                    Some(shared.far.map_or(near, |far| common(&near, &far)))
-                })
+                let make = || self.rough_box(shared.edge);
+                let all = [
+                    self.near_box(shared.edge),
+                    *shared.rough.get_or_init(make),
+                    shared.far,
+                ];
+                all.into_iter().flatten().reduce(|a, b| common(&a, &b))
             }))
         };
         let tree = self.edge_tree.get_or_init(|| {
@@ -364,11 +386,24 @@ impl PreparedBrep {
     fn far_box(&self, trims: &[usize]) -> Option<Box3> {
         let faces = trims.iter().map(|t| self.boxes[self.face_of(*t)]);
         let faces: Option<Vec<Box3>> = faces.collect();
-        let b = around(&faces?);
-        let squares = b.iter().map(|r| (r[1] - r[0]).powi(2));
-        // A few roundings of the diagonal.
-        let diagonal = squares.sum::<f64>().sqrt() * (1.0 + 16.0 * f64::EPSILON);
-        Some(widened(&b, diagonal))
+        Some(by_its_diagonal(&around(&faces?)))
+    }
+
+    /// See [`edges_by_line`](Self::edges_by_line).
+    fn rough_box(&self, edge: usize) -> Option<Box3> {
+        let trims = self.brep.parts().edges[edge].trims.iter();
+        let boxes = trims.map(|&t| {
+            let sources = boundary::trim_sources(&self.brep, t);
+            self.box_over(self.face_of(t), sources)
+        });
+        let boxes: Option<Vec<Box3>> = boxes.collect();
+        Some(by_its_diagonal(&around(&boxes?)))
+    }
+
+    /// A box around what a face's surface has over the box around some curves in uv: around their images.
+    fn box_over(&self, face: usize, sources: impl Iterator<Item = CurveSource>) -> Option<Box3> {
+        let uv = boundary::uv_box(&self.brep, sources)?;
+        patch::boxes::box_over(self.brep.surface(face), &uv)
     }
 
     fn near_box(&self, edge: usize) -> Option<Box3> {
@@ -386,23 +421,12 @@ impl PreparedBrep {
         parts.loops[parts.trims[trim].trim_loop].face
     }
 
-    /// The regions around vertices; `None` where they are not known.
-    pub(crate) fn vertex_regions(&self) -> Option<&[Box3]> {
-        let made = self
-            .vertex_regions
-            .get_or_init(|| crack::vertex_regions(self, |face| self.double(face)));
-        made.as_deref()
+    /// The regions around vertices.
+    pub(crate) fn vertices(&self) -> &Vertices {
+        self.vertices.get_or_init(|| Vertices::new(self))
     }
 
-    /// The same in double-double.
-    pub(crate) fn fine_vertex_regions(&self) -> Option<&[Box3]> {
-        let made = self
-            .fine_vertex_regions
-            .get_or_init(|| crack::vertex_regions(self, |face| self.double_double(face)));
-        made.as_deref()
-    }
-
-    /// Sides of points in space that are kept, where they are wanted and can be.
+    /// Sides of points in space that are kept, where they are wanted and can be. They need the widths of all cracks, of which a ray needs those alone that it comes near.
     pub(crate) fn side_cells(&self) -> Option<&SideCells> {
         if !self.shortcuts.side_cells {
             return None;
@@ -412,26 +436,22 @@ impl PreparedBrep {
             .as_ref()
     }
 
-    /// Whether a point is so far out that it is proven to be outside.
+    /// Whether [`side_cells`](Self::side_cells) are there, or worth their making: after so many rays as take about as long.
+    pub(crate) fn has_side_cells(&self) -> bool {
+        /// The width of a crack takes some times as long as a ray.
+        const RAYS_AN_EDGE: usize = 4;
+        let few = RAYS_AN_EDGE * self.brep.parts().edges.len();
+        self.side_cells.get().is_some() || self.rays.fetch_add(1, Ordering::Relaxed) >= few
+    }
+
+    /// Whether a point is so far out that it is proven to be outside: beyond the box `B` of all surfaces.
     ///
-    /// Let `B` be a box around all faces and `d` the widest crack. All images of edges are in `B`, so all cracks are within `d` of
-    /// it; and so are, without `d`, the vertex regions: smallest boxes around points of `B`. A point beyond `B`, in some coordinate and
-    /// by more than `d`, starts a ray away from `B` along that coordinate that meets neither face nor crack nor vertex region: its
-    /// parity, 0, is the side.
+    /// Faces, images of trims and what of these is moved to the borders of domains lie on the surfaces, so in `B`. What closes cracks and vertices (module `side_cells`) are
+    /// segments between points of these, and others within the smallest boxes around such points: in `B` too, as that is convex. A point beyond `B` in some coordinate
+    /// starts a ray away from `B` along that coordinate that meets none of it: its parity, 0, is the side.
     pub(crate) fn is_beyond(&self, point: &Point3<f64>) -> bool {
         let beyond = |b: &Box3| (0..3).any(|c| point[c] < b[c][0] || point[c] > b[c][1]);
-        // The box first: cracks are made when something comes near it.
-        if !self.bounding_box.as_ref().is_some_and(beyond) {
-            return false;
-        }
-        let room = self.room.get_or_init(|| {
-            let edges = self.brep.parts().edges.iter().enumerate();
-            let shared = edges.filter(|(_, e)| e.trims.len() > 1);
-            let widest = shared.fold(0.0, |w: f64, (edge, _)| w.max(self.crack_width(edge)));
-            let wide = |r: [f64; 2]| [(r[0] - widest).next_down(), (r[1] + widest).next_up()];
-            self.bounding_box.map(|b| b.map(wide))
-        });
-        room.as_ref().is_some_and(beyond)
+        self.bounding_box.as_ref().is_some_and(beyond)
     }
 
     /// A box around all faces; `None` where none is known.

@@ -593,7 +593,10 @@ fn pair_of_points<T: Real, const H: usize>(
 }
 
 /// A box that holds what homogeneous control points relative to an origin make; `None` where a weight is not proven to be positive.
-fn hull<T: Real>(points: &[Homogeneous<T, 4>], origin: &[f64; 3]) -> Option<[[f64; 2]; 3]> {
+pub(super) fn hull<T: Real>(
+    points: &[Homogeneous<T, 4>],
+    origin: &[f64; 3],
+) -> Option<[[f64; 2]; 3]> {
     let mut out = [[f64::INFINITY, f64::NEG_INFINITY]; 3];
     for p in points {
         if !p[3].is_above(0.0) {

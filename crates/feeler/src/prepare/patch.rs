@@ -1,5 +1,7 @@
 //! Rational Bezier patches of a face's surface, with bounds.
 
+pub(super) mod boxes;
+
 use super::circle::{Span, Spans, degree, normalized, span_count};
 use super::compose::{compose, compose_bytes};
 use super::spline::{ArcPiece, BezierCurve, Blossom, curve_pieces, piece_count};
@@ -7,7 +9,7 @@ use super::turned::Turned;
 use super::{Box3, Homogeneous, Net, ParamMap, Products};
 use crate::numeric::bernstein::Bidegree;
 use crate::numeric::{Ball, Dd, Interval, Real};
-use crate::nurbs::{Curve3, KnotVector, NurbsSurface, Plane, Surface};
+use crate::nurbs::{Curve3, KnotVector, NurbsSurface, Plane, Revolution, Surface};
 use nalgebra::{Point3, Vector3};
 use std::sync::OnceLock;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -159,14 +161,12 @@ impl<T: Real> Source<T> {
                 spans: [s.knots_u(), s.knots_v()].map(|k| k.spans().collect()),
             },
             Surface::Revolution(s) => {
-                let axis: [Ball<Dd>; 3] =
-                    normalized(&std::array::from_fn(|c| Ball::exact(s.axis[c])));
                 let domain = s.angle_domain;
                 let turns = Spans::new(s.angle, domain, domain.start, domain.end);
                 Self::Revolution(Box::new(Turns {
                     transposed: s.transposed,
                     origin: s.origin,
-                    axis: axis.map(|b| Ball::<T>::from_dd(b.mid, b.rad)),
+                    axis: unit_axis(s),
                     made: (0..turns.len()).map(|_| OnceLock::new()).collect(),
                     turns,
                     profile: pieces(&s.profile),
@@ -291,6 +291,12 @@ impl<T: Real> Source<T> {
             Self::Sum { pieces, .. } => pieces.iter().map(of_pieces).sum(),
         }
     }
+}
+
+/// The direction of the axis.
+fn unit_axis<T: Real>(s: &Revolution) -> [Ball<T>; 3] {
+    let axis: [Ball<Dd>; 3] = normalized(&std::array::from_fn(|c| Ball::exact(s.axis[c])));
+    axis.map(|b| Ball::from_dd(b.mid, b.rad))
 }
 
 fn map(range: Interval) -> ParamMap {
@@ -672,15 +678,11 @@ impl Patches<f64> {
     /// Those of a face, and a box around each. The large ones are made when they are needed: of these only the boxes are there from the start.
     /// Those of a NURBS surface are made row by row, for less than one by one.
     pub(super) fn with_boxes(surface: &Surface) -> (Self, Box<[Option<Box3>]>) {
-        let mut patches = match surface {
+        let patches = match surface {
             Surface::Nurbs(_) | Surface::Plane(_) => Self::all(surface),
             Surface::Revolution(_) | Surface::Sum(_) => Self::on_demand(surface),
         };
-        let boxes = (0..patches.len()).map(|i| patches.lent(i).net.bounding_box());
-        let boxes = boxes.collect();
-        if let Source::Revolution(s) = &mut patches.source {
-            s.made.iter_mut().for_each(|turn| *turn = OnceLock::new());
-        }
+        let boxes = boxes::patch_boxes(&patches).into();
         (patches, boxes)
     }
 }
@@ -690,32 +692,6 @@ impl<T: Real> std::ops::Index<usize> for Patches<T> {
 
     fn index(&self, index: usize) -> &Patch<T> {
         &self.kept(index).patch
-    }
-}
-
-/// A box around a whole surface, by the convex hull of its control points; `None` where none is known.
-pub(crate) fn surface_box(surface: &Surface) -> Option<Box3> {
-    match surface {
-        Surface::Nurbs(s) => {
-            let points = s
-                .control_net()
-                .iter()
-                .map(|p| std::array::from_fn(|c| Ball::<f64>::exact(p[c])))
-                .collect();
-            Net::new(Bidegree { u: 0, v: 0 }, points, [0.0; 3]).bounding_box()
-        }
-        Surface::Plane(s) => plane_patch::<f64>(s).net.bounding_box(),
-        Surface::Revolution(_) | Surface::Sum(_) => {
-            let mut out: Option<Box3> = None;
-            for patch in surface_patches::<f64>(surface) {
-                let b = patch.net.bounding_box()?;
-                let all = out.get_or_insert(b);
-                for c in 0..3 {
-                    all[c] = [all[c][0].min(b[c][0]), all[c][1].max(b[c][1])];
-                }
-            }
-            out
-        }
     }
 }
 

@@ -217,8 +217,8 @@ impl Polygon {
         let start = [u.start, v.start];
         let (mut pieces, mut bows) = (Vec::new(), Vec::new());
         let region = brep.region(face);
-        let leaves = region.pieces().iter().any(|p| !p.inside_domain);
-        for (piece, own) in region.pieces().iter().zip(region.exact_pieces()) {
+        let leaves = region.pieces().any(|p| !p.inside_domain);
+        for (piece, own) in region.pieces().zip(region.exact_pieces()) {
             // Where loops leave the domain, what they make is cut with it.
             if leaves && piece.origin == PieceOrigin::Domain {
                 continue;

@@ -24,15 +24,20 @@
 //! - Torus: `E / C = |y|^2 + R^2 - r^2` and `(E^2 - 4 R^2 C (w rho)^2) / C^2 = (|y|^2 + R^2 - r^2 - 2 R rho) (E / C + 2 R rho)`, of which the first
 //!   factor is the function's square less `r^2`, and the second is no less than for the least of `E / C` and `rho`.
 //!
+//! A turned arc whose centre `c` is next to the axis needs no coefficients: turning keeps distances from the point `o` of the axis next to `c`, and those of the arc's points from `o` are the
+//! radius but for `|c - o|` at most.
+//!
 //! That the frame is off by a little costs sharpness, not truth. Nothing is claimed about which points of the shell are on the surface: an
 //! upper bound is always a point of the surface itself.
 
+use super::circle::{dot, normalized};
 use super::closed::Target;
 use super::net::Coefficients;
-use super::recognise::{Round, recognise};
+use super::recognise::{Frame, Round, recognise};
 use super::{Net, PreparedBrep, Quotient};
 use crate::numeric::bernstein::Bidegree;
 use crate::numeric::{Ball, Dd, Real};
+use crate::nurbs::{Curve3, Revolution, Surface};
 use nalgebra::{Matrix3, Point3, Vector3};
 
 /// A round surface and bounds of its function on a face's whole surface.
@@ -67,6 +72,14 @@ const MOST_TORIC: usize = 100;
 impl Shell {
     /// The shell of a face's surface; `None` where no round surface is seen in it.
     pub(super) fn new(brep: &PreparedBrep, face: usize) -> Option<Self> {
+        let thin = |s: &Self| s.high - s.low <= THICK * brep.size();
+        let turned = match brep.brep().surface(face) {
+            Surface::Revolution(s) => Self::of_turned_arc(s).filter(thin),
+            _ => None,
+        };
+        if turned.is_some() {
+            return turned;
+        }
         let round = recognise(brep.double(face))?;
         let rows = Matrix3::from_rows(&round.frame().rows.map(|r| r.transpose()));
         let small = |x: f64| x.abs() <= 0.5 * SQUARE;
@@ -89,7 +102,34 @@ impl Shell {
             low = low.min(a);
             high = high.max(b);
         }
-        (high - low <= THICK * brep.size()).then_some(Self { round, low, high })
+        Some(Self { round, low, high }).filter(thin)
+    }
+
+    /// That of a turned arc, if it is one about the point of the axis that is next to the arc's centre.
+    fn of_turned_arc(s: &Revolution) -> Option<Self> {
+        let Curve3::Arc(arc) = &s.profile else {
+            return None;
+        };
+        let exact = |v: &Vector3<f64>| [0, 1, 2].map(|c| Ball::<Dd>::exact(v[c]));
+        let axis = normalized(&exact(&s.axis));
+        let way: [Ball<Dd>; 3] =
+            std::array::from_fn(|c| Ball::difference(arc.center[c], s.origin[c]));
+        let along = dot(&way, &axis);
+        let next = [0, 1, 2].map(|c| Ball::exact(s.origin[c]) + along * axis[c]);
+        let origin = Point3::from(next.map(|x| x.mid.hi));
+        let apart = |p: &Point3<f64>| {
+            let off = [0, 1, 2].map(|c| (next[c] - Ball::exact(p[c])).magnitude());
+            off.iter().map(|x| x * x).sum::<f64>().sqrt() * UP + Round::TINY
+        };
+        let off = apart(&arc.center) + apart(&origin);
+        let rows = [Vector3::x(), Vector3::y(), Vector3::z()];
+        Some(Self {
+            round: Round::Sphere {
+                frame: Frame { origin, rows },
+            },
+            low: (arc.radius - off).next_down().max(0.0),
+            high: (arc.radius + off).next_up(),
+        })
     }
 
     /// Whether it is one about a sphere.
@@ -502,6 +542,64 @@ mod tests {
                     );
                 }
             }
+        }
+    }
+
+    /// A turned arc is in a shell about its centre, from within a rounding of the axis to what is too far for one: no thinner than its points need, nor by far thicker.
+    #[test]
+    fn turned_arcs_are_in_shells() {
+        let mut random = Random(0x3c6e_f372_fe94_f82b);
+        for round in 0..24 {
+            let turned = Turned::new(&mut random);
+            let off = [0.0, 1e-17, 1e-15, 1e-13, 1e-11, 1e-6][round % 6];
+            let angle = Interval::new(0.3, 5.0).unwrap();
+            let surface = Revolution {
+                // About the axis through the pole, in part, or off it.
+                profile: turned.arc([off, 0.5], 2.0, [[-1.5, 1.2], [-0.3, 0.9]][round % 2]),
+                origin: turned.origin,
+                axis: turned.rows[2] * random.between(0.3, 3.0),
+                angle,
+                angle_domain: angle,
+                transposed: false,
+            };
+            let surface = Surface::Revolution(Revolution::new(surface).unwrap());
+            let Surface::Revolution(s) = &surface else {
+                unreachable!()
+            };
+            let shell = Shell::of_turned_arc(s).unwrap();
+            // The centre was rounded too, as far from the origin as it is.
+            assert!(
+                shell.thickness() <= 2.0 * off + ROUNDING,
+                "{off:e} {shell:?}"
+            );
+            let Curve3::Arc(arc) = &s.profile else {
+                unreachable!()
+            };
+            let [u, v] = surface.domain();
+            let (mut low, mut high) = (f64::INFINITY, 0.0f64);
+            for _ in 0..200 {
+                let p = surface.point(
+                    random.between(u.start, u.end),
+                    random.between(v.start, v.end),
+                );
+                let (value, _) = shell.round.value(&p);
+                let rounding = 64.0 * f64::EPSILON * p.coords.norm().max(1.0);
+                assert!(
+                    shell.low - rounding <= value && value <= shell.high + rounding,
+                    "{off:e}"
+                );
+                (low, high) = (low.min(value), high.max(value));
+            }
+            // Were the shell's centre elsewhere, points would differ by more than where the arc's centre is off.
+            assert!(
+                high - low <= 2.0 * off + 10.0 * ROUNDING,
+                "{off:e} {}",
+                high - low
+            );
+            assert!(
+                (low - arc.radius).abs() <= off + 10.0 * ROUNDING,
+                "{off:e} {low}"
+            );
         }
     }
 

@@ -53,7 +53,7 @@ const MOST_BOXES: usize = 512;
 fn strays(brep: &PreparedBrep, face: usize, out: &mut Vec<Box3>) -> Option<()> {
     let region = brep.region(face);
     let domain = region.domain().map(|d| [d.start, d.end]);
-    for piece in region.pieces().iter().filter(|p| !p.inside_domain) {
+    for piece in region.pieces().filter(|p| !p.inside_domain) {
         for (k, end) in [(0, 0), (0, 1), (1, 0), (1, 1)] {
             let side = domain[k][end];
             let [low, high] = piece.hull[k];
@@ -132,11 +132,12 @@ impl SideCells {
         let edges = 0..brep.brep().parts().edges.len();
         let widest = edges.map(|e| brep.crack_width(e)).fold(0.0, f64::max);
         let diagonal = |b: &Box3| b.iter().map(|r| (r[1] - r[0]).powi(2)).sum::<f64>().sqrt();
-        let regions = brep.vertex_regions()?.iter().map(diagonal);
+        let regions: Option<Vec<Box3>> = brep.vertices().regions(brep).collect();
+        let regions = regions?;
         Some(Self {
             strays,
             bounds,
-            reach: regions.fold(widest, f64::max) * UP,
+            reach: regions.iter().map(diagonal).fold(widest, f64::max) * UP,
             root: Cell::default(),
         })
     }

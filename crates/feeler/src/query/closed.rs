@@ -163,13 +163,13 @@ impl Search<'_> {
         }
         if sharp {
             let minimum = form.surface.sharpened(target, &rough);
-            return Some((self.at_foot(form, &rough, minimum), side));
+            return Some((self.at_foot((face, form), &rough, minimum), side));
         }
         let fine = form.surface.critical_fine(target)?;
         let side = match boxes_side(self.brep, face, &fine.boxes) {
             BoxSide::Mixed if fine.minimum.unique => self.side_of_foot(face, form, &fine.minimum),
             BoxSide::Inside => {
-                let minimum = self.at_foot(form, &fine, fine.minimum);
+                let minimum = self.at_foot((face, form), &fine, fine.minimum);
                 return Some((minimum, BoxSide::Inside));
             }
             side => side,
@@ -178,9 +178,16 @@ impl Search<'_> {
     }
 
     /// A minimum whose boxes are in the region, known by the surface itself where the formula's model of it is not enough.
-    fn at_foot(&self, form: &ClosedFace, found: &Critical, mut minimum: Minimum) -> Minimum {
+    fn at_foot(
+        &self,
+        (face, form): (usize, &ClosedFace),
+        found: &Critical,
+        mut minimum: Minimum,
+    ) -> Minimum {
         if !self.is_fine(&minimum)
-            && let Some([low, high]) = form.surface.at_foot(&self.target, found)
+            && let Some([low, high]) =
+                form.surface
+                    .at_foot(self.brep.brep().surface(face), &self.target, found)
         {
             let [l, h] = minimum.range;
             minimum.range = [

@@ -263,11 +263,21 @@ pub(super) fn in_material(
         Some(Side::Outside | Side::Boundary) => Some(false),
         None => None,
     };
+    if brep.is_beyond(&point) {
+        return Some(false);
+    }
     // The root is correctly rounded.
     let distance = squared.floor_f64().max(0.0).sqrt().next_down();
-    let kept = brep.side_cells();
-    let kept = kept.and_then(|cells| cells.in_material(&point, distance, &mut find));
-    kept.or_else(|| find(point))
+    let kept = |find: &mut dyn FnMut(Point3<f64>) -> Option<bool>| {
+        let cells = brep.side_cells()?;
+        cells.in_material(&point, distance, find)
+    };
+    // What either tells is proven: which is asked first makes no difference to the answer.
+    if brep.has_side_cells() {
+        kept(&mut find).or_else(|| find(point))
+    } else {
+        find(point).or_else(|| kept(&mut find))
+    }
 }
 
 /// Products lose at most [`TINY`](crate::numeric::TINY), 1e-280, to underflow: of squares below this nothing is left...

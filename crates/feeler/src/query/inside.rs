@@ -7,7 +7,7 @@ use super::on_face::{on_level_face, on_some_face};
 use super::zeros::{Digits, RawHit};
 use crate::numeric::Real;
 use crate::numeric::bernstein::{greater, largest, lesser};
-use crate::prepare::{Box3, Image, Net, PreparedBrep, SharedEdge, Stretch};
+use crate::prepare::{Image, Net, PreparedBrep, SharedEdge, Stretch};
 use crate::trim::Side;
 use nalgebra::{Point3, Vector3};
 
@@ -102,11 +102,8 @@ pub fn inside(
 
 /// Whether the line may meet a region around a vertex.
 fn meets_vertex(brep: &PreparedBrep, stab: &Stabber) -> bool {
-    let meets = |regions: Option<&[Box3]>| {
-        regions.is_none_or(|regions| regions.iter().any(|b| stab.meets(b)))
-    };
-    // f64 sees only so far: what it finds near is looked at again.
-    meets(brep.vertex_regions()) && meets(brep.fine_vertex_regions())
+    brep.vertices()
+        .meet(brep, &stab.skewer(), |b| !stab.meets(b))
 }
 
 /// Whether the line may come within the width of its crack of an edge that two trims use. Errs on the side of yes.

@@ -131,7 +131,7 @@ impl Spot {
                 continue;
             }
             let (k, at) = piece.kept()?;
-            let [p, q] = [0, 1].map(|i: usize| piece.control_points[i]);
+            let [p, q] = piece.segment()?;
             let signs = [side(p[across])?, side(q[across])?];
             let changes = [
                 (signs[0] > 0) != (signs[1] > 0),
@@ -182,16 +182,16 @@ impl Spot {
 
     /// The trims along parameters that it is exactly on.
     fn trims(&self, region: &TrimRegion) -> Vec<usize> {
-        let on = |piece: &BoundaryPiece| {
+        let on = |piece: BoundaryPiece| {
             let (k, at) = piece.kept()?;
             let PieceOrigin::Trim { trim, .. } = piece.origin else {
                 return None;
             };
-            let ends = [0, 1].map(|i: usize| piece.control_points[i][1 - k]);
+            let ends = piece.segment()?.map(|p| p[1 - k]);
             let range = [ends[0].min(ends[1]), ends[0].max(ends[1])];
             (self.exact[k] == Some(at) && self.within(1 - k, range) == Some(true)).then_some(trim)
         };
-        region.pieces().iter().filter_map(on).collect()
+        region.pieces().filter_map(on).collect()
     }
 }
 
@@ -207,8 +207,7 @@ pub(super) fn border_hit(
     let along = brep.closed(face)?.surface.profile_axis()?;
     let mut isos: Vec<f64> = region
         .pieces()
-        .iter()
-        .filter_map(BoundaryPiece::kept)
+        .filter_map(|p| p.kept())
         .filter(|i| i.0 == along)
         .map(|i| i.1)
         .collect();

@@ -48,6 +48,7 @@ fn minus(a: &Point, b: &Point) -> Point {
 /// `None` where a weight is not proven to be positive. `o` is a point to keep digits about.
 fn slice(piece: &Piece, t: [f64; 2], monotone: bool, o: [f64; 2]) -> Option<Slice<'_>> {
     let points: Option<Vec<Point>> = piece
+        .control()
         .sub_points(t)
         .iter()
         .map(|p| {
@@ -101,14 +102,14 @@ impl TrimRegion {
     }
 
     fn slices(&self, trim_loop: usize) -> Option<(Vec<Slice<'_>>, [f64; 2])> {
-        let own = |part: &&Part| match self.pieces()[part.own.piece as usize].origin {
+        let own = |part: &&Part| match self.origin(part.piece) {
             PieceOrigin::Trim { trim_loop: l, .. } | PieceOrigin::Join { trim_loop: l, .. } => {
                 l == trim_loop
             }
             PieceOrigin::Domain => false,
         };
-        let parts: Vec<&Part> = self.parts().iter().filter(own).collect();
-        let o = parts.first()?.own.ends[0].map(|r| r[0]);
+        let parts: Vec<&Part> = self.loops().parts.iter().filter(own).collect();
+        let o = parts.first()?.ends(self.loops())[0].at.map(|r| r[0]);
         if !o.iter().all(|x| x.is_finite()) {
             return None;
         }
@@ -116,10 +117,10 @@ impl TrimRegion {
         let slices: Option<Vec<Slice>> = parts
             .iter()
             .map(|p| {
-                let piece = &self.trim_pieces()[p.own.piece as usize];
+                let piece = p.piece(self.loops());
                 // A part that is flat in both is a point.
                 let monotone = p.trends.into_iter().any(strict) || p.trends == [Trend::Flat; 2];
-                slice(piece, p.own.t, monotone, o)
+                slice(piece, p.t(self.loops()), monotone, o)
             })
             .collect();
         Some((slices?, o))
@@ -206,7 +207,7 @@ mod tests {
         let size = 1.0 / 1024.0;
         let curve = [[0.0, 0.0, 1.0], [size, 0.0, 1.0], [size, size, 1.0]];
         let region = region(&curve, &[[size, size], [0.0, 1.0], [0.0, 0.0]]);
-        let slice = slice(&region.trim_pieces()[0], [0.0, 1.0], false, [0.0; 2]).unwrap();
+        let slice = slice(&region.loops().pieces[0], [0.0, 1.0], false, [0.0; 2]).unwrap();
         let most = 0.5 * (2.0 * size) * (2f64.sqrt() * size);
         assert!(
             (most..=1.001 * most).contains(&slice.bulge[1]),

@@ -21,8 +21,7 @@
 //! one coordinate rises and the other falls, with u turned round. One point of the part that is strictly on the one side in u and on the other
 //! in v, or an end from which the point is strictly beyond in both, in double-double with its error, tells the set.
 
-use super::decide::Part;
-use super::piece::Piece;
+use super::decide::{Loops, Part};
 use super::source::Ball3;
 use super::split::Trend;
 use super::{Side, TrimRegion};
@@ -65,8 +64,10 @@ impl TrimRegion {
             let about: [[f64; 2]; 2] =
                 [0, 1].map(|k| [uv[k].lower() - half[k], uv[k].upper() + half[k]]);
             let near = self.parts_near::<MOST_PARTS>(about)?;
-            let borders: ArrayVec<Border, MOST_PARTS> =
-                near.into_iter().map(|(a, b)| Border::new(a, b)).collect();
+            let borders: ArrayVec<Border, MOST_PARTS> = near
+                .into_iter()
+                .map(|p| Border::new(self.loops(), p))
+                .collect();
             let own: ArrayVec<Sets, MOST_PARTS> = borders.iter().map(|b| b.sets(uv)).collect();
             if own.contains(&0) {
                 return None;
@@ -108,15 +109,18 @@ const OFF: [[Sets; 2]; 2] = [[16, 32], [64, 128]];
 /// A part of the boundary near the point.
 struct Border<'a> {
     part: &'a Part,
+    /// The range of its piece's parameter.
+    t: [f64; 2],
     /// Its piece's control points.
     points: Vec<Ball3>,
 }
 
 impl<'a> Border<'a> {
-    fn new(piece: &Piece, part: &'a Part) -> Self {
+    fn new(loops: &Loops, part: &'a Part) -> Self {
         Self {
             part,
-            points: piece.source.balls(),
+            t: part.t(loops),
+            points: part.piece(loops).source.balls(),
         }
     }
 
@@ -157,7 +161,7 @@ impl<'a> Border<'a> {
         let shares = [0, 1].map(|k| {
             signs[k] / (self.part.hull[k][1] - self.part.hull[k][0]).max(f64::MIN_POSITIVE)
         });
-        let ends = self.part.own.t.map(Dd::from);
+        let ends = self.t.map(Dd::from);
         // Each end of what is left, with the level there, halved whenever the other end has moved twice.
         let mut known: [(Dd, Dd); 2] = [(ends[0], Dd::ZERO), (ends[1], Dd::ZERO)];
         let mut moved = None;

@@ -3,13 +3,15 @@
 //! The parity of a point then follows from its cell alone: on a side of the strips by another point of that side, else along a path
 //! of two legs from the cell's reference point (first along v, then along u), which only parts that meet the cell can cross.
 
-use super::decide::{Crossing, Part};
-use super::piece::Piece;
+use super::decide::{Crossing, Loops};
+use super::piece::{Control, Horner};
 use super::split::Trend;
 use super::strip::{BITS, MARGIN, Stretch, Strip};
 
 /// Strips of a cell.
 const STRIPS: usize = 3;
+/// Above all of them, or where there are none.
+const LAST_SIDE: usize = (1 << STRIPS) - 1;
 
 /// What a cell knows: all that most queries read. Half a line of a processor's cache.
 #[derive(Clone, Copy, Debug)]
@@ -30,6 +32,7 @@ struct Cell {
 const _: () = assert!(size_of::<Cell>() == 32);
 
 impl Cell {
+    /// Without parts.
     const EMPTY: Self = Self {
         strips: [Strip::NONE; STRIPS],
         parities: 0,
@@ -66,6 +69,12 @@ impl Cell {
         } else {
             &self.items[..usize::from(self.count)]
         }
+    }
+
+    /// Whether both are without parts, and say the same.
+    fn is_like(&self, other: &Self) -> bool {
+        (self.count, other.count) == (0, 0)
+            && (self.parities, self.reference) == (other.parities, other.reference)
     }
 
     fn knows(&self, side: usize) -> bool {
@@ -121,7 +130,9 @@ impl Cell {
 #[derive(Debug)]
 pub(super) struct Cells {
     axes: [Axis; 2],
-    /// Cell `(i, j)` is `j * count_u + i`.
+    /// Where in `cells` cell `(i, j)` is, at `j * count_u + i`; empty where it is just there.
+    index: Vec<u32>,
+    /// Those without parts but twice where there is an index: outside and inside.
     cells: Vec<Cell>,
     /// The parts of cells that have many.
     many: Vec<u32>,
@@ -247,24 +258,26 @@ pub(super) enum Local {
 
 impl Cells {
     /// Cells for these parts: a grid, or one for all. Expected cost: about 100 ns an item.
-    pub(super) fn new(pieces: &[Piece], parts: &[Part], grid: bool) -> Self {
+    pub(super) fn new(loops: &Loops, grid: bool) -> Self {
         let mut range = [[f64::INFINITY, f64::NEG_INFINITY]; 2];
         let mut length = [0.0f64; 2];
-        for part in parts {
+        for part in &loops.parts {
             for i in 0..2 {
                 let [lo, hi] = part.hull[i];
                 range[i] = [range[i][0].min(lo), range[i][1].max(hi)];
                 length[i] += hi - lo;
             }
         }
-        let n = parts.len().max(1);
+        // Parts around turns are all but points: only of few does each count.
+        let monotone = loops.parts.iter().filter(|p| p.is_monotone()).count();
+        let (all, n) = (loops.parts.len().max(1), monotone.max(1));
         let relative = [0, 1].map(|i| {
             let r = length[i] / (range[i][1] - range[i][0]);
             if r.is_finite() { r.max(1e-3) } else { 1.0 }
         });
         let mut cells = match grid {
             true => {
-                let few = (n * CELLS_PER_PART_OF_FEW).min(FEW_CELLS);
+                let few = (all * CELLS_PER_PART_OF_FEW).min(FEW_CELLS);
                 (n * CELLS_PER_PART).max(few).clamp(LEAST_CELLS, MOST_CELLS) as f64
             }
             false => 1.0,
@@ -285,17 +298,58 @@ impl Cells {
         };
         let mut out = Self {
             axes,
+            index: Vec::new(),
             cells: vec![Cell::EMPTY; axes[0].count * axes[1].count],
             many: Vec::new(),
         };
-        out.fill(pieces, parts);
-        out.settle(pieces, parts);
-        out.settle_sides(pieces, parts);
+        out.fill(loops);
+        out.settle(loops);
+        out.settle_sides(loops);
+        out.merge_empty();
         out
     }
 
+    /// Keeps one for all cells without parts on the same side, where there are many. (Of few all are kept: which one is asked for is then told at once.)
+    fn merge_empty(&mut self) {
+        let empty = [false, true].map(|odd| {
+            let mut cell = Cell::EMPTY;
+            cell.set_parity(LAST_SIDE, odd);
+            cell.set_reference(odd);
+            cell
+        });
+        let which = |cell: &Cell| empty.iter().position(|e| e.is_like(cell));
+        let kept = empty.len() + self.cells.iter().filter(|c| which(c).is_none()).count();
+        let before = self.cells.len() * size_of::<Cell>();
+        let after = kept * size_of::<Cell>() + self.cells.len() * size_of::<u32>();
+        if self.cells.len() <= FEW_CELLS || after > before / 2 {
+            return;
+        }
+        let mut cells = Vec::with_capacity(kept);
+        cells.extend(empty);
+        let index = self.cells.iter().map(|cell| match which(cell) {
+            Some(same) => same as u32,
+            None => {
+                cells.push(*cell);
+                cells.len() as u32 - 1
+            }
+        });
+        self.index = index.collect();
+        self.cells = cells;
+    }
+
     pub(super) fn bytes(&self) -> usize {
-        self.cells.capacity() * size_of::<Cell>() + self.many.capacity() * size_of::<u32>()
+        self.cells.capacity() * size_of::<Cell>()
+            + (self.index.capacity() + self.many.capacity()) * size_of::<u32>()
+    }
+
+    /// The cell at a place of the grid.
+    #[inline]
+    fn at(&self, place: usize) -> &Cell {
+        if self.index.is_empty() {
+            &self.cells[place]
+        } else {
+            &self.cells[self.index[place] as usize]
+        }
     }
 
     fn cell(&self, i: usize, j: usize) -> usize {
@@ -306,7 +360,7 @@ impl Cells {
     ///
     /// Between two of its points a curve is no farther from their segment, along an axis, than an eighth of its greatest second
     /// derivative times the square of the parameter between them.
-    fn fill(&mut self, pieces: &[Piece], parts: &[Part]) {
+    fn fill(&mut self, loops: &Loops) {
         let au = self.axes[0];
         // Parts that their cells have no room for.
         let mut more: Vec<(usize, u32)> = Vec::new();
@@ -314,15 +368,27 @@ impl Cells {
         let mut shares: Vec<(Stretch, [f64; 2])> = Vec::new();
         let mut group: Vec<(Stretch, [f64; 2])> = Vec::new();
         let mut stack = Vec::new();
-        for (k, part) in parts.iter().enumerate() {
+        // A curved piece: which, and what its parts need of it, one after the other.
+        let mut curved: Option<(u32, [f64; 2], Horner<f64>)> = None;
+        for (k, part) in loops.parts.iter().enumerate() {
             own.clear();
             shares.clear();
-            let piece = &pieces[part.own.piece as usize];
+            let piece = part.piece(loops);
+            if piece.segment().is_some() {
+                curved = None;
+            } else if curved.as_ref().is_none_or(|(of, ..)| *of != part.piece) {
+                // For this alone it is not kept.
+                let balls = piece.source.balls();
+                let bend = Control::new(&balls).bend(&piece.hull);
+                curved = Some((part.piece, bend, Horner::new(&balls)));
+            }
+            let curve = curved.as_ref().map(|(.., horner)| horner);
             // A gap is a box, not only its diagonal.
             let whole = part.join || !part.is_monotone();
-            let (bend, blur) = (piece.bend(), part.blur(piece));
+            let bend = curved.as_ref().map_or([0.0; 2], |(_, bend, _)| *bend);
+            let blur = part.blur(loops, curve);
             let rises = [0, 1].map(|i| part.trends[i] == Trend::Up);
-            stack.push((part.own.t, part.hull, 0));
+            stack.push((part.t(loops), part.hull, 0));
             while let Some((t, hull, level)) = stack.pop() {
                 let width = t[1] - t[0];
                 let bulge = [0, 1].map(|i| 0.125 * width * width * bend[i]);
@@ -334,9 +400,13 @@ impl Cells {
                 let narrow = spans.iter().any(|s| s[0] == s[1]);
                 let flat = (0..2).all(|i| bulge[i] * self.axes[i].rate <= FLAT);
                 let most = if narrow { FEW_HALVINGS } else { MOST_HALVINGS };
-                if !whole && !flat && level < most {
+                if let Some(curve) = curve
+                    && !whole
+                    && !flat
+                    && level < most
+                {
                     let middle = 0.5 * (t[0] + t[1]);
-                    let m = piece.coarse_enclosure(middle);
+                    let m = curve.enclosure(middle);
                     // A monotone part runs from corner to corner of its box, through m.
                     let side = |up: bool, axis: usize| {
                         let [lo, hi] = hull[axis];
@@ -408,10 +478,10 @@ impl Cells {
 
     /// The parities of the reference points, a row at a time: a part counts for all reference points left
     /// of its box (by the states at its ends alone), and is asked for those within.
-    fn settle(&mut self, pieces: &[Piece], parts: &[Part]) {
+    fn settle(&mut self, loops: &Loops) {
         let [au, av] = self.axes;
         let mut rows: Vec<Vec<u32>> = vec![Vec::new(); av.count];
-        for (k, part) in parts.iter().enumerate() {
+        for (k, part) in loops.parts.iter().enumerate() {
             // Only rows whose reference height the part may pass.
             for (j, row) in rows
                 .iter_mut()
@@ -431,10 +501,10 @@ impl Cells {
             let mut flips = vec![false; au.count + 1];
             let mut lost = vec![false; au.count];
             for k in row {
-                let part = &parts[*k as usize];
+                let part = &loops.parts[*k as usize];
                 let (i0, i1) = (au.index(part.hull[0][0]), au.index(part.hull[0][1]));
                 for i in i0..=i1 {
-                    match part.crossing_in(pieces, self.reference(i, j), 0) {
+                    match part.crossing_in(loops, self.reference(i, j), 0) {
                         Crossing::Even => {}
                         Crossing::Odd => odd[i] = !odd[i],
                         Crossing::On | Crossing::Unknown => lost[i] = true,
@@ -443,7 +513,7 @@ impl Cells {
                 if i0 > 0 {
                     // All reference points of the cells to the left are left of the part.
                     let left = [part.hull[0][0].next_down(), self.reference(0, j)[1]];
-                    match part.crossing_in(pieces, left, 0) {
+                    match part.crossing_in(loops, left, 0) {
                         Crossing::Even => {}
                         Crossing::Odd => flips[i0] = !flips[i0],
                         // The part is beyond the cells to the left: their parity is lost.
@@ -465,8 +535,8 @@ impl Cells {
                 let mut good = true;
                 self.set_side([i, j], r, parity);
                 for k in self.cells[c].items(&self.many) {
-                    let part = &parts[*k as usize];
-                    match part.crossing_in(pieces, r, 1) {
+                    let part = &loops.parts[*k as usize];
+                    match part.crossing_in(loops, r, 1) {
                         Crossing::Even => {}
                         Crossing::Odd => parity = !parity,
                         Crossing::On | Crossing::Unknown => good = false,
@@ -491,7 +561,7 @@ impl Cells {
 
     /// The parities of the sides of cells that have parts: from the cells before them, as a point of the edge that they share has one
     /// parity (even where it is on the border of the box of all parts, and beside points beyond), or else by a point of the side, if one is found.
-    fn settle_sides(&mut self, pieces: &[Piece], parts: &[Part]) {
+    fn settle_sides(&mut self, loops: &Loops) {
         let [au, av] = self.axes;
         for c in 0..self.cells.len() {
             let (i, j) = (c % au.count, c / au.count);
@@ -521,7 +591,7 @@ impl Cells {
                     // Rounded, it may be elsewhere.
                     let ((own_i, x), (own_j, y)) = (au.place(q[0]), av.place(q[1]));
                     let own = (own_i, own_j) == (i, j) && cell.side([x, y]) == (side, false);
-                    match self.by_parts(pieces, parts, q, c) {
+                    match self.by_parts(loops, q, c) {
                         Local::Odd(odd) if own => Some(odd),
                         _ => None,
                     }
@@ -543,7 +613,7 @@ impl Cells {
     #[inline]
     pub(super) fn near(&self, q: [f64; 2]) -> &[u32] {
         let c = self.cell(self.axes[0].index(q[0]), self.axes[1].index(q[1]));
-        self.cells[c].items(&self.many)
+        self.at(c).items(&self.many)
     }
 
     /// Each cell's parts: two parts with a point in common have a cell in common, that of the point.
@@ -557,18 +627,18 @@ impl Cells {
         let (i0, i1) = (au.index(b[0][0]), au.index(b[0][1]));
         let (j0, j1) = (av.index(b[1][0]), av.index(b[1][1]));
         (j0..=j1)
-            .flat_map(move |j| &self.cells[self.cell(i0, j)..=self.cell(i1, j)])
-            .map(|c| c.items(&self.many))
+            .flat_map(move |j| self.cell(i0, j)..=self.cell(i1, j))
+            .map(|c| self.at(c).items(&self.many))
     }
 
     /// The parity of a point that is not [`beyond`](Self::beyond).
     #[inline]
-    pub(super) fn parity(&self, pieces: &[Piece], parts: &[Part], q: [f64; 2]) -> Local {
+    pub(super) fn parity(&self, loops: &Loops, q: [f64; 2]) -> Local {
         let ((i, x), (j, y)) = (self.axes[0].place(q[0]), self.axes[1].place(q[1]));
         let c = self.cell(i, j);
-        match self.cells[c].told([x, y]) {
+        match self.at(c).told([x, y]) {
             Some(odd) => Local::Odd(odd),
-            None => self.by_parts(pieces, parts, q, c),
+            None => self.by_parts(loops, q, c),
         }
     }
 
@@ -580,8 +650,8 @@ impl Cells {
     /// crossings counted, and where two parts share a joint on a leg, both are listed. Should the
     /// corner be on a loop, the legs do not tell.
     #[inline(never)]
-    fn by_parts(&self, pieces: &[Piece], parts: &[Part], q: [f64; 2], c: usize) -> Local {
-        let cell = &self.cells[c];
+    fn by_parts(&self, loops: &Loops, q: [f64; 2], c: usize) -> Local {
+        let cell = self.at(c);
         let Some(odd) = cell.reference() else {
             return Local::Elsewhere;
         };
@@ -590,15 +660,15 @@ impl Cells {
         let corner = [self.axes[0].at(i, REFERENCE[0]), q[1]];
         let (mut odd, mut lost) = (odd, false);
         for k in items {
-            let part = &parts[*k as usize];
-            match part.crossing_in(pieces, q, 0) {
+            let part = &loops.parts[*k as usize];
+            match part.crossing_in(loops, q, 0) {
                 Crossing::Even => {}
                 Crossing::Odd => odd = !odd,
                 Crossing::On => return Local::On,
                 Crossing::Unknown => lost = true,
             }
             for ray in 0..2 {
-                match part.crossing_in(pieces, corner, ray) {
+                match part.crossing_in(loops, corner, ray) {
                     Crossing::Even => {}
                     Crossing::Odd => odd = !odd,
                     Crossing::On | Crossing::Unknown => lost = true,
@@ -615,8 +685,8 @@ impl Cells {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::trim::TrimRegion;
     use crate::trim::tests::shapes::{Use, bezier, circle, face, polygon};
+    use crate::trim::{BoxSide, TrimRegion};
     use proptest::prelude::*;
 
     const WIDE: [f64; 4] = [-64.0, 64.0, -64.0, 64.0];
@@ -628,7 +698,7 @@ mod tests {
             return None;
         }
         let ((i, x), (j, y)) = (cells.axes[0].place(q[0]), cells.axes[1].place(q[1]));
-        let odd = cells.cells[cells.cell(i, j)].told([x, y])?;
+        let odd = cells.at(cells.cell(i, j)).told([x, y])?;
         assert_eq!(region.parity_of_all(q), Crossing::odd(odd), "{q:?}");
         Some(odd)
     }
@@ -643,7 +713,7 @@ mod tests {
             usize::from(c) % cells.axes[0].count,
             usize::from(c) / 8 % cells.axes[1].count,
         );
-        let strips = cells.cells[cells.cell(i, j)].strips;
+        let strips = cells.at(cells.cell(i, j)).strips;
         let place =
             strips[usize::from(y) % STRIPS].on_border(y & 32 != 0, i32::from(y) % 1024 * 64)?;
         let at = place.map(|x| f64::from(x + i32::from(off[2]) % 4) / f64::from(CELL));
@@ -695,6 +765,34 @@ mod tests {
                 told(&region, [nudged(q[0], off[0]), nudged(q[1], off[1])]);
             }
         }
+    }
+
+    /// A circle of so many sides passes few of its cells: the others are kept as two.
+    #[test]
+    fn empty_cells_are_kept_once() {
+        let corner = |k: u32| {
+            let (sin, cos) = (f64::from(k) / 2048.0 * std::f64::consts::TAU).sin_cos();
+            [cos, sin]
+        };
+        let sides = polygon(&(0..2048).map(corner).collect::<Vec<_>>());
+        let region = TrimRegion::new(&face(WIDE, Some(vec![sides])), 0);
+        let cells = region.cells();
+        assert!(cells.index.len() > 4 * cells.cells.len());
+        let mut count = [0; 2];
+        for i in 0..200 {
+            for j in 0..200 {
+                let q = [i, j].map(|k| -0.99 + 1.98 * f64::from(k) / 199.0);
+                if let Some(odd) = told(&region, q) {
+                    count[usize::from(odd)] += 1;
+                }
+            }
+        }
+        assert!(count[0] > 7000 && count[1] > 30_000, "{count:?}");
+        // Boxes away from it, and one that it passes.
+        let at = |u: [f64; 2]| region.classify_box(u, [-0.25, 0.25]);
+        assert_eq!(at([-0.5, 0.5]), BoxSide::Inside);
+        assert_eq!(at([1.5, 2.0]), BoxSide::Outside);
+        assert_eq!(at([0.5, 1.0]), BoxSide::Mixed);
     }
 
     /// Strips are thin: most points are told by them.
@@ -758,7 +856,7 @@ mod tests {
         );
         for k in 2..9 {
             assert_eq!(cells.reference(k, k), corner(k));
-            assert_eq!(cells.cells[cells.cell(k, k)].reference(), None, "{k}");
+            assert_eq!(cells.at(cells.cell(k, k)).reference(), None, "{k}");
         }
         let told = cells.cells.iter();
         let told = told.filter(|c| c.reference().is_some());

@@ -1,7 +1,8 @@
 //! Where a ray from a point meets a part of a piece: f64, then double-double, then integers.
 
-use super::piece::{Exact, Horner, Piece};
-use super::split::Trend;
+use super::piece::{Control, Exact, Horner, Piece};
+use super::source::Ball3;
+use super::split::{Trend, split};
 use crate::numeric::polynomial::{Parameter, Polynomial};
 use crate::numeric::roots::Roots;
 use crate::numeric::{Ball, Dd};
@@ -14,8 +15,10 @@ pub(super) struct Part {
     pub(super) hull: [[f64; 2]; 2],
     /// Proven range of [`Chord::level`] over the part; unbounded where it is not known.
     band: [f64; 2],
-    /// The rest.
-    pub(super) own: Box<Own>,
+    /// Which piece it is of.
+    pub(super) piece: u32,
+    /// Which joint it starts at, if it has [any](Loops::joints).
+    joint: u32,
     /// A number farther within the hull's range of a coordinate than this is between the coordinates of the ends; infinite where these are
     /// not the least and the greatest.
     margin: f32,
@@ -26,14 +29,110 @@ pub(super) struct Part {
 
 const _: () = assert!(size_of::<Part>() == 64);
 
-/// What is asked of a part less often.
-#[derive(Debug, Clone)]
-pub(super) struct Own {
-    pub(super) piece: u32,
-    pub(super) t: [f64; 2],
-    /// Enclosures of the two end points, `[end][axis][lo, hi]`.
-    pub(super) ends: [[[f64; 2]; 2]; 2],
+/// Where a part starts or ends on its piece.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Joint {
+    pub(super) t: f64,
+    /// Enclosure of the point there, `[axis][lo, hi]`.
+    pub(super) at: [[f64; 2]; 2],
 }
+
+/// What a region's loops are made of.
+#[derive(Debug, Default)]
+pub(super) struct Loops {
+    /// In the order of the loops.
+    pub(super) pieces: Vec<Piece>,
+    /// What these are split into, in their order.
+    pub(super) parts: Vec<Part>,
+    /// Where the parts of a piece start and end, each where the one before it ends. A part has none whose ends are corners of its box and those of its piece, as
+    /// all segments are.
+    joints: Vec<Joint>,
+}
+
+impl Loops {
+    /// Splits a piece, given its source's control points, and adds it and its parts; its box becomes that of its parts.
+    pub(super) fn push(&mut self, mut piece: Piece, is_join: bool, balls: &[Ball3]) {
+        let (index, control) = (self.pieces.len() as u32, Control::new(balls));
+        let first = self.joints.len();
+        let split = split(&piece, balls);
+        let joints = split.t.iter().map(|t| Joint {
+            t: *t,
+            at: piece.enclosure(*t, balls),
+        });
+        self.joints.extend(joints);
+        let mut hull = [[f64::INFINITY, f64::NEG_INFINITY]; 2];
+        for (i, trends) in split.trends.iter().enumerate() {
+            let ends = [self.joints[first + i], self.joints[first + i + 1]];
+            let [a, b] = ends.map(|e| e.at);
+            let part_hull = [0, 1].map(|axis| {
+                if trends[axis] == Trend::Mixed {
+                    piece.sub_hull(axis, ends.map(|e| e.t), balls)
+                } else {
+                    [a[axis][0].min(b[axis][0]), a[axis][1].max(b[axis][1])]
+                }
+            });
+            for axis in 0..2 {
+                hull[axis][0] = hull[axis][0].min(part_hull[axis][0]);
+                hull[axis][1] = hull[axis][1].max(part_hull[axis][1]);
+            }
+            let mut part = Part {
+                hull: part_hull,
+                band: [f64::NEG_INFINITY, f64::INFINITY],
+                piece: index,
+                joint: (first + i) as u32,
+                margin: f32::INFINITY,
+                join: is_join,
+                trends: *trends,
+            };
+            if part.is_monotone() {
+                part.set_band(&control, ends.map(|e| e.t));
+                part.margin = part.end_margin([a, b]);
+            }
+            self.parts.push(part);
+        }
+        if let ([.., part], [_]) = (&mut *self.parts, &*split.trends) {
+            let ends = [self.joints[first], self.joints[first + 1]];
+            let alone = part.ends_alone();
+            if part.is_monotone()
+                && (0..2).all(|e| ends[e].t == alone[e].t && ends[e].at == alone[e].at)
+            {
+                part.joint = ALONE;
+                self.joints.truncate(first);
+            }
+        }
+        if !split.trends.is_empty() {
+            // They are together a narrower box than that of its control points.
+            piece.hull = hull;
+        }
+        // Most pieces are never asked again for what the ends of their parts took.
+        self.pieces.push(piece.afresh());
+    }
+
+    /// The same, without what has been made of pieces.
+    pub(super) fn afresh(&self) -> Self {
+        Self {
+            pieces: self.pieces.iter().map(Piece::afresh).collect(),
+            parts: self.parts.clone(),
+            joints: self.joints.clone(),
+        }
+    }
+
+    pub(super) fn shrink_to_fit(&mut self) {
+        self.pieces.shrink_to_fit();
+        self.parts.shrink_to_fit();
+        self.joints.shrink_to_fit();
+    }
+
+    /// Bytes that its lists hold, what is made of pieces when it is asked for aside.
+    pub(super) fn bytes(&self) -> usize {
+        self.pieces.capacity() * size_of::<Piece>()
+            + self.parts.capacity() * size_of::<Part>()
+            + self.joints.capacity() * size_of::<Joint>()
+    }
+}
+
+/// Stands for no joint.
+const ALONE: u32 = u32::MAX;
 
 /// The line through two points, any two: `level(p) = (u - u0) dv - (v - v0) du`, exactly, is what it says.
 pub(super) struct Chord {
@@ -84,34 +183,51 @@ impl Crossing {
 }
 
 impl Part {
-    pub(super) fn new(
-        own: Own,
-        join: bool,
-        trends: [Trend; 2],
-        hull: [[f64; 2]; 2],
-        piece: &Piece,
-    ) -> Self {
-        let mut out = Self {
-            hull,
-            band: [f64::NEG_INFINITY, f64::INFINITY],
-            own: Box::new(own),
-            margin: f32::INFINITY,
-            join,
-            trends,
+    /// The ends of a monotone part that is all of its piece and ends in corners of its box.
+    fn ends_alone(&self) -> [Joint; 2] {
+        let Chord { base, step: _ } = self.chord();
+        let far = [0, 1].map(|axis| {
+            let [low, high] = self.hull[axis];
+            if base[axis] == low { high } else { low }
+        });
+        let end = |t: f64, p: [f64; 2]| Joint {
+            t,
+            at: p.map(|x| [x, x]),
         };
-        if out.is_monotone() {
-            out.set_band(piece);
-            out.margin = out.end_margin();
+        [end(0.0, base), end(1.0, far)]
+    }
+
+    /// Where it starts and ends.
+    pub(super) fn ends(&self, loops: &Loops) -> [Joint; 2] {
+        if self.joint == ALONE {
+            return self.ends_alone();
         }
-        out
+        let first = self.joint as usize;
+        [loops.joints[first], loops.joints[first + 1]]
+    }
+
+    /// The range of its piece's parameter.
+    #[inline]
+    pub(super) fn t(&self, loops: &Loops) -> [f64; 2] {
+        if self.joint == ALONE {
+            return [0.0, 1.0];
+        }
+        let first = self.joint as usize;
+        [loops.joints[first].t, loops.joints[first + 1].t]
+    }
+
+    /// Its piece.
+    #[inline]
+    pub(super) fn piece<'a>(&self, loops: &'a Loops) -> &'a Piece {
+        &loops.pieces[self.piece as usize]
     }
 
     /// The margin of a monotone part: its hull is the box of its ends, so each coordinate is least in the enclosure of one end and greatest in
     /// that of the other.
-    fn end_margin(&self) -> f32 {
+    fn end_margin(&self, ends: [[[f64; 2]; 2]; 2]) -> f32 {
         let mut margin = 0.0f64;
         for axis in 0..2 {
-            let [a, b] = [0, 1].map(|e| self.own.ends[e][axis]);
+            let [a, b] = ends.map(|e| e[axis]);
             let (low, high) = if a[0] <= b[0] { (a, b) } else { (b, a) };
             let [least, most] = self.hull[axis];
             margin = margin.max(low[1] - least).max(most - high[0]);
@@ -134,12 +250,15 @@ impl Part {
     }
 
     /// How wide, along each axis, an enclosure of a point of the part is at most.
-    pub(super) fn blur(&self, piece: &Piece) -> [f64; 2] {
+    /// (Of a segment of f64 no point is enclosed but its ends.)
+    pub(super) fn blur(&self, loops: &Loops, coarse: Option<&Horner<f64>>) -> [f64; 2] {
+        let (piece, ends) = (self.piece(loops), self.ends(loops));
         [0, 1].map(|axis| {
             let width = |[low, high]: [f64; 2]| high - low;
-            let ends = self.own.ends.each_ref().map(|e| width(e[axis]));
+            let [a, b] = ends.map(|e| width(e.at[axis]));
+            let within = coarse.map_or(0.0, |c| piece.blur(c, axis));
             // Rounded up.
-            ends[0].max(ends[1]).max(piece.blur(axis)) * (1.0 + f64::EPSILON)
+            a.max(b).max(within) * (1.0 + f64::EPSILON)
         })
     }
 
@@ -157,12 +276,11 @@ impl Part {
     /// a joint on the ray needs no special case, since the state at a joint is the same for
     /// the two parts that share it.
     #[inline]
-    pub(super) fn crossing_in(&self, pieces: &[Piece], q: [f64; 2], ray: usize) -> Crossing {
-        let piece = || &pieces[self.own.piece as usize];
+    pub(super) fn crossing_in(&self, loops: &Loops, q: [f64; 2], ray: usize) -> Crossing {
         match self.at_once(q, ray) {
             AtOnce::Told(crossing) => crossing,
-            AtOnce::Once => self.crossing_once(piece(), q, ray),
-            AtOnce::Nothing => self.crossing(piece(), q, ray),
+            AtOnce::Once => self.crossing_once(loops, q, ray),
+            AtOnce::Nothing => self.crossing(loops, q, ray),
         }
     }
 
@@ -190,22 +308,23 @@ impl Part {
 
     /// The crossing of a monotone part whose ends are on different sides of the height.
     #[inline(never)]
-    fn crossing_once(&self, piece: &Piece, q: [f64; 2], ray: usize) -> Crossing {
-        match self.solve(piece.coarse(), q, ray) {
+    fn crossing_once(&self, loops: &Loops, q: [f64; 2], ray: usize) -> Crossing {
+        match self.solve(loops, q, ray) {
             Ok(odd) => Crossing::odd(odd),
-            Err(near) => self.crossing_fine(piece, q, ray, near),
+            Err(near) => self.crossing_fine(loops, q, ray, near),
         }
     }
 
-    /// The same, given the part's piece.
+    /// Where the box and the band do not tell.
     #[inline(never)]
-    pub(super) fn crossing(&self, piece: &Piece, q: [f64; 2], ray: usize) -> Crossing {
+    fn crossing(&self, loops: &Loops, q: [f64; 2], ray: usize) -> Crossing {
         let h = 1 - ray;
         if q[h] > self.hull[h][1] || q[h] < self.hull[h][0] || q[ray] > self.hull[ray][1] {
             return Crossing::Even;
         }
+        let ends = self.ends(loops);
         let state = |end: usize| {
-            let [lo, hi] = self.own.ends[end][h];
+            let [lo, hi] = ends[end].at[h];
             if q[h] < lo {
                 Some(true)
             } else if q[h] > hi {
@@ -229,25 +348,25 @@ impl Part {
                 if let Some(odd) = self.by_chord(q, ray) {
                     return Crossing::odd(odd);
                 }
-                return self.crossing_once(piece, q, ray);
+                return self.crossing_once(loops, q, ray);
             }
         }
-        self.crossing_exact(piece, q, ray, None)
+        self.crossing_exact(loops, q, ray, None)
     }
 
     #[cold]
-    fn crossing_fine(&self, piece: &Piece, q: [f64; 2], ray: usize, near: f64) -> Crossing {
-        match self.solve_fine(piece, q, ray, near) {
+    fn crossing_fine(&self, loops: &Loops, q: [f64; 2], ray: usize, near: f64) -> Crossing {
+        match self.solve_fine(loops, q, ray, near) {
             Ok(odd) => Crossing::odd(odd),
-            Err(near) => self.crossing_exact(piece, q, ray, Some(near)),
+            Err(near) => self.crossing_exact(loops, q, ray, Some(near)),
         }
     }
 
     /// f64 alone: `None` where that does not settle it. Only for monotone parts.
     #[inline]
-    pub(super) fn crossing_coarse(&self, piece: &Piece, q: [f64; 2], ray: usize) -> Option<bool> {
+    pub(super) fn crossing_coarse(&self, loops: &Loops, q: [f64; 2], ray: usize) -> Option<bool> {
         self.by_chord(q, ray)
-            .or_else(|| self.solve(piece.coarse(), q, ray).ok())
+            .or_else(|| self.solve(loops, q, ray).ok())
     }
 
     /// The chord, up to the rounding of the ends' enclosures.
@@ -269,11 +388,11 @@ impl Part {
 
     /// Finds the range of levels over the part from the control points of just this part (blossoms), as a
     /// quotient of positive weights is within the range of its terms.
-    fn set_band(&mut self, piece: &Piece) {
+    fn set_band(&mut self, control: &Control, t: [f64; 2]) {
         let chord = self.chord();
         let exact = Ball::<f64>::exact;
         let mut band = [f64::INFINITY, f64::NEG_INFINITY];
-        for p in piece.sub_points(self.own.t) {
+        for p in control.sub_points(t) {
             let along =
                 |i: usize, k: usize| (p[i] - p[2] * exact(chord.base[i])) * exact(chord.step[k]);
             let level = (along(0, 1) - along(1, 0)) / p[2];
@@ -315,8 +434,9 @@ impl Part {
     /// of the two: that root is what is searched, by false position (Illinois).
     ///
     /// Gives whether the crossing is at `r > q_r`, or the last parameter where f64 could not tell.
-    fn solve(&self, curve: &Horner<f64>, q: [f64; 2], ray: usize) -> Result<bool, f64> {
+    fn solve(&self, loops: &Loops, q: [f64; 2], ray: usize) -> Result<bool, f64> {
         const STEPS: usize = 24;
+        let (curve, ends) = (self.piece(loops).coarse(), self.t(loops));
         let h = 1 - ray;
         let (sr, sh) = (sign_of(self.trends[ray]), sign_of(self.trends[h]));
         // The ends are those of the chord, nearly.
@@ -331,8 +451,8 @@ impl Part {
         };
         // The evaluated point belongs to a parameter within 3 units of t: keep clear of the ends.
         let (mut lo, mut hi) = (
-            self.own.t[0] + 4.0 * f64::EPSILON * self.own.t[1],
-            self.own.t[1] - 4.0 * f64::EPSILON * self.own.t[1],
+            ends[0] + 4.0 * f64::EPSILON * ends[1],
+            ends[1] - 4.0 * f64::EPSILON * ends[1],
         );
         let (mut f_lo, mut f_hi) = (f_at(0.0), f_at(1.0));
         let mut t = 0.5 * (lo + hi);
@@ -392,36 +512,32 @@ impl Part {
     }
 
     /// The same in double-double from a parameter near: Newton steps with a slope from f64.
-    fn solve_fine(&self, piece: &Piece, q: [f64; 2], ray: usize, near: f64) -> Result<bool, Dd> {
+    fn solve_fine(&self, loops: &Loops, q: [f64; 2], ray: usize, near: f64) -> Result<bool, Dd> {
         const STEPS: usize = 4;
-        let curve = piece.fine();
+        let piece = self.piece(loops);
+        let (curve, ends) = (piece.fine(), self.ends(loops));
+        let range = ends.map(|e| e.t);
         let h = 1 - ray;
         let (sr, sh) = (sign_of(self.trends[ray]), sign_of(self.trends[h]));
         let mut t = Dd::from(near);
         if sr == 0.0 || sh == 0.0 {
             return Err(t);
         }
-        let width = self.own.t[1] - self.own.t[0];
+        let width = range[1] - range[0];
         let scale = |axis: usize| {
-            let [a, b] = [0, 1].map(|e| self.own.ends[e][axis][0]);
+            let [a, b] = ends.map(|e| e.at[axis][0]);
             1.0 / (b - a).abs()
         };
         let (kr, kh) = (scale(ray), scale(h));
         // Slope of the combination by a difference across a millionth of the part.
         let step = width * 1e-6;
-        let (a, b) = (
-            (near - step).max(self.own.t[0]),
-            (near + step).min(self.own.t[1]),
-        );
+        let (a, b) = ((near - step).max(range[0]), (near + step).min(range[1]));
         let (pa, pb) = (piece.coarse().eval(a), piece.coarse().eval(b));
         let slope = (sr * (pb[ray] - pa[ray]) * kr + sh * (pb[h] - pa[h]) * kh) / (b - a);
         let usable = slope.is_finite() && slope > 0.0;
         // Clear of the ends by more than the parameter's own error, about 2^-101 relative.
-        let margin = Dd::from(self.own.t[1] * f64::EPSILON * f64::EPSILON * 16.0);
-        let (lo, hi) = (
-            Dd::from(self.own.t[0]) + margin,
-            Dd::from(self.own.t[1]) - margin,
-        );
+        let margin = Dd::from(range[1] * f64::EPSILON * f64::EPSILON * 16.0);
+        let (lo, hi) = (Dd::from(range[0]) + margin, Dd::from(range[1]) - margin);
         for _ in 0..STEPS {
             if t <= lo || t >= hi {
                 t = if t <= lo { lo } else { hi };
@@ -452,22 +568,27 @@ impl Part {
 
     /// The same question in integers, for every kind of part.
     #[cold]
-    fn crossing_exact(&self, piece: &Piece, q: [f64; 2], ray: usize, near: Option<Dd>) -> Crossing {
+    fn crossing_exact(&self, loops: &Loops, q: [f64; 2], ray: usize, near: Option<Dd>) -> Crossing {
+        let piece = self.piece(loops);
         let Some(exact) = piece.exact() else {
             return super::circle::crossing(piece, q, ray);
         };
-        self.settle(exact, q, ray, near)
+        self.settle(exact, self.t(loops), q, ray, near)
             .unwrap_or(Crossing::Unknown)
     }
 
     /// `None` only for numbers that are not finite.
-    fn settle(&self, exact: &Exact, q: [f64; 2], ray: usize, near: Option<Dd>) -> Option<Crossing> {
+    fn settle(
+        &self,
+        exact: &Exact,
+        t: [f64; 2],
+        q: [f64; 2],
+        ray: usize,
+        near: Option<Dd>,
+    ) -> Option<Crossing> {
         let h = 1 - ray;
         let (gr, gh) = (exact.offset(ray, q[ray])?, exact.offset(h, q[h])?);
-        let (lo, hi) = (
-            Parameter::from_f64(self.own.t[0])?,
-            Parameter::from_f64(self.own.t[1])?,
-        );
+        let (lo, hi) = (Parameter::from_f64(t[0])?, Parameter::from_f64(t[1])?);
         if self.is_monotone() {
             Some(monotone_crossing(&gr, &gh, lo, hi, near))
         } else {

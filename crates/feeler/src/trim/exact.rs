@@ -56,10 +56,6 @@ fn piece(source: &Source) -> ExactPiece {
 impl TrimRegion {
     /// What [`pieces`](Self::pieces) are, in their order.
     pub(crate) fn exact_pieces(&self) -> impl Iterator<Item = ExactPiece> {
-        let of_loops = self.trim_pieces();
-        // The domain's border comes last: its sides are no more than their ends.
-        let border = self.pieces()[of_loops.len()..].iter();
-        let border = border.filter_map(|p| Some(piece(&Source::Segment(p.segment()?))));
-        of_loops.iter().map(|p| piece(&p.source)).chain(border)
+        self.all_pieces().map(|p| piece(&p.source))
     }
 }

@@ -109,9 +109,9 @@ impl<'a> Link<'a> {
             })
         });
         let span = Span {
-            piece: &region.trim_pieces()[first.own.piece as usize],
-            from: first.own.t[0],
-            to: last.own.t[1],
+            piece: &region.loops().pieces[first.piece as usize],
+            from: first.t(region.loops())[0],
+            to: last.t(region.loops())[1],
         };
         Some(Self {
             parts,
@@ -132,11 +132,14 @@ impl<'a> Link<'a> {
     /// How many of these parts of one piece to take together: one at least.
     fn length(region: &'a TrimRegion, parts: &'a [Part], origin: PieceOrigin) -> usize {
         let mut n = 1;
-        while n < parts.len() && parts[n].own.piece == parts[0].own.piece {
+        while n < parts.len() && parts[n].piece == parts[0].piece {
             let Some(next) = Self::new(region, &parts[..n + 1], origin) else {
                 break;
             };
-            let tiny = |p: &Part| p.own.t[1] - p.own.t[0] <= TURN;
+            let tiny = |p: &Part| {
+                let [from, to] = p.t(region.loops());
+                to - from <= TURN
+            };
             let strict = next.trends.into_iter().any(is_strict);
             let over_a_turn = tiny(&parts[n - 1]) || tiny(&parts[n]);
             if !(strict || (over_a_turn && pair::goes_on(next.span))) {
@@ -251,11 +254,11 @@ impl<'a> Search<'a> {
         let mut links: Vec<Link> = Vec::new();
         let mut rings: Vec<Ring> = Vec::new();
         let mut ring = Vec::new();
-        let mut link_of = vec![usize::MAX; region.parts().len()];
+        let mut link_of = vec![usize::MAX; region.loops().parts.len()];
         let mut last = None;
         let mut at = 0;
-        while let Some(part) = region.parts().get(at) {
-            let origin = region.pieces()[part.own.piece as usize].origin;
+        while let Some(part) = region.loops().parts.get(at) {
+            let origin = region.origin(part.piece);
             let Some((trim_loop, _, is_join)) = loop_of(origin) else {
                 at += 1;
                 continue;
@@ -273,7 +276,7 @@ impl<'a> Search<'a> {
                 at += 1;
                 continue;
             }
-            let rest = &region.parts()[at..];
+            let rest = &region.loops().parts[at..];
             let n = Link::length(region, rest, origin);
             link_of[at..at + n].fill(links.len());
             at += n;
@@ -457,16 +460,17 @@ impl<'a> Search<'a> {
 
     /// `Touch` where an end of one part, an f64 point, is exactly on the other; else what is said.
     fn at_an_end(&self, i: usize, k: usize, otherwise: MeetingKind) -> MeetingKind {
+        let loops = self.region.loops();
         let on = |of: usize, other: usize| {
             let (of, other) = (&self.links[of], &self.links[other]);
             let ends = [
-                of.parts.first().map(|p| p.own.ends[0]),
-                of.parts.last().map(|p| p.own.ends[1]),
+                of.parts.first().map(|p| p.ends(loops)[0].at),
+                of.parts.last().map(|p| p.ends(loops)[1].at),
             ];
             ends.into_iter().flatten().any(|end| {
                 let is_point = end.iter().all(|r| r[0] == r[1]);
                 let q = [end[0][0], end[1][0]];
-                let meets = |p: &Part| p.crossing(other.span.piece, q, 0) == Crossing::On;
+                let meets = |p: &Part| p.crossing_in(loops, q, 0) == Crossing::On;
                 is_point && other.parts.iter().any(meets)
             })
         };

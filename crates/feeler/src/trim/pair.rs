@@ -72,7 +72,7 @@ pub(super) fn control_points(s: &Span) -> Option<Vec<Point>> {
         [s.from, s.to]
     };
     let mut points = Vec::new();
-    for p in s.piece.sub_points(range) {
+    for p in s.piece.control().sub_points(range) {
         let q = [p[0] / p[2], p[1] / p[2]];
         if !(p[2].is_above(0.0) && q.iter().all(|x| x.rad.is_finite())) {
             return None;

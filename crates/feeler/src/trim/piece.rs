@@ -6,28 +6,40 @@ use crate::numeric::roots;
 use crate::numeric::{Ball, Dd, Dyadic, Real};
 use dashu_int::IBig;
 use std::cmp::Ordering;
-use std::sync::{Arc, OnceLock};
+use std::sync::OnceLock;
 
-/// A piece and everything made from its source.
+/// A piece of a loop: its source, and what is made from it. A face may have a hundred thousand: of those that no query comes near, nothing is kept
+/// that can be made again.
 #[derive(Debug)]
 pub(super) struct Piece {
     pub(super) source: Source,
-    /// Bezier control points, homogeneous, in f64.
-    pub(super) bezier: Arc<[[f64; 3]]>,
-    /// Proven error of each homogeneous coordinate of every control point.
-    pub(super) radius: [f64; 3],
     /// Box of the piece, rounded outward: `[axis][lo, hi]`.
     pub(super) hull: [[f64; 2]; 2],
-    coarse: Horner<f64>,
-    fine: OnceLock<Box<Horner<Dd>>>,
-    exact: OnceLock<Option<Box<Exact>>>,
+    made: OnceLock<Box<Made>>,
+}
+
+/// Bezier control points, homogeneous, in f64.
+#[derive(Debug)]
+pub(super) struct Control {
+    pub(super) points: Box<[[f64; 3]]>,
+    /// Proven error of each homogeneous coordinate of every control point.
+    pub(super) radius: [f64; 3],
+}
+
+/// What is made when it is first asked for.
+#[derive(Debug, Default)]
+struct Made {
+    control: OnceLock<Control>,
+    coarse: OnceLock<Horner<f64>>,
+    fine: OnceLock<Horner<Dd>>,
+    exact: OnceLock<Option<Exact>>,
 }
 
 /// Coefficients `C(p, i) b_i`, and a bound on the error of each coordinate that
 /// [`eval`](Self::eval) returns.
 #[derive(Debug)]
 pub(super) struct Horner<T> {
-    coefficients: Arc<[[T; 3]]>,
+    coefficients: Box<[[T; 3]]>,
     /// Bound on the error of each coordinate, infinite where the arithmetic's range is left.
     pub(super) error: [f64; 2],
     /// What a relative error of 2 units in the parameter can move each coordinate by.
@@ -61,7 +73,7 @@ impl<T: Real> Horner<T> {
     /// of sums is at most the largest quotient of terms (mediant): `|X^ - X| / W <= g U + R` with
     /// `R = max r_i / W_i`, `|W^ - W| / W <= g + S`, `S = max s_i / W_i`. Then
     /// `|X^/W^ - X/W| <= (g U + R + U (g + S)) / (1 - g - S)`, and one more rounding of the quotient.
-    fn new(b: &[Ball3]) -> Self {
+    pub(super) fn new(b: &[Ball3]) -> Self {
         let p = b.len() - 1;
         let unit = T::UNIT;
         let mut coefficients = Vec::with_capacity(p + 1);
@@ -133,6 +145,22 @@ impl<T: Real> Horner<T> {
     }
 }
 
+impl Horner<f64> {
+    /// An enclosure of the point at `t`, `[axis][lo, hi]`; unbounded where f64 is out of range.
+    pub(super) fn enclosure(&self, t: f64) -> [[f64; 2]; 2] {
+        let p = self.eval(t);
+        [0, 1].map(|i| {
+            let e = (self.error[i] + self.shift[i]) * INFLATE;
+            let (lo, hi) = ((p[i] - e).next_down(), (p[i] + e).next_up());
+            if lo.is_nan() || hi.is_nan() {
+                [f64::NEG_INFINITY, f64::INFINITY]
+            } else {
+                [lo, hi]
+            }
+        })
+    }
+}
+
 /// A piece that hardly reaches past a line, by this share of their sizes (its box is rounded outward by a few ulps), may be beside it.
 const GRAZING: f64 = 8.0 * f64::EPSILON;
 
@@ -147,15 +175,8 @@ impl Piece {
 
     /// The same, given the source's control points.
     pub(super) fn with_balls(source: Source, balls: &[Ball3]) -> Self {
-        let p = balls.len().saturating_sub(1);
-        let mut bezier = Vec::with_capacity(p + 1);
-        let mut radius = [0.0f64; 3];
         let mut hull = [[f64::INFINITY, f64::NEG_INFINITY]; 2];
         for b in balls {
-            bezier.push(b.map(|x| x.mid.hi));
-            for i in 0..3 {
-                radius[i] = radius[i].max((b[i].rad + b[i].mid.lo.abs()) * INFLATE);
-            }
             for (axis, side) in hull.iter_mut().enumerate() {
                 let [lo, hi] = coordinate(b, axis);
                 // NaN must widen, not vanish.
@@ -168,58 +189,70 @@ impl Piece {
                 *side = [f64::NEG_INFINITY, f64::INFINITY];
             }
         }
-        let mut coarse = Horner::new(balls);
-        let bezier = Arc::from(bezier);
-        if p <= 1 {
-            // The binomials are 1.
-            coarse.coefficients = Arc::clone(&bezier);
-        }
         Self {
-            coarse,
-            source,
-            bezier,
-            radius,
+            source: plain(balls).map_or(source, Source::Segment),
             hull,
-            fine: OnceLock::new(),
-            exact: OnceLock::new(),
+            made: OnceLock::new(),
         }
     }
 
-    /// In f64.
+    /// The ends of a segment of f64.
+    pub(super) fn segment(&self) -> Option<[[f64; 2]; 2]> {
+        match &self.source {
+            Source::Segment(ends) => Some(*ends),
+            _ => None,
+        }
+    }
+
+    fn made(&self) -> &Made {
+        self.made.get_or_init(Box::default)
+    }
+
+    /// Its control points; made at the first call.
+    pub(super) fn control(&self) -> &Control {
+        let make = || Control::new(&self.source.balls());
+        self.made().control.get_or_init(make)
+    }
+
+    /// In f64; made at the first call.
     #[inline]
     pub(super) fn coarse(&self) -> &Horner<f64> {
-        &self.coarse
+        let make = || Horner::new(&self.source.balls());
+        self.made().coarse.get_or_init(make)
     }
 
     /// In double-double; made at the first call.
     pub(super) fn fine(&self) -> &Horner<Dd> {
-        self.fine
-            .get_or_init(|| Box::new(Horner::new(&self.source.balls())))
+        let make = || Horner::new(&self.source.balls());
+        self.made().fine.get_or_init(make)
     }
 
-    /// Gives back what is made again when it is asked for.
-    pub(super) fn forget(&mut self) {
-        self.fine = OnceLock::new();
+    /// The same piece, without what has been made of it.
+    pub(super) fn afresh(&self) -> Self {
+        Self {
+            source: self.source.clone(),
+            hull: self.hull,
+            made: OnceLock::new(),
+        }
     }
 
     /// In integers; made at the first call. `None` where the data are not rational.
     pub(super) fn exact(&self) -> Option<&Exact> {
-        self.exact
-            .get_or_init(|| {
-                let b = self.source.exact()?;
-                let column = |i: usize| {
-                    Polynomial::from_bernstein(&b.iter().map(|p| p[i].clone()).collect::<Vec<_>>())
-                };
-                let constant =
-                    [0, 1].map(|i: usize| b.iter().all(|p| &p[i] * &b[0][2] == &b[0][i] * &p[2]));
-                Some(Box::new(Exact {
-                    u: column(0),
-                    v: column(1),
-                    w: column(2),
-                    constant,
-                }))
+        let make = || {
+            let b = self.source.exact()?;
+            let column = |i: usize| {
+                Polynomial::from_bernstein(&b.iter().map(|p| p[i].clone()).collect::<Vec<_>>())
+            };
+            let constant =
+                [0, 1].map(|i: usize| b.iter().all(|p| &p[i] * &b[0][2] == &b[0][i] * &p[2]));
+            Some(Exact {
+                u: column(0),
+                v: column(1),
+                w: column(2),
+                constant,
             })
-            .as_deref()
+        };
+        self.made().exact.get_or_init(make).as_ref()
     }
 
     /// An enclosure of the point at `t`, `[axis][lo, hi]`, given the source's control points.
@@ -255,100 +288,10 @@ impl Piece {
         })
     }
 
-    /// The same from f64 alone; unbounded where that is out of range.
-    pub(super) fn coarse_enclosure(&self, t: f64) -> [[f64; 2]; 2] {
-        let p = self.coarse.eval(t);
-        [0, 1].map(|i| {
-            let e = (self.coarse.error[i] + self.coarse.shift[i]) * INFLATE;
-            let (lo, hi) = ((p[i] - e).next_down(), (p[i] + e).next_up());
-            if lo.is_nan() || hi.is_nan() {
-                [f64::NEG_INFINITY, f64::INFINITY]
-            } else {
-                [lo, hi]
-            }
-        })
-    }
-
-    /// No [`coarse_enclosure`](Self::coarse_enclosure) is wider along an axis.
-    pub(super) fn blur(&self, axis: usize) -> f64 {
+    /// No [enclosure](Horner::enclosure) of a point of it in f64 is wider along an axis.
+    pub(super) fn blur(&self, coarse: &Horner<f64>, axis: usize) -> f64 {
         let size = self.hull[axis].iter().fold(0.0f64, |m, x| m.max(x.abs()));
-        3.0 * (self.coarse.error[axis] + self.coarse.shift[axis]) + 8.0 * f64::EPSILON * size
-    }
-
-    /// The control points of the part over `[t[0], t[1]]`, by blossoms in f64.
-    pub(super) fn sub_points(&self, t: [f64; 2]) -> Vec<[Ball<f64>; 3]> {
-        let points: Vec<[Ball<f64>; 3]> = self
-            .bezier
-            .iter()
-            .map(|p| {
-                [0, 1, 2].map(|i| Ball {
-                    mid: p[i],
-                    rad: self.radius[i],
-                })
-            })
-            .collect();
-        if t == [0.0, 1.0] {
-            return points;
-        }
-        let p = points.len() - 1;
-        (0..=p)
-            .map(|k| {
-                let mut d = points.clone();
-                for r in 1..=p {
-                    let x = if r > p - k { t[1] } else { t[0] };
-                    let (s, x) = (Ball::difference(1.0, x), Ball::exact(x));
-                    for j in 0..=p - r {
-                        d[j] = [0, 1, 2].map(|i| s * d[j][i] + x * d[j + 1][i]);
-                    }
-                }
-                d[0]
-            })
-            .collect()
-    }
-
-    /// Proven: no second derivative of u and of v by t is larger; infinite where that is not known.
-    ///
-    /// With `u - base = Y / W`: `u'' = Y'' / W - (2 Y' W' + Y W'') / W^2 + 2 Y W'^2 / W^3`. Derivatives are at most p, and p (p - 1), times
-    /// the greatest first and second differences of control points.
-    pub(super) fn bend(&self) -> [f64; 2] {
-        let b = &self.bezier;
-        let p = b.len().saturating_sub(1) as f64;
-        // Each value is off by `off`, its differences by 2 and 4 times that.
-        let derivatives = |value: &dyn Fn(&[f64; 3]) -> f64, off: f64| {
-            let most = |x: f64, y: f64| if x.abs() > y { x.abs() } else { y };
-            let value0 = b.iter().map(value).fold(0.0, |m, x| most(x, m));
-            let first = b.windows(2).map(|w| value(&w[1]) - value(&w[0]));
-            let second = b
-                .windows(3)
-                .map(|w| value(&w[2]) - 2.0 * value(&w[1]) + value(&w[0]));
-            [
-                value0 + off,
-                p * (first.fold(0.0, |m, x| most(x, m)) + 2.0 * off),
-                p * (p - 1.0) * (second.fold(0.0, |m, x| most(x, m)) + 4.0 * off),
-            ]
-        };
-        let size = |i: usize| b.iter().fold(0.0f64, |m, x| m.max(x[i].abs()));
-        let rounding = 16.0 * f64::EPSILON;
-        let w_off = self.radius[2] + rounding * size(2);
-        let w = derivatives(&|x| x[2], w_off);
-        let least = b.iter().fold(f64::INFINITY, |m, x| m.min(x[2])) - w_off;
-        [0, 1].map(|i| {
-            let [lo, hi] = self.hull[i];
-            let base = 0.5 * (lo + hi);
-            let off = self.radius[i]
-                + base.abs() * self.radius[2]
-                + rounding * (size(i) + base.abs() * size(2));
-            let y = derivatives(&|x| x[i] - base * x[2], off);
-            let bend = (y[2]
-                + (2.0 * y[1] * w[1] + y[0] * w[2] + 2.0 * y[0] * w[1] * w[1] / least) / least)
-                / least;
-            let known = least > 1.0 / LARGEST && bend < LARGEST;
-            if known {
-                bend * (1.0 + 2.0 * rounding) + UNDERFLOW
-            } else {
-                f64::INFINITY
-            }
-        })
+        3.0 * (coarse.error[axis] + coarse.shift[axis]) + 8.0 * f64::EPSILON * size
     }
 
     /// Box of one coordinate over `[a, b]`, from the control points of that part (blossoms), given the source's.
@@ -416,6 +359,105 @@ impl Piece {
             })
         })
     }
+}
+
+impl Control {
+    /// From its balls.
+    pub(super) fn new(balls: &[Ball3]) -> Self {
+        let mut radius = [0.0f64; 3];
+        for b in balls {
+            for i in 0..3 {
+                radius[i] = radius[i].max((b[i].rad + b[i].mid.lo.abs()) * INFLATE);
+            }
+        }
+        let points = balls.iter().map(|b| b.map(|x| x.mid.hi));
+        Self {
+            points: points.collect(),
+            radius,
+        }
+    }
+
+    /// The control points of the part over `[t[0], t[1]]`, by blossoms in f64.
+    pub(super) fn sub_points(&self, t: [f64; 2]) -> Vec<[Ball<f64>; 3]> {
+        let ball = |p: &[f64; 3]| {
+            [0, 1, 2].map(|i| Ball {
+                mid: p[i],
+                rad: self.radius[i],
+            })
+        };
+        let points: Vec<[Ball<f64>; 3]> = self.points.iter().map(ball).collect();
+        if t == [0.0, 1.0] {
+            return points;
+        }
+        let p = points.len() - 1;
+        (0..=p)
+            .map(|k| {
+                let mut d = points.clone();
+                for r in 1..=p {
+                    let x = if r > p - k { t[1] } else { t[0] };
+                    let (s, x) = (Ball::difference(1.0, x), Ball::exact(x));
+                    for j in 0..=p - r {
+                        d[j] = [0, 1, 2].map(|i| s * d[j][i] + x * d[j + 1][i]);
+                    }
+                }
+                d[0]
+            })
+            .collect()
+    }
+
+    /// Proven: no second derivative of u and of v by t is larger, on a piece in this box; infinite where that is not known.
+    ///
+    /// With `u - base = Y / W`: `u'' = Y'' / W - (2 Y' W' + Y W'') / W^2 + 2 Y W'^2 / W^3`. Derivatives are at most p, and p (p - 1), times
+    /// the greatest first and second differences of control points.
+    pub(super) fn bend(&self, hull: &[[f64; 2]; 2]) -> [f64; 2] {
+        let Self { points: b, radius } = self;
+        let p = b.len().saturating_sub(1) as f64;
+        // Each value is off by `off`, its differences by 2 and 4 times that.
+        let derivatives = |value: &dyn Fn(&[f64; 3]) -> f64, off: f64| {
+            let most = |x: f64, y: f64| if x.abs() > y { x.abs() } else { y };
+            let value0 = b.iter().map(value).fold(0.0, |m, x| most(x, m));
+            let first = b.windows(2).map(|w| value(&w[1]) - value(&w[0]));
+            let second = b
+                .windows(3)
+                .map(|w| value(&w[2]) - 2.0 * value(&w[1]) + value(&w[0]));
+            [
+                value0 + off,
+                p * (first.fold(0.0, |m, x| most(x, m)) + 2.0 * off),
+                p * (p - 1.0) * (second.fold(0.0, |m, x| most(x, m)) + 4.0 * off),
+            ]
+        };
+        let size = |i: usize| b.iter().fold(0.0f64, |m, x| m.max(x[i].abs()));
+        let rounding = 16.0 * f64::EPSILON;
+        let w_off = radius[2] + rounding * size(2);
+        let w = derivatives(&|x| x[2], w_off);
+        let least = b.iter().fold(f64::INFINITY, |m, x| m.min(x[2])) - w_off;
+        [0, 1].map(|i| {
+            let [lo, hi] = hull[i];
+            let base = 0.5 * (lo + hi);
+            let off =
+                radius[i] + base.abs() * radius[2] + rounding * (size(i) + base.abs() * size(2));
+            let y = derivatives(&|x| x[i] - base * x[2], off);
+            let bend = (y[2]
+                + (2.0 * y[1] * w[1] + y[0] * w[2] + 2.0 * y[0] * w[1] * w[1] / least) / least)
+                / least;
+            let known = least > 1.0 / LARGEST && bend < LARGEST;
+            if known {
+                bend * (1.0 + 2.0 * rounding) + UNDERFLOW
+            } else {
+                f64::INFINITY
+            }
+        })
+    }
+}
+
+/// The ends of what is a segment of f64, however it was given.
+fn plain(balls: &[Ball3]) -> Option<[[f64; 2]; 2]> {
+    let [a, b] = balls else {
+        return None;
+    };
+    let exact = |x: &Ball<Dd>| x.rad == 0.0 && x.mid.lo == 0.0;
+    let all = a.iter().chain(b).all(exact) && a[2].mid.hi == 1.0 && b[2].mid.hi == 1.0;
+    all.then(|| [a, b].map(|p| [p[0].mid.hi, p[1].mid.hi]))
 }
 
 /// Enclosure of one coordinate of a homogeneous point.
@@ -547,7 +589,7 @@ mod tests {
         }
         // Coordinates of size x with exact points: all of it x times.
         for x in [16.0, 1.0 / 16.0] {
-            let horner = Horner::<f64>::new(&vec![balls(x, 0.0, 1.0, 0.0); 4]);
+            let horner = Horner::<f64>::new(&[balls(x, 0.0, 1.0, 0.0); 4]);
             let least = x * (2.0 * 8.0 * f64::UNIT + f64::DIV_UNIT);
             for error in horner.error {
                 assert!((least..=1.5 * least).contains(&error), "{x}: {error:e}");

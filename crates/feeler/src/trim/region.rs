@@ -2,16 +2,16 @@
 
 use super::Side;
 use super::cells::{Cells, Local};
-use super::decide::{Crossing, Own, Part};
-use super::piece::Piece;
+use super::decide::{Crossing, Loops, Part};
+use super::piece::{Control, Piece};
 use super::shape;
 use super::source::{End, Source, segment, trim_runs};
-use super::split::{Trend, split};
+use super::split::Trend;
 use crate::brep::Brep;
 use crate::numeric::Interval;
 use arrayvec::ArrayVec;
 use nalgebra::Point2;
-use std::sync::{Arc, OnceLock};
+use std::sync::OnceLock;
 
 /// The answer of [`TrimRegion::side`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -58,15 +58,11 @@ pub enum PieceOrigin {
 }
 
 /// A piece of the region's boundary: a rational Bezier curve in uv.
-#[derive(Clone, Debug)]
-pub struct BoundaryPiece {
+#[derive(Clone, Copy, Debug)]
+pub struct BoundaryPiece<'a> {
+    piece: &'a Piece,
     /// Where it comes from.
     pub origin: PieceOrigin,
-    /// Homogeneous control points `(wu, wv, w)`, `w > 0`; the parameter t runs over [0, 1].
-    pub control_points: Arc<[[f64; 3]]>,
-    /// Proven: the exact control points, up to one common factor, differ by at most this in each
-    /// homogeneous coordinate. Zero where they are exact.
-    pub radius: [f64; 3],
     /// Parameters of the trim's uv curve at t = 0 and t = 1 (decreasing where the trim is reversed); rounded.
     /// Linear in t for splines and lines; of joins and borders, 0 and 1.
     pub params: [f64; 2],
@@ -77,14 +73,21 @@ pub struct BoundaryPiece {
     pub inside_domain: bool,
 }
 
-impl BoundaryPiece {
+impl BoundaryPiece<'_> {
+    /// Homogeneous control points `(wu, wv, w)`, `w > 0`; the parameter t runs over [0, 1]. Made at each call, of a spline in some microseconds.
+    pub fn control_points(&self) -> Vec<[f64; 3]> {
+        Control::new(&self.piece.source.balls()).points.into_vec()
+    }
+
+    /// Proven: the exact control points, up to one common factor, differ by at most this in each
+    /// homogeneous coordinate. Zero where they are exact.
+    pub fn radius(&self) -> [f64; 3] {
+        Control::new(&self.piece.source.balls()).radius
+    }
+
     /// The ends of a straight piece of f64, in uv.
     pub(crate) fn segment(&self) -> Option<[[f64; 2]; 2]> {
-        let [p, q] = &*self.control_points else {
-            return None;
-        };
-        let plain = self.radius == [0.0; 3] && p[2] == 1.0 && q[2] == 1.0;
-        plain.then_some([[p[0], p[1]], [q[0], q[1]]])
+        self.piece.segment()
     }
 
     /// The parameter that a straight piece of f64 keeps, and its value; of a point the first.
@@ -99,11 +102,13 @@ impl BoundaryPiece {
 pub struct TrimRegion {
     domain: [Interval; 2],
     pub(super) untrimmed: bool,
-    /// Those of the loops: no question about the domain's border needs more than `boundary` has.
-    pieces: Vec<Piece>,
-    /// The same, then the domain's border.
-    boundary: Vec<BoundaryPiece>,
-    parts: Vec<Part>,
+    loops: Loops,
+    /// The sides of the domain where these bound the region, too.
+    border: Vec<Piece>,
+    /// What each piece is of, those of the loops before those of the border.
+    notes: Vec<Note>,
+    /// What notes tell of by number.
+    origins: Vec<PieceOrigin>,
     /// Whether no two ends had to be joined.
     pub(super) gapless: bool,
     /// What the only loop runs around, where that is a rectangle.
@@ -113,56 +118,40 @@ pub struct TrimRegion {
     cells: OnceLock<Cells>,
 }
 
+/// What [`BoundaryPiece`] says besides the piece itself.
+#[derive(Debug)]
+struct Note {
+    params: [f64; 2],
+    /// Which of the region's origins it has.
+    origin: u32,
+    inside_domain: bool,
+}
+
 fn push_piece(region: &mut TrimRegion, origin: PieceOrigin, source: Source, params: [f64; 2]) {
     let balls = source.balls();
-    let mut piece = Piece::with_balls(source, &balls);
-    let mut hull = piece.hull;
-    let bezier = piece.bezier.clone();
-    let radius = piece.radius;
-    if origin != PieceOrigin::Domain {
-        let index = region.pieces.len() as u32;
-        let parts = split(&piece, &balls);
-        if !parts.trends.is_empty() {
-            // They are together a narrower box than that of its control points.
-            hull = [[f64::INFINITY, f64::NEG_INFINITY]; 2];
+    let piece = Piece::with_balls(source, &balls);
+    let pieces = match origin {
+        PieceOrigin::Domain => {
+            region.border.push(piece);
+            &region.border
         }
-        let ends = parts.t.iter().map(|t| piece.enclosure(*t, &balls));
-        let ends: Vec<_> = ends.collect();
-        for (i, trends) in parts.trends.iter().enumerate() {
-            let (a, b) = (ends[i], ends[i + 1]);
-            let part_hull = [0, 1].map(|axis| {
-                if trends[axis] == Trend::Mixed {
-                    piece.sub_hull(axis, [parts.t[i], parts.t[i + 1]], &balls)
-                } else {
-                    [a[axis][0].min(b[axis][0]), a[axis][1].max(b[axis][1])]
-                }
-            });
-            for axis in 0..2 {
-                hull[axis][0] = hull[axis][0].min(part_hull[axis][0]);
-                hull[axis][1] = hull[axis][1].max(part_hull[axis][1]);
-            }
-            let own = Own {
-                piece: index,
-                t: [parts.t[i], parts.t[i + 1]],
-                ends: [a, b],
-            };
-            let join = matches!(origin, PieceOrigin::Join { .. });
-            let part = Part::new(own, join, *trends, part_hull, &piece);
-            region.parts.push(part);
+        _ => {
+            let is_join = matches!(origin, PieceOrigin::Join { .. });
+            region.loops.push(piece, is_join, &balls);
+            &region.loops.pieces
         }
-        // Most pieces are never asked again for what the ends of their parts took.
-        piece.forget();
-        region.pieces.push(piece);
-    }
+    };
     let domain = &region.domain;
-    let within = |k: usize| domain[k].start <= hull[k][0] && hull[k][1] <= domain[k].end;
-    region.boundary.push(BoundaryPiece {
-        origin,
-        control_points: bezier,
-        radius,
+    let inside_domain = pieces.last().is_some_and(|piece| {
+        (0..2).all(|k| domain[k].start <= piece.hull[k][0] && piece.hull[k][1] <= domain[k].end)
+    });
+    if region.origins.last() != Some(&origin) {
+        region.origins.push(origin);
+    }
+    region.notes.push(Note {
         params,
-        hull,
-        inside_domain: within(0) && within(1),
+        origin: region.origins.len() as u32 - 1,
+        inside_domain,
     });
 }
 
@@ -217,12 +206,13 @@ impl TrimRegion {
                 region.join(&end, &first, l, before);
             }
         }
-        if region.boundary.iter().any(|p| !p.inside_domain) {
+        if region.notes.iter().any(|n| !n.inside_domain) {
             region.add_domain_border();
         }
-        region.pieces.shrink_to_fit();
-        region.boundary.shrink_to_fit();
-        region.parts.shrink_to_fit();
+        region.loops.shrink_to_fit();
+        region.border.shrink_to_fit();
+        region.notes.shrink_to_fit();
+        region.origins.shrink_to_fit();
         region.rectangle = grid.then(|| region.find_rectangle()).flatten();
         region
     }
@@ -231,9 +221,10 @@ impl TrimRegion {
         Self {
             domain,
             untrimmed: false,
-            pieces: Vec::new(),
-            boundary: Vec::new(),
-            parts: Vec::new(),
+            loops: Loops::default(),
+            border: Vec::new(),
+            notes: Vec::new(),
+            origins: Vec::new(),
             gapless: true,
             rectangle: None,
             grid: true,
@@ -263,14 +254,24 @@ impl TrimRegion {
         }
     }
 
-    /// What `pieces` are made of, but for those of the domain's border, which come last.
-    pub(super) fn trim_pieces(&self) -> &[Piece] {
-        &self.pieces
+    /// What the loops are made of.
+    pub(super) fn loops(&self) -> &Loops {
+        &self.loops
     }
 
-    /// What the loops are split into.
-    pub(super) fn parts(&self) -> &[Part] {
-        &self.parts
+    /// What [`pieces`](Self::pieces) are made of.
+    pub(super) fn all_pieces(&self) -> impl Iterator<Item = &Piece> {
+        self.loops.pieces.iter().chain(&self.border)
+    }
+
+    /// What the pieces come from, each of it once as long as it is the same.
+    pub(super) fn origins(&self) -> impl Iterator<Item = PieceOrigin> {
+        self.origins.iter().copied()
+    }
+
+    /// What a piece of the loops comes from.
+    pub(super) fn origin(&self, piece: u32) -> PieceOrigin {
+        self.origins[self.notes[piece as usize].origin as usize]
     }
 
     /// The parts of each cell, by index: parts that have a point in common have a cell in common.
@@ -286,28 +287,46 @@ impl TrimRegion {
     /// Everything the region's boundary is made of: the pieces of all trims, the segments that join
     /// them, and the four sides of the domain where the face has no loops or where a loop leaves the domain
     /// (then only parts of these four are on the boundary).
-    pub fn pieces(&self) -> &[BoundaryPiece] {
-        &self.boundary
+    pub fn pieces(&self) -> impl ExactSizeIterator<Item = BoundaryPiece<'_>> {
+        (0..self.notes.len()).map(|index| self.piece(index))
+    }
+
+    /// One of the [`pieces`](Self::pieces).
+    ///
+    /// # Panics
+    /// If there is no such piece.
+    pub fn piece(&self, index: usize) -> BoundaryPiece<'_> {
+        let note = &self.notes[index];
+        let own = &self.loops.pieces;
+        let piece = own
+            .get(index)
+            .unwrap_or_else(|| &self.border[index - own.len()]);
+        BoundaryPiece {
+            piece,
+            origin: self.origins[note.origin as usize],
+            params: note.params,
+            hull: piece.hull,
+            inside_domain: note.inside_domain,
+        }
     }
 
     /// The parts of the loops that may meet a closed box, and their pieces; `None` if they are more than asked for.
     pub(super) fn parts_near<const N: usize>(
         &self,
         b: [[f64; 2]; 2],
-    ) -> Option<ArrayVec<(&Piece, &Part), N>> {
+    ) -> Option<ArrayVec<&Part, N>> {
         let mut near = ArrayVec::<u32, N>::new();
         for k in self.cells().meeting(b).flatten() {
-            let part = &self.parts[*k as usize];
-            if near.contains(k) || part.misses(&self.pieces[part.own.piece as usize], b) {
+            if near.contains(k) || self.loops.parts[*k as usize].misses(&self.loops, b) {
                 continue;
             }
             near.try_push(*k).ok()?;
         }
-        let part = |k: u32| {
-            let part = &self.parts[k as usize];
-            (&self.pieces[part.own.piece as usize], part)
-        };
-        Some(near.into_iter().map(part).collect())
+        Some(
+            near.into_iter()
+                .map(|k| &self.loops.parts[k as usize])
+                .collect(),
+        )
     }
 
     /// On which side of the boundary the point is. Exact; see [`RegionSide::side`] for the exception.
@@ -357,21 +376,17 @@ impl TrimRegion {
 
     /// Bytes that its lists hold, arithmetic beyond f64 aside.
     pub(crate) fn bytes(&self) -> usize {
-        // Those that both lists share; a curve's once more in another form.
-        let pieces = self.boundary.iter().map(|p| match p.control_points.len() {
-            ..=2 => size_of_val(&*p.control_points),
-            _ => 2 * size_of_val(&*p.control_points),
-        });
-        self.pieces.capacity() * size_of::<Piece>()
-            + self.boundary.capacity() * size_of::<BoundaryPiece>()
-            + self.parts.capacity() * (size_of::<Part>() + size_of::<Own>())
-            + pieces.sum::<usize>()
+        self.loops.bytes()
+            + self.border.capacity() * size_of::<Piece>()
+            + self.notes.capacity() * size_of::<Note>()
+            + self.origins.capacity() * size_of::<PieceOrigin>()
             + self.cells.get().map_or(0, Cells::bytes)
     }
 
     pub(super) fn cells(&self) -> &Cells {
-        self.cells
-            .get_or_init(|| Cells::new(&self.pieces, &self.parts, self.grid))
+        // What is made of pieces for the cells alone goes with a copy of them: most are never asked for it again.
+        let make = || Cells::new(&self.loops.afresh(), self.grid);
+        self.cells.get_or_init(make)
     }
 
     fn parity(&self, q: [f64; 2]) -> Crossing {
@@ -382,7 +397,7 @@ impl TrimRegion {
         if cells.beyond(q) {
             return Crossing::Even;
         }
-        match cells.parity(&self.pieces, &self.parts, q) {
+        match cells.parity(&self.loops, q) {
             Local::Odd(odd) => Crossing::odd(odd),
             Local::On => Crossing::On,
             Local::Elsewhere => self.parity_of_all(q),
@@ -394,8 +409,8 @@ impl TrimRegion {
     pub(super) fn parity_of_all(&self, q: [f64; 2]) -> Crossing {
         let mut odd = false;
         let mut unknown = false;
-        for part in &self.parts {
-            match part.crossing_in(&self.pieces, q, 0) {
+        for part in &self.loops.parts {
+            match part.crossing_in(&self.loops, q, 0) {
                 Crossing::Even => {}
                 Crossing::Odd => odd = !odd,
                 Crossing::On => return Crossing::On,
@@ -417,10 +432,10 @@ impl TrimRegion {
         let cells = self.cells();
         !cells.beyond(q)
             && cells.near(q).iter().any(|k| {
-                let part = &self.parts[*k as usize];
+                let part = &self.loops.parts[*k as usize];
                 part.join
                     && (0..2).all(|i| q[i] >= part.hull[i][0] && q[i] <= part.hull[i][1])
-                    && self.pieces[part.own.piece as usize].in_box(q)
+                    && part.piece(&self.loops).in_box(q)
             })
     }
 
@@ -454,12 +469,11 @@ impl TrimRegion {
                 continue;
             }
             last = Some(*k);
-            let part = &self.parts[*k as usize];
+            let part = &self.loops.parts[*k as usize];
             if part.is_clear_of(&[u, v]) {
                 continue;
             }
-            let piece = &self.pieces[part.own.piece as usize];
-            if part.misses(piece, [u, v]) {
+            if part.misses(&self.loops, [u, v]) {
                 continue;
             }
             if self.is_on_border(part) {
@@ -468,7 +482,10 @@ impl TrimRegion {
             }
             // On a parameter line (the border of a patch, to which trims come as near as they were fitted).
             let beside = |axis: usize, range: [f64; 2]| {
-                range[0] == range[1] && piece.is_beside(axis, part.hull[axis], range[0])
+                range[0] == range[1]
+                    && part
+                        .piece(&self.loops)
+                        .is_beside(axis, part.hull[axis], range[0])
             };
             if !(beside(0, u) || beside(1, v)) {
                 return BoxSide::Mixed;
@@ -511,11 +528,12 @@ impl Part {
     }
 
     /// Proven: the part does not meet the closed box.
-    pub(super) fn misses(&self, piece: &Piece, b: [[f64; 2]; 2]) -> bool {
+    pub(super) fn misses(&self, loops: &Loops, b: [[f64; 2]; 2]) -> bool {
         if self.is_clear_of(&b) {
             return true;
         }
-        if (0..2).any(|i| self.ends_beside(i, &b)) {
+        let ends = self.ends(loops).map(|e| e.at);
+        if (0..2).any(|i| self.ends_beside(&ends, i, &b)) {
             return true;
         }
         // A part that rises (falls) in both lies between two corners of its box. It misses the query box iff
@@ -530,12 +548,12 @@ impl Part {
             let v_of = |right: bool| heights[usize::from(right == down)];
             let corners = [[b[0][1], v_of(true)], [b[0][0], v_of(false)]];
             // The right corner is left of the part: so is the whole box. The left corner is right of it: likewise.
-            self.beyond(piece, corners[0]) == Some(true)
-                || self.beyond(piece, corners[1]) == Some(false)
+            self.beyond(loops, corners[0]) == Some(true)
+                || self.beyond(loops, corners[1]) == Some(false)
         };
         // A corner at or past an end of the part is moved a little way into its heights. That only makes the
         // box larger, so a proof for the larger box holds.
-        let [lo, hi] = [0, 1].map(|e| self.own.ends[e][1]);
+        let [lo, hi] = ends.map(|e| e[1]);
         let (bottom, top) = if lo[0] <= hi[0] { (lo, hi) } else { (hi, lo) };
         let inset = END_INSET * (top[0] - bottom[1]);
         let heights = [b[1][0].min(top[0] - inset), b[1][1].max(bottom[1] + inset)];
@@ -545,13 +563,13 @@ impl Part {
 
     /// Proven: the box begins where the part ends along an axis, and does not hold that end. (A coordinate that only rises is as large as at
     /// the part's end nowhere else.)
-    fn ends_beside(&self, i: usize, b: &[[f64; 2]; 2]) -> bool {
+    fn ends_beside(&self, ends: &[[[f64; 2]; 2]; 2], i: usize, b: &[[f64; 2]; 2]) -> bool {
         let [least, most] = match self.trends[i] {
             Trend::Up => [0, 1],
             Trend::Down => [1, 0],
             Trend::Flat | Trend::Mixed => return false,
         }
-        .map(|e: usize| &self.own.ends[e]);
+        .map(|e: usize| &ends[e]);
         let elsewhere = |end: &[[f64; 2]; 2]| {
             let j = 1 - i;
             end[j][1] < b[j][0] || end[j][0] > b[j][1]
@@ -561,8 +579,8 @@ impl Part {
 
     /// Whether a monotone part, at height `q[1]`, is strictly at `u > q[0]` (`Some(false)`: strictly
     /// below), where that is plain in f64. Heights beyond the part's ends give `None`... see `misses`.
-    fn beyond(&self, piece: &Piece, q: [f64; 2]) -> Option<bool> {
-        let [lo, hi] = [0, 1].map(|e| self.own.ends[e][1]);
+    fn beyond(&self, loops: &Loops, q: [f64; 2]) -> Option<bool> {
+        let [lo, hi] = self.ends(loops).map(|e| e.at[1]);
         let (bottom, top) = if lo[0] <= hi[0] { (lo, hi) } else { (hi, lo) };
         if q[1] <= bottom[1] || q[1] >= top[0] {
             return None;
@@ -573,6 +591,6 @@ impl Part {
         if q[0] > self.hull[0][1] {
             return Some(false);
         }
-        self.crossing_coarse(piece, q, 0)
+        self.crossing_coarse(loops, q, 0)
     }
 }

@@ -1,8 +1,8 @@
 //! What bounds a region: nothing, a rectangle, a convex polygon, or more.
 
+use super::decide::Crossing;
 use super::piece::Piece;
 use super::region::{BoxSide, PieceOrigin, TrimRegion};
-use super::{decide::Crossing, source::Source};
 use crate::numeric::{Dd, Interval, Real};
 
 /// What bounds the trimmed region of a face, as far as the machinery goes that it needs.
@@ -44,15 +44,15 @@ impl TrimRegion {
 
     /// The corners of the region's only loop, if that is a polygon.
     fn polygon(&self) -> Option<Vec<[f64; 2]>> {
-        let PieceOrigin::Trim { trim_loop, .. } = self.pieces().first()?.origin else {
+        let PieceOrigin::Trim { trim_loop, .. } = self.origins().next()? else {
             return None;
         };
-        let origins = self.pieces().iter().map(|p| p.origin);
+        let mut origins = self.origins();
         let own = |o| matches!(o, PieceOrigin::Trim { trim_loop: l, .. } if l == trim_loop);
-        if !self.gapless || !origins.into_iter().all(own) {
+        if !self.gapless || !origins.all(own) {
             return None;
         }
-        let segments: Option<Vec<_>> = self.trim_pieces().iter().map(segment).collect();
+        let segments: Option<Vec<_>> = self.loops().pieces.iter().map(Piece::segment).collect();
         let segments = segments?;
         // Ends that are known to be the same may still be different numbers here, where one was rounded.
         let next = segments.iter().cycle().skip(1);
@@ -76,18 +76,6 @@ impl TrimRegion {
         };
         Some([range(0), range(1)])
     }
-}
-
-/// The ends of a piece that is exactly a straight segment between points in f64.
-fn segment(piece: &Piece) -> Option<[[f64; 2]; 2]> {
-    if let Source::Segment(ends) = &piece.source {
-        return Some(*ends);
-    }
-    let [a, b] = &*piece.bezier else {
-        return None;
-    };
-    let exact = piece.radius == [0.0; 3] && a[2] == 1.0 && b[2] == 1.0;
-    exact.then_some([[a[0], a[1]], [b[0], b[1]]])
 }
 
 /// Whether a closed polygon turns one way only, once around, and has an area.

@@ -1,13 +1,14 @@
 //! What a loop is made of, as stored: the exact data that every decision goes back to.
 
 use super::circle::{ArcSpan, Blur};
-use super::spline::{Param, SplineSpan};
+use super::spline::{Param, Spline, SplineSpan};
 use crate::brep::TrimCurve;
 use crate::numeric::{Ball, Dd, Dyadic};
 use crate::nurbs::{Curve2, NurbsCurve2, PolyCurve};
 use dashu_int::IBig;
 use dashu_int::ops::BitTest;
 use nalgebra::Vector3;
+use std::sync::Arc;
 
 /// Homogeneous `(wu, wv, w)` up to a positive factor common to all control points.
 pub(super) type Exact3 = [IBig; 3];
@@ -18,7 +19,7 @@ pub(super) type Ball3 = [Ball<Dd>; 3];
 #[derive(Clone, Debug)]
 pub(super) enum Source {
     /// One span of a spline, from parameter `from` to `to` (`from > to` where the trim is reversed).
-    Spline(Box<SplineSpan>),
+    Spline(SplineSpan),
     /// A straight segment.
     Segment([[f64; 2]; 2]),
     /// Bezier control points, exactly.
@@ -260,7 +261,7 @@ pub(super) fn reverse(run: &mut Run) {
     for piece in &mut run.pieces {
         piece.params.reverse();
         match &mut piece.source {
-            Source::Spline(s) => std::mem::swap(&mut s.from, &mut s.to),
+            Source::Spline(s) => s.reverse(),
             Source::Segment(ends) => ends.reverse(),
             Source::Exact(points) => points.reverse(),
             Source::Blurred(ends) => ends.reverse(),
@@ -322,17 +323,12 @@ fn point_on(points: [[f64; 2]; 2], w: [f64; 2], x: &Param) -> End {
         return End::Point(points[1]);
     }
     // A line is a spline of degree 1.
-    let span = SplineSpan {
-        all: (
-            [w[0], w[0], w[1], w[1]].into(),
-            points.map(|p| Vector3::new(p[0], p[1], 1.0)).into(),
-        ),
+    let line = Arc::new(Spline {
         degree: 1,
-        index: 1,
-        from: x.clone(),
-        to: Param::f64(w[1]),
-    };
-    match span.exact() {
+        knots: [w[0], w[0], w[1], w[1]].into(),
+        points: points.map(|p| Vector3::new(p[0], p[1], 1.0)).into(),
+    });
+    match SplineSpan::new(&line, 1, [x.clone(), Param::f64(w[1])]).exact() {
         Some(mut exact) => End::Rational(exact.swap_remove(0)),
         None => End::Point(points[0]),
     }
@@ -399,7 +395,11 @@ fn balanced(a: Exact3, b: Exact3) -> Vec<Exact3> {
 /// The spans of a NURBS curve between two parameters; `None` if there are none.
 fn nurbs_run(curve: &NurbsCurve2, from: &Param, to: &Param) -> Option<Run> {
     use std::cmp::Ordering::{Greater, Less};
-    let p = curve.degree();
+    let all = Arc::new(Spline {
+        degree: curve.degree(),
+        knots: curve.knots().shared(),
+        points: curve.shared_points(),
+    });
     let mut pieces = Vec::new();
     for (i, lo, hi) in curve.knots().spans() {
         if from.compare(hi) != Less || to.compare(lo) != Greater {
@@ -417,13 +417,7 @@ fn nurbs_run(curve: &NurbsCurve2, from: &Param, to: &Param) -> Option<Run> {
         };
         pieces.push(SourcePiece {
             params: [a.near, b.near],
-            source: Source::Spline(Box::new(SplineSpan {
-                all: (curve.knots().shared(), curve.shared_points()),
-                degree: p,
-                index: i,
-                from: a,
-                to: b,
-            })),
+            source: Source::Spline(SplineSpan::new(&all, i, [a, b])),
         });
     }
     let end_of = |piece: &SourcePiece, last: bool| match &piece.source {

@@ -8,18 +8,24 @@ use dashu_int::{IBig, UBig};
 use nalgebra::Vector3;
 use std::sync::Arc;
 
-/// Part of one span of a spline.
+/// All of a spline.
+#[derive(Debug)]
+pub(super) struct Spline {
+    pub(super) degree: usize,
+    pub(super) knots: Arc<[f64]>,
+    pub(super) points: Arc<[Vector3<f64>]>,
+}
+
+/// Part of one span of a spline, in either direction.
 #[derive(Clone, Debug)]
 pub(super) struct SplineSpan {
-    /// All knots and control points of the spline.
-    pub(super) all: (Arc<[f64]>, Arc<[Vector3<f64>]>),
-    pub(super) degree: usize,
+    all: Arc<Spline>,
     /// Of the knot that the span starts at.
-    pub(super) index: usize,
-    /// Parameter at t = 0.
-    pub(super) from: Param,
-    /// Parameter at t = 1.
-    pub(super) to: Param,
+    index: u32,
+    /// Whether it runs from its second end to its first.
+    reversed: bool,
+    /// Its ends, where these are not the span's own.
+    cut: Option<Box<[Param; 2]>>,
 }
 
 /// A parameter: a f64, or a quotient of integers that is none.
@@ -99,16 +105,47 @@ impl Param {
 }
 
 impl SplineSpan {
+    /// What of the span that starts at a knot is between two parameters of it.
+    pub(super) fn new(all: &Arc<Spline>, index: usize, ends: [Param; 2]) -> Self {
+        let whole = ends[0].is(all.knots[index]) && ends[1].is(all.knots[index + 1]);
+        Self {
+            all: Arc::clone(all),
+            index: index as u32,
+            reversed: false,
+            cut: (!whole).then(|| Box::new(ends)),
+        }
+    }
+
+    pub(super) fn reverse(&mut self) {
+        self.reversed = !self.reversed;
+    }
+
+    fn degree(&self) -> usize {
+        self.all.degree
+    }
+
+    /// The parameters at t = 0 and t = 1.
+    fn ends(&self) -> [Param; 2] {
+        let mut ends = match &self.cut {
+            Some(cut) => (**cut).clone(),
+            None => [0, 1].map(|k| Param::f64(self.all.knots[self.index as usize + k])),
+        };
+        if self.reversed {
+            ends.reverse();
+        }
+        ends
+    }
+
     /// `2p` knots, `knots[p - 1] <= .. <= knots[p]` the span.
     fn knots(&self) -> &[f64] {
-        let (i, p) = (self.index, self.degree);
-        &self.all.0[i + 1 - p..=i + p]
+        let (i, p) = (self.index as usize, self.degree());
+        &self.all.knots[i + 1 - p..=i + p]
     }
 
     /// `p + 1` homogeneous control points.
     fn points(&self) -> impl Iterator<Item = [f64; 3]> {
-        let (i, p) = (self.index, self.degree);
-        self.all.1[i - p..=i].iter().map(|x| (*x).into())
+        let (i, p) = (self.index as usize, self.degree());
+        self.all.points[i - p..=i].iter().map(|x| (*x).into())
     }
 
     /// Bezier control points by blossoms: `b_k = f(from^(p-k), to^k)` (Ramshaw; *The NURBS Book*
@@ -116,7 +153,8 @@ impl SplineSpan {
     /// `d_j` by `((hi - x) d_(j-1) + (x - lo) d_j) / (hi - lo)` with `lo` and `hi` the knots p + 1 - r apart around it;
     /// every factor is >= 0, so weights stay positive.
     pub(super) fn balls(&self) -> Vec<Ball3> {
-        let (p, all_knots) = (self.degree, self.knots());
+        let (p, all_knots) = (self.degree(), self.knots());
+        let [from, to] = &self.ends();
         let mut out = Vec::with_capacity(p + 1);
         let mut d = Vec::with_capacity(p + 1);
         for k in 0..=p {
@@ -124,7 +162,7 @@ impl SplineSpan {
             d.extend(self.points().map(|c| c.map(Ball::exact)));
             for r in 1..=p {
                 // The last k arguments are `to`, taken last: earlier levels see the same values.
-                let x = if r > p - k { &self.to } else { &self.from };
+                let x = if r > p - k { to } else { from };
                 for j in (r..=p).rev() {
                     let (lo, hi) = (all_knots[j - 1], all_knots[j + p - r]);
                     if x.is(lo) {
@@ -148,14 +186,15 @@ impl SplineSpan {
     /// The same in integers, up to a common positive factor: at each level all points are multiplied
     /// by the least common multiple of the knot differences, which do not depend on x.
     pub(super) fn exact(&self) -> Option<Vec<Exact3>> {
-        let p = self.degree;
+        let p = self.degree();
+        let span = self.ends();
         // Everything is multiplied by `unit`, and by the denominators of the two ends.
         let mut line: Vec<[f64; 3]> = self.knots().iter().map(|k| [*k, 0.0, 0.0]).collect();
         let near = |x: &Param| if x.ratio.is_none() { x.near } else { 0.0 };
-        line.push([near(&self.from), near(&self.to), 1.0]);
+        line.push([near(&span[0]), near(&span[1]), 1.0]);
         let mut line = integers(&line)?;
         let (dens, unit) = (
-            [self.from.denominator(), self.to.denominator()],
+            [span[0].denominator(), span[1].denominator()],
             line[2 * p][2].clone(),
         );
         let common = &dens[0] * &dens[1];
@@ -167,8 +206,8 @@ impl SplineSpan {
             Some(r) => &r.0 * &unit * other,
             None => plain.clone(),
         };
-        let from = &value(&self.from, &ends[0][0], &dens[1]);
-        let to = &value(&self.to, &ends[0][1], &dens[0]);
+        let from = &value(&span[0], &ends[0][0], &dens[1]);
+        let to = &value(&span[1], &ends[0][1], &dens[0]);
         let points = integers(&self.points().collect::<Vec<_>>())?;
         // multipliers[r - 1][j - r] = lcm / (hi - lo).
         let mut multipliers = Vec::with_capacity(p);
@@ -211,9 +250,9 @@ impl SplineSpan {
 impl SplineSpan {
     /// The end point at t = 0 or at t = 1, exactly.
     pub(super) fn end(&self, last: bool) -> Option<End> {
-        let (p, knots) = (self.degree, self.knots());
+        let (p, knots) = (self.degree(), self.knots());
         let mut points = self.points();
-        let x = if last { &self.to } else { &self.from };
+        let x = &self.ends()[usize::from(last)];
         // Clamped: the last p knots at or before the span's start (or after its end) coincide.
         if knots[..p].iter().all(|k| x.is(*k)) {
             return Some(End::weighted(points.next()?));

@@ -5,10 +5,12 @@ use crate::scenes::{Random, with_and_without_formulas};
 use feeler::brep::Brep;
 use feeler::numeric::Interval;
 use feeler::nurbs::{Arc, Curve, Line, Revolution, Surface};
+use feeler::prepare::PreparedBrep;
 use feeler::query::{
-    Accuracy, HalfSpace, LineKind, LineProbe, Options, Probe, Sphere, Workspace, contact, line,
+    Accuracy, HalfSpace, LineKind, LineProbe, Options, Probe, Sphere, Workspace, contact, evaluate,
+    line,
 };
-use nalgebra::{Point3, Rotation3, Vector3};
+use nalgebra::{Point2, Point3, Rotation3, Vector3};
 use std::f64::consts::TAU;
 
 /// A hit's parameters are off by the twist of a frame at most, some hundred roundings, and by those of points up to 30 from the origin.
@@ -65,22 +67,31 @@ fn surface(
     Brep::from_surface(Surface::Revolution(Revolution::new(turned).unwrap())).unwrap()
 }
 
+/// One of the kinds in some frame, with formulas and without.
+fn part(random: &mut Random, round: usize) -> [PreparedBrep; 2] {
+    let kind = [Kind::Torus, Kind::Cylinder, Kind::Cone][round % 3];
+    let center = Point3::from(random.direction() * random.between(0.0, 20.0));
+    let frame = Rotation3::new(random.direction() * random.between(0.1, 3.0));
+    let turn = if round.is_multiple_of(2) { TAU } else { 4.0 };
+    let brep = surface(&kind, center, &frame, turn, round % 4 < 2);
+    with_and_without_formulas(brep)
+}
+
+fn full() -> Options {
+    Options {
+        accuracy: Accuracy::Full,
+        prediction: f64::INFINITY,
+        ..Options::default()
+    }
+}
+
 #[test]
 fn values_are_full_without_the_search() {
     let mut random = Random::new(37);
     let (mut by_formula, mut all) = (0, 0);
     for round in 0..18 {
-        let kind = [Kind::Torus, Kind::Cylinder, Kind::Cone][round % 3];
-        let center = Point3::from(random.direction() * random.between(0.0, 20.0));
-        let frame = Rotation3::new(random.direction() * random.between(0.1, 3.0));
-        let turn = if round % 2 == 0 { TAU } else { 4.0 };
-        let brep = surface(&kind, center, &frame, turn, round % 4 < 2);
-        let [brep, searched] = with_and_without_formulas(brep);
-        let full = Options {
-            accuracy: Accuracy::Full,
-            prediction: f64::INFINITY,
-            ..Options::default()
-        };
+        let [brep, searched] = part(&mut random, round);
+        let full = full();
         let (mut one, mut other) = (Workspace::default(), Workspace::default());
         for k in 0..24 {
             // Next to the surface, and anywhere.
@@ -101,6 +112,42 @@ fn values_are_full_without_the_search() {
             let b = contact(&searched, &probe, &full, &mut other);
             let (x, y) = (a.separation.bounds, b.separation.bounds);
             assert!(x.lo <= y.hi && y.lo <= x.hi, "{probe:?}: {x:?} {y:?}");
+            assert!(a.undecided.is_none(), "{probe:?}: {x:?}");
+            all += 1;
+            by_formula += usize::from(one.work().nodes < 3);
+        }
+    }
+    assert!(
+        20 * by_formula > 19 * all,
+        "{by_formula} of {all} by formula"
+    );
+}
+
+/// Balls that touch such a surface, and half-spaces on tori: of separations of 1e-16 the last digits, too.
+#[test]
+fn what_touches_is_told_without_the_search() {
+    let mut random = Random::new(41);
+    let (mut by_formula, mut all) = (0, 0);
+    for round in 0..18 {
+        let [brep, searched] = part(&mut random, round);
+        let full = full();
+        let (mut one, mut other) = (Workspace::default(), Workspace::default());
+        for k in 0..12 {
+            let s = brep.brep().surface(0);
+            let [u, v] = s.domain();
+            let [u, v] = [u, v].map(|d| d.lerp(random.between(0.05, 0.95)));
+            let on = evaluate(&brep, 0, Point2::new(u, v)).unwrap();
+            let normal = on.du.cross(&on.dv).normalize();
+            // On either side; nearer than where the next sheet of any of these is as near.
+            let off = 10f64.powf(random.between(-6.0, -0.7));
+            let off = if k % 2 == 0 { off } else { -off };
+            let q = on.point + normal * off;
+            let probe = Probe::Sphere(Sphere::new(q, off.abs()).unwrap());
+            let a = contact(&brep, &probe, &full, &mut one);
+            let b = contact(&searched, &probe, &full, &mut other);
+            let (x, y) = (a.separation.bounds, b.separation.bounds);
+            assert!(x.lo <= y.hi && y.lo <= x.hi, "{probe:?}: {x:?} {y:?}");
+            assert!(x.hi < 1e-14, "{probe:?}: {x:?}");
             assert!(a.undecided.is_none(), "{probe:?}: {x:?}");
             all += 1;
             by_formula += usize::from(one.work().nodes < 3);

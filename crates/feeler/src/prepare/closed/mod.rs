@@ -5,6 +5,7 @@
 //! they are computed in double-double with running bounds, so that nothing is searched.
 
 mod curve;
+mod foot;
 mod form;
 mod gap;
 mod line;
@@ -274,7 +275,7 @@ fn parts_of(curves: &[ClosedCurve]) -> Vec<(Of, Range<u32>)> {
 
 /// The trims of which some piece may leave the domain, in order.
 fn leaving_trims(region: &TrimRegion) -> Vec<usize> {
-    let leaving = region.pieces().iter().filter(|p| !p.inside_domain);
+    let leaving = region.pieces().filter(|p| !p.inside_domain);
     let trim = |origin: PieceOrigin| match origin {
         PieceOrigin::Trim { trim, .. } => Some(trim),
         PieceOrigin::Join { .. } | PieceOrigin::Domain => None,
@@ -423,11 +424,16 @@ impl ClosedSurface {
         }
     }
 
-    /// Bounds of what is least at a foot in the face's region whose boxes are, where the form is not quite the surface; see [`RevolutionForm::at_foot`].
-    pub(crate) fn at_foot(&self, target: &Target, found: &Critical) -> Option<[Dd; 2]> {
-        match self {
-            Self::Plane(_) => None,
-            Self::Revolution(r) => r.at_foot(target, found),
+    /// Bounds of what is least at a foot in the face's region whose boxes are, where the form is not quite the surface that it was made of; see [`RevolutionForm::at_foot`].
+    pub(crate) fn at_foot(
+        &self,
+        surface: &Surface,
+        target: &Target,
+        found: &Critical,
+    ) -> Option<[Dd; 2]> {
+        match (self, surface) {
+            (Self::Revolution(r), Surface::Revolution(s)) => r.at_foot(s, target, found),
+            _ => None,
         }
     }
 

@@ -33,7 +33,7 @@
 //! nearest to the axis, in the hole: there the surface is folded along a circle about the axis and lies outside of it. Of such a circle's points that
 //! nearest to `p` has nearer ones outside towards `p`, the one farthest from it has nearer ones along the circle on both sides, and others along it on one.
 
-use super::super::circle::normalized;
+use super::super::circle::{axes, cross, normalized};
 use super::curve::{ClosedCurve, CurveShape, Of, UvPath};
 use super::form::{
     Angle, Boxes, Copies, Critical, Extent, Linear, Minimum, SHARP, Target, UP, V3, Vector, add,
@@ -42,7 +42,7 @@ use super::form::{
 };
 use super::quadric::Quadric;
 use super::sphere::SphereForm;
-use crate::numeric::{Ball, Dd, Interval, Real, TINY, sin_cos};
+use crate::numeric::{Ball, Dd, Interval, Real, sin_cos};
 use crate::nurbs::{Curve3, Revolution};
 
 /// Profile points at `(a, b, h)`.
@@ -203,7 +203,7 @@ impl<T: Real> Model<T> {
     }
 
     /// `n.origin - h`.
-    fn base(&self, n: &[f64; 3], h: f64) -> Ball<T> {
+    pub(super) fn base(&self, n: &[f64; 3], h: f64) -> Ball<T> {
         dot(&exact(n), &self.origin) - Ball::exact(h)
     }
 
@@ -321,7 +321,7 @@ impl RevolutionForm {
             }
             Curve3::Arc(a) => {
                 let (sin, cos) = sin_cos(Ball::exact(a.angle.mid()));
-                let [x, y] = super::super::circle::axes(a);
+                let [x, y] = axes(a);
                 let d = add(&scale(&x, cos), &scale(&y, sin));
                 along(
                     &exact(a.center.coords.as_slice()),
@@ -333,10 +333,7 @@ impl RevolutionForm {
         };
         let (_, r) = across(&sub(&middle, &origin));
         let e = unit(&r)?;
-        let b = std::array::from_fn(|c| {
-            let (i, j) = ((c + 1) % 3, (c + 2) % 3);
-            axis[i] * e[j] - axis[j] * e[i]
-        });
+        let b = cross(&axis, &e);
         // `e` and `b` are orthogonal to the axis, whatever their balls hold: what of a vector is along it does not count.
         let coordinates = |v: &V3| {
             let (h, w) = across(v);
@@ -360,7 +357,7 @@ impl RevolutionForm {
                 (Profile::Line { ends, run, length }, skew, least, slopes)
             }
             Curve3::Arc(a) => {
-                let [x, y] = super::super::circle::axes(a);
+                let [x, y] = axes(a);
                 let center = coordinates(&sub(&exact(a.center.coords.as_slice()), &origin));
                 let (x, y) = (coordinates(&x), coordinates(&y));
                 let skew = center[1].magnitude() + a.radius * (x[1].magnitude() + y[1].magnitude());
@@ -471,7 +468,7 @@ impl RevolutionForm {
         }
     }
 
-    fn angle_at(&self, u: Ball<Dd>) -> Ball<Dd> {
+    pub(super) fn angle_at(&self, u: Ball<Dd>) -> Ball<Dd> {
         self.angular().inverse().at(u)
     }
 
@@ -486,12 +483,12 @@ impl RevolutionForm {
         }
     }
 
-    fn own_parameter(&self, v: Ball<Dd>) -> Ball<Dd> {
+    pub(super) fn own_parameter(&self, v: Ball<Dd>) -> Ball<Dd> {
         self.profile_map().inverse().at(v)
     }
 
     /// Angular and profile parameter, in this order.
-    fn split(&self, uv: [f64; 2]) -> [f64; 2] {
+    pub(super) fn split(&self, uv: [f64; 2]) -> [f64; 2] {
         if self.transposed { [uv[1], uv[0]] } else { uv }
     }
 
@@ -735,48 +732,15 @@ impl RevolutionForm {
         }
     }
 
-    /// Bounds of what is least within the boxes of a foot, by the true surface, where the model is off by its skew; `None` where that tells no more. The foot's own parameters must
-    /// be in the face's region.
-    ///
-    /// At an interior local minimum `m` the objective is stationary. So at parameters that are `d` from those of `m` it is larger by half its second derivative along `d` at most.
-    /// Let `r` bound the distance from the axis and `l` the profile's speed, and a circle's curvature times its square: then derivatives of the surface are
-    /// bounded by `|S_u|, |S_uu| <= r` and `|S_v|, |S_uv|, |S_vv| <= l`, so that along `d = (du, dv)` points move by `s = r du + l dv`, and a height grows by no more than half of
-    /// `t = r du^2 + 2 l du dv + l dv^2`, a squared distance by `s^2 + D t`, `D` the greatest distance from the target on the way. The value at `d` is one of the face.
-    pub(super) fn at_foot(&self, target: &Target, found: &Critical) -> Option<[Dd; 2]> {
-        if self.slack == 0.0 || !found.minimum.unique {
-            return None;
-        }
-        let [du, dv] = self.spread(found.minimum.uv, &found.boxes)?;
-        let (r, l) = self.sizes();
-        let moved = (r * du + l * dv) * UP;
-        let bent = (r * du * du + 2.0 * l * du * dv + l * dv * dv) * UP;
-        let [low, high] = target.range_at(&self.point(found.minimum.uv));
-        let lower = match target {
-            Target::Height(n, _) => {
-                let length = n.iter().map(|x| x * x).sum::<f64>().sqrt();
-                0.5 * length * bent
-            }
-            Target::Point(_) => {
-                let most = high.magnitude().sqrt() * UP + moved;
-                moved * moved + most * bent
-            }
-        };
-        let lower = low - Dd::from(lower * UP);
-        let unit = 4.0 * Dd::UNIT * lower.magnitude();
-        let mut lower = lower - Dd::from(unit + TINY);
-        if matches!(target, Target::Point(_)) && lower < Dd::ZERO {
-            lower = Dd::ZERO;
-        }
-        Some([lower, high])
-    }
-
-    /// How far native parameters are at most from all others in the boxes that were made with them: as angle and profile's own parameter. `None` where they are not in the first.
-    pub(super) fn spread(&self, uv: [f64; 2], boxes: &Boxes) -> Option<[f64; 2]> {
+    /// How far native parameters are at most from all others in the boxes that were made with them, and at least from those boxes' ends: as angle and profile's own parameter. `None` where they are not in the first.
+    pub(super) fn spread(&self, uv: [f64; 2], boxes: &Boxes) -> Option<[[f64; 2]; 2]> {
         let off = |x: f64, copies: &Copies, map: &Linear| {
             let [low, high] = *copies.first()?;
-            let most = (x - low).max(high - x) * (1.0 + 4.0 * f64::EPSILON);
-            let scale = map.from.length() / map.to.length() * (1.0 + 8.0 * f64::EPSILON);
-            (low <= x && x <= high).then_some(most * scale)
+            let scale = map.from.length() / map.to.length();
+            let (from, to) = (x - low, high - x);
+            let up = 1.0 + 16.0 * f64::EPSILON;
+            let both = [from.max(to) * scale * up, from.min(to) * scale / up];
+            (low <= x && x <= high).then_some(both)
         };
         let [u, v] = self.split(uv);
         let (us, vs) = if self.transposed {

@@ -271,7 +271,7 @@ fn hit(r: &RevolutionForm, line: &ClosedLine, t: Ball<Dd>) -> Option<Option<Clos
         return Some(None);
     };
     // Where the border of the domain is between what was moved into it and its box nothing is told.
-    let [du, dv] = r.spread(uv, &boxes)?;
+    let [du, dv] = r.spread(uv, &boxes)?.map(|[most, _]| most);
     if !(du + dv <= MOST_BOX) {
         return None;
     }

@@ -1,10 +1,11 @@
 //! The health of one edge.
 
-use super::super::crack::{CLOSED, apart, end_regions};
+use super::super::crack::{CLOSED, apart};
 use super::super::image::{self, Image, distance};
 use super::super::matching::{Pair, frechet, frechet_bytes};
 use super::super::patch::{Patches, patch_counts};
 use super::super::spline::{PieceCount, piece_count};
+use super::super::vertex::end_region;
 use super::super::{Box3, PreparedBrep, around};
 use super::{Direction, EdgeHealth, FaceHealth, Offset, TINY, Turn};
 use crate::brep::{Brep, Defect, LoopKind};
@@ -44,7 +45,10 @@ pub(super) fn health(
     let ends: Vec<Option<[Box3; 2]>> = e
         .trims
         .iter()
-        .map(|t| end_regions(brep, || brep.double(face_of(*t)), *t))
+        .map(|t| {
+            let end = |last| end_region(brep, || brep.double(face_of(*t)), *t, last);
+            Some([end(false)?, end(true)?])
+        })
         .collect();
     let mut least: f64 = 0.0;
     for (i, a) in ends.iter().enumerate() {

@@ -12,13 +12,14 @@ const UP: f64 = 1.0 + 64.0 * f64::EPSILON;
 
 /// The ends of a segment of the boundary, in balls.
 fn ends(piece: &BoundaryPiece) -> Option<[Homogeneous<f64, 3>; 2]> {
+    let radius = piece.radius();
     let ball = |p: &[f64; 3]| -> Homogeneous<f64, 3> {
         std::array::from_fn(|c| Ball {
             mid: p[c],
-            rad: piece.radius[c],
+            rad: radius[c],
         })
     };
-    let points = &piece.control_points;
+    let points = piece.control_points();
     Some([ball(points.first()?), ball(points.last()?)])
 }
 
@@ -77,7 +78,7 @@ pub(super) fn health(brep: &PreparedBrep, face: usize) -> FaceHealth {
         let Some(of) = loops.iter_mut().find(|l| l.trim_loop == trim_loop) else {
             continue;
         };
-        let Some(both) = ends(piece) else {
+        let Some(both) = ends(&piece) else {
             continue;
         };
         let boxes = [point(geometry, &both[0]), point(geometry, &both[1])];

@@ -45,10 +45,8 @@ fn queries(region: &TrimRegion, brep: &Brep, random: &mut Random, count: usize) 
         }
     }
     for p in region.pieces() {
-        for c in [p.control_points.first(), p.control_points.last()]
-            .into_iter()
-            .flatten()
-        {
+        let points = p.control_points();
+        for c in [points.first(), points.last()].into_iter().flatten() {
             us.push(c[0] / c[2]);
             vs.push(c[1] / c[2]);
         }
@@ -57,13 +55,13 @@ fn queries(region: &TrimRegion, brep: &Brep, random: &mut Random, count: usize) 
     }
     for _ in 0..count {
         let n = region.pieces().len();
-        let p = &region.pieces()[random.below(n)];
+        let p = region.piece(random.below(n));
         // A point of the piece by de Casteljau.
         let t = match random.below(4) {
             0 => random.below(9) as f64 / 8.0,
             _ => random.unit(),
         };
-        let mut d = p.control_points.to_vec();
+        let mut d = p.control_points();
         while d.len() > 1 {
             d = d
                 .windows(2)

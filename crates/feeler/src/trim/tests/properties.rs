@@ -231,10 +231,8 @@ fn irregular_knots_at_high_degree_stay_affordable() {
         let mut undecided = 0;
         for p in region.pieces() {
             // Ends of pieces: as close to the boundary as f64 comes.
-            for c in [
-                p.control_points[0],
-                p.control_points[p.control_points.len() - 1],
-            ] {
+            let points = p.control_points();
+            for c in [points[0], points[points.len() - 1]] {
                 let side = region.side([c[0] / c[2], c[1] / c[2]].into());
                 undecided += usize::from(side.side.is_none());
             }

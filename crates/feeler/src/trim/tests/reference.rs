@@ -207,6 +207,22 @@ pub(super) struct Reference {
     untrimmed: bool,
 }
 
+/// Of slivers and cusps some steps of f64 away coincidences rule out several.
+const DIRECTIONS: [(i64, i64); 12] = [
+    (101, 7919),
+    (7907, -307),
+    (-5003, 1009),
+    (-211, -6007),
+    (3_000_017, 1_000_003),
+    (-1_299_709, 15_485_863),
+    (-2_750_159, -611_953),
+    (32_452_843, -49_979_687),
+    (67_867_967, 86_028_121),
+    (-104_395_301, 9_737_333),
+    (-7_368_787, -141_650_939),
+    (179_424_673, -1_986_001),
+];
+
 impl Reference {
     pub(super) fn new(brep: &Brep) -> Self {
         let parts = brep.parts();
@@ -261,7 +277,7 @@ impl Reference {
         let mut odd = self.untrimmed;
         if !self.untrimmed {
             // A direction that some coincidence rules out is replaced by the next.
-            let parity = [(101, 7919), (7907, -307), (-5003, 1009), (-211, -6007)]
+            let parity = DIRECTIONS
                 .into_iter()
                 .find_map(|d| self.parity(&q, [RBig::from(d.0), RBig::from(d.1)]));
             match parity.expect("a direction in general position") {

@@ -2,11 +2,11 @@
 
 use super::shapes::*;
 use crate::nurbs::{Curve, PolyCurve};
-use crate::trim::decide::Part;
+use crate::trim::decide::{Joint, Part};
 use crate::trim::piece::Piece;
 use crate::trim::spline::Param;
 use crate::trim::split::Trend;
-use crate::trim::{BoundaryPiece, BoxSide, Side, TrimRegion};
+use crate::trim::{BoxSide, Side, TrimRegion};
 
 const WIDE: [f64; 4] = [-10.0, 10.0, -10.0, 10.0];
 
@@ -48,11 +48,10 @@ fn a_curve_within_a_domain_that_its_control_points_leave() {
     for (top, inside) in [(1.0, true), (0.93751, true), (0.93749, false)] {
         let sides = vec![arch.clone().into(), line([0.0, 0.0], [1.0, 0.0]).into()];
         let region = TrimRegion::new(&face([0.0, 1.0, 0.0, top], Some(vec![sides])), 0);
-        let pieces = region.pieces();
-        assert_eq!(pieces.iter().all(|p| p.inside_domain), inside, "{top}");
-        assert_eq!(pieces.len(), if inside { 2 } else { 6 }, "{top}");
+        assert_eq!(region.pieces().all(|p| p.inside_domain), inside, "{top}");
+        assert_eq!(region.pieces().len(), if inside { 2 } else { 6 }, "{top}");
         // Its greatest height is 15/16, at the middle.
-        let [low, high] = pieces[0].hull[1];
+        let [low, high] = region.piece(0).hull[1];
         assert!(
             low == 0.0 && (0.9375..0.9376).contains(&high),
             "{low} {high}"
@@ -86,7 +85,7 @@ fn cut_at_a_third() {
         if reversed {
             expected.reverse();
         }
-        let params = region.pieces()[0].params;
+        let params = region.piece(0).params;
         let off = [0, 1].map(|i: usize| (params[i] - expected[i]).abs());
         assert!(off[0].max(off[1]) < 1e-14, "{params:?}");
         for k in 1..64 {
@@ -154,11 +153,8 @@ fn a_star_of_long_sides() {
 fn bytes_are_those_of_the_lists() {
     let brep = face([-9.0, 9.0, -9.0, 9.0], Some(vec![circle([0.0, 0.0], 2.0)]));
     let region = TrimRegion::new(&brep, 0);
-    let (pieces, parts) = (region.trim_pieces().len(), region.parts().len());
-    // Quarters of three control points, in a list that piece and boundary share and another of the piece.
-    let lists = pieces * (size_of::<Piece>() + size_of::<BoundaryPiece>())
-        + parts * size_of::<Part>()
-        + pieces * 3 * 2 * size_of::<[f64; 3]>();
+    let (pieces, parts) = (region.pieces().len(), region.loops().parts.len());
+    let lists = pieces * size_of::<Piece>() + parts * (size_of::<Part>() + size_of::<Joint>());
     let bytes = region.bytes();
     assert!(lists <= bytes && bytes <= 2 * lists, "{lists} {bytes}");
     // A reference point for each of at least 256 cells, and a place in the list.
@@ -276,7 +272,8 @@ fn boxes_of_parts_hold_their_ends() {
         line([1.0, 0.0], [0.0, 0.0]).into(),
     ];
     let region = TrimRegion::new(&face(WIDE, Some(vec![cap])), 0);
-    let piece = &region.trim_pieces()[0];
+    // Before it is told how far its parts reach.
+    let piece = Piece::new(region.loops().pieces[0].source.clone());
     for (a, b) in [(0.0, 1.0), (0.125, 0.375), (0.25, 0.75), (0.5, 1.0)] {
         let height = |t: f64| 4.0 * t * (1.0 - t);
         let middle = 2.0 * (a + b) - 4.0 * a * b;
@@ -312,8 +309,8 @@ fn cut_where_the_derivative_is_zero() {
     let end = [points[2][0] / points[2][2], points[2][1] / points[2][2]];
     let sides = vec![cut, line(end, [0.0, 0.0]).into()];
     let region = TrimRegion::new(&face(WIDE, Some(vec![sides])), 0);
-    let parts = region.parts().iter().filter(|p| p.own.piece == 0);
-    let parts: Vec<_> = parts.map(|p| (p.trends, p.own.t)).collect();
+    let parts = region.loops().parts.iter().filter(|p| p.piece == 0);
+    let parts: Vec<_> = parts.map(|p| (p.trends, p.t(region.loops()))).collect();
     assert_eq!(parts, [([Trend::Up; 2], [0.0, 1.0])]);
 }
 

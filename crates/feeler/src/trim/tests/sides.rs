@@ -410,10 +410,8 @@ fn native_arcs() {
         // An image that needs no more than its pieces: every control point of every piece is
         // outside or on the circle, every end on it.
         for p in region.pieces() {
-            let ends = [
-                p.control_points[0],
-                p.control_points[p.control_points.len() - 1],
-            ];
+            let points = p.control_points();
+            let ends = [points[0], points[points.len() - 1]];
             for e in ends {
                 assert!((e[0].hypot(e[1]) / e[2] - 5.0).abs() < 1e-14);
             }

@@ -288,9 +288,9 @@ pub(crate) fn near(
     random: &mut Random,
 ) -> Vec<Point2<f64>> {
     let at = |_| {
-        let p = &region.pieces()[random.below(region.pieces().len())];
+        let p = region.piece(random.below(region.pieces().len()));
         let t = random.between(0.0, 1.0);
-        let mut d = p.control_points.to_vec();
+        let mut d = p.control_points();
         while d.len() > 1 {
             let mix = |w: &[[f64; 3]]| [0, 1, 2].map(|i| w[0][i] * (1.0 - t) + w[1][i] * t);
             d = d.windows(2).map(mix).collect();
