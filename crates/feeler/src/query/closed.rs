@@ -256,6 +256,7 @@ impl Search<'_> {
             spread,
             extent: minimum.extent,
             local_minimum: true,
+            on_border: false,
             flat: false,
         });
     }
