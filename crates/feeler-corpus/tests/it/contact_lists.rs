@@ -2,7 +2,7 @@
 //! bound is claimed where the nearest point may be on a trim that was not searched.
 
 use feeler::prepare::PreparedBrep;
-use feeler::query::{Contacts, HalfSpace, Options, Probe, Sphere, Workspace, contact};
+use feeler::query::{Contacts, Feature, HalfSpace, Options, Probe, Sphere, Workspace, contact};
 use feeler_corpus::Model;
 use nalgebra::{Point3, Vector3};
 use std::path::Path;
@@ -74,4 +74,28 @@ fn a_bound_on_the_foot_counts_trims_that_were_not_searched() {
             );
         }
     }
+}
+
+/// A hole's circle ends a rounding beside its start, and the segment that joins both belongs to no trim. What touches there touches
+/// the vertex: that it is a rounding within the face must not make it the face's.
+#[test]
+fn where_a_circle_closes_it_is_the_vertex_that_is_touched() {
+    let brep = prepared("cases/F2.json.gz");
+    let options = Options {
+        contacts: Contacts::All,
+        prediction: 0.125,
+        ..Options::default()
+    };
+    let mut at_vertex = 0;
+    for k in 54..70 {
+        for y in [-1.0, 1.0].map(|sign| sign * 2f64.powi(-k)) {
+            let probe = Probe::Sphere(Sphere::new(Point3::new(0.0, y, 0.0), 0.5).expect("a ball"));
+            let found = contact(&brep, &probe, &options, &mut Workspace::default());
+            for c in &found.contacts {
+                assert_ne!(c.feature, Feature::Face(0), "{y:e}: {c:?}");
+                at_vertex += usize::from(c.feature == Feature::Vertex(1));
+            }
+        }
+    }
+    assert!(at_vertex > 0);
 }

@@ -9,6 +9,7 @@
 //! searched. Which of these candidates are minima is looked at where the list is made (module `local`).
 
 use super::outcome::{Foot, FormulaMinimum, Locus, Settled, Spread};
+use super::place::ON_VERTEX;
 use super::search::{QUARTER, Search};
 use super::task::{Arithmetic, Bunched, Task};
 use super::upper::{NEIGHBOURS, step_ulp};
@@ -17,7 +18,7 @@ use crate::numeric::{Dd, Real};
 use crate::prepare::PreparedBrep;
 use crate::prepare::closed::{Boxes, ClosedCurve, ClosedFace, Critical, Minimum, lead, widened};
 use crate::trim::{BoxSide, Side};
-use nalgebra::Point2;
+use nalgebra::{Point2, Point3};
 use std::collections::BinaryHeap;
 use std::ops::Range;
 
@@ -117,7 +118,7 @@ impl Search<'_> {
                 self.list_curve(form, face, curve, &minimum);
             }
             if !curve.moved || self.place_on_face(face, &minimum) == BoxSide::Inside {
-                self.keep_closed(face, curve.of.trim(), &minimum);
+                self.keep_closed(face, self.trim_of(curve, &minimum), &minimum);
             } else {
                 self.try_closed_point(face, form, &minimum);
             }
@@ -143,9 +144,21 @@ impl Search<'_> {
         let ends = ends.iter().filter(|_| low);
         for found in ends.chain([least]) {
             if !curve.moved || self.place_on_face(face, found) != BoxSide::Outside {
-                self.list(face, curve.of.trim(), found);
+                self.list(face, self.trim_of(curve, found), found);
             }
         }
+    }
+
+    /// The trim that a place on a curve is on. On a segment that joins two trims it is on the one before if the vertex between them is next to it: what is there
+    /// belongs to neither, and may be a rounding within the region, as if it were on no border.
+    fn trim_of(&self, curve: &ClosedCurve, at: &Minimum) -> Option<usize> {
+        let Some(trim) = curve.of.trim_before() else {
+            return curve.of.trim();
+        };
+        let parts = self.brep.brep().parts();
+        let vertex = parts.vertices[parts.trims[trim].vertices[1]].point;
+        let point = Point3::from(at.point.map(|x| x.mid.hi));
+        ((point - vertex).norm() <= ON_VERTEX * self.brep.size()).then_some(trim)
     }
 
     /// The minimum in a face's interior, if there may be one, and whether its place is in the region.
