@@ -99,3 +99,25 @@ fn where_a_circle_closes_it_is_the_vertex_that_is_touched() {
     }
     assert!(at_vertex > 0);
 }
+
+/// The centre is the pole of a sphere that is turned by a rounding, where no azimuth is known of its foot. What is listed is within the prediction all
+/// the same, decided or not: not some place of the sphere.
+#[test]
+fn at_a_pole_no_other_place_of_the_sphere_is_listed() {
+    let brep = prepared("step/ball_and_cone.step");
+    let pole = Point3::new(0.9188527477558506, -1.1282791216337753, 2.884837364898327);
+    for (radius, prediction) in [(0.0, 0.5), (1e-3, 0.5), (0.0, 5.0), (1e-3, 5.0)] {
+        let probe = Probe::Sphere(Sphere::new(pole, radius).expect("a ball"));
+        let options = Options {
+            contacts: Contacts::All,
+            prediction,
+            ..Options::default()
+        };
+        let found = contact(&brep, &probe, &options, &mut Workspace::default());
+        assert!(!found.contacts.is_empty(), "{found:?}");
+        for c in &found.contacts {
+            // A sphere has one nearest point, and the cone's tip and rim are lower elsewhere.
+            assert!((c.on_brep - pole).norm() < 1e-6, "{prediction}: {c:?}");
+        }
+    }
+}

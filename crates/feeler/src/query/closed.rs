@@ -37,7 +37,7 @@ impl Search<'_> {
     }
 
     /// Puts down what may be a minimum, where all are asked for.
-    fn list(&mut self, face: usize, trim: Option<usize>, minimum: &Minimum) {
+    fn list(&mut self, face: usize, trim: Option<usize>, minimum: &Minimum, here: [Dd; 2]) {
         let wanted = self.is_listing() && !self.hopeless(minimum.range[0]);
         if wanted {
             self.out.formulas.push(FormulaMinimum {
@@ -46,6 +46,7 @@ impl Search<'_> {
                 uv: Point2::new(minimum.uv[0], minimum.uv[1]),
                 point: minimum.point,
                 range: minimum.range,
+                here,
             });
         }
     }
@@ -74,7 +75,7 @@ impl Search<'_> {
             match side {
                 BoxSide::Inside => {
                     self.keep_closed(face, None, &minimum);
-                    self.list(face, None, &minimum);
+                    self.list(face, None, &minimum, minimum.range);
                     if !self.is_listing() {
                         return;
                     }
@@ -144,7 +145,7 @@ impl Search<'_> {
         let ends = ends.iter().filter(|_| low);
         for found in ends.chain([least]) {
             if !curve.moved || self.place_on_face(face, found) != BoxSide::Outside {
-                self.list(face, self.trim_of(curve, found), found);
+                self.list(face, self.trim_of(curve, found), found, found.range);
             }
         }
     }
@@ -302,16 +303,22 @@ impl Search<'_> {
                 continue;
             }
             let point = form.surface.point(uv);
-            let high = self.target.range_at(&point)[1];
+            let here = self.target.range_at(&point);
             let tried = Minimum {
-                range: [minimum.range[0], high],
+                range: [minimum.range[0], here[1]],
                 point,
                 uv,
                 uv_off: [0.0; 2],
                 unique: false,
                 extent: minimum.extent,
             };
-            self.list(face, None, &tried);
+            // Where not even the place of the minimum is known (at a pole, where it has any azimuth) this one may be far from it, and far above.
+            let here = if self.is_fine(&tried) {
+                tried.range
+            } else {
+                here
+            };
+            self.list(face, None, &tried, here);
             return self.keep_closed(face, None, &tried);
         }
     }

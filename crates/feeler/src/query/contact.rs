@@ -456,7 +456,7 @@ struct Candidate {
 
 impl Candidate {
     fn of_formula(m: &FormulaMinimum) -> Self {
-        let value = ball_around(m.range);
+        let value = ball_around(m.here);
         let place = Place {
             face: m.face,
             trim: m.trim,

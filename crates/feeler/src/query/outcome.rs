@@ -84,6 +84,8 @@ pub(crate) struct FormulaMinimum {
     pub(crate) point: V3,
     /// Proven bounds of `f`.
     pub(crate) range: [Dd; 2],
+    /// Those of `f` at the point, where it may not be the minimum: the same where no point is known better.
+    pub(crate) here: [Dd; 2],
 }
 
 /// Where on a settled node `f` can be as low as a given value.
