@@ -2,7 +2,7 @@
 //! bound is claimed where the nearest point may be on a trim that was not searched.
 
 use feeler::prepare::PreparedBrep;
-use feeler::query::{Contacts, HalfSpace, Options, Probe, Sphere, Workspace, contact};
+use feeler::query::{Contacts, Feature, HalfSpace, Options, Probe, Sphere, Workspace, contact};
 use feeler_corpus::Model;
 use nalgebra::{Point3, Vector3};
 use std::path::Path;
@@ -72,6 +72,52 @@ fn a_bound_on_the_foot_counts_trims_that_were_not_searched() {
                 c.position_bound.is_none_or(|b| b >= least),
                 "{model} {off}: {c:?}"
             );
+        }
+    }
+}
+
+/// A hole's circle ends a rounding beside its start, and the segment that joins both belongs to no trim. What touches there touches
+/// the vertex: that it is a rounding within the face must not make it the face's.
+#[test]
+fn where_a_circle_closes_it_is_the_vertex_that_is_touched() {
+    let brep = prepared("cases/F2.json.gz");
+    let options = Options {
+        contacts: Contacts::All,
+        prediction: 0.125,
+        ..Options::default()
+    };
+    let mut at_vertex = 0;
+    for k in 54..70 {
+        for y in [-1.0, 1.0].map(|sign| sign * 2f64.powi(-k)) {
+            let probe = Probe::Sphere(Sphere::new(Point3::new(0.0, y, 0.0), 0.5).expect("a ball"));
+            let found = contact(&brep, &probe, &options, &mut Workspace::default());
+            for c in &found.contacts {
+                assert_ne!(c.feature, Feature::Face(0), "{y:e}: {c:?}");
+                at_vertex += usize::from(c.feature == Feature::Vertex(1));
+            }
+        }
+    }
+    assert!(at_vertex > 0);
+}
+
+/// The centre is the pole of a sphere that is turned by a rounding, where no azimuth is known of its foot. What is listed is within the prediction all
+/// the same, decided or not: not some place of the sphere.
+#[test]
+fn at_a_pole_no_other_place_of_the_sphere_is_listed() {
+    let brep = prepared("step/ball_and_cone.step");
+    let pole = Point3::new(0.9188527477558506, -1.1282791216337753, 2.884837364898327);
+    for (radius, prediction) in [(0.0, 0.5), (1e-3, 0.5), (0.0, 5.0), (1e-3, 5.0)] {
+        let probe = Probe::Sphere(Sphere::new(pole, radius).expect("a ball"));
+        let options = Options {
+            contacts: Contacts::All,
+            prediction,
+            ..Options::default()
+        };
+        let found = contact(&brep, &probe, &options, &mut Workspace::default());
+        assert!(!found.contacts.is_empty(), "{found:?}");
+        for c in &found.contacts {
+            // A sphere has one nearest point, and the cone's tip and rim are lower elsewhere.
+            assert!((c.on_brep - pole).norm() < 1e-6, "{prediction}: {c:?}");
         }
     }
 }

@@ -9,6 +9,7 @@
 //! searched. Which of these candidates are minima is looked at where the list is made (module `local`).
 
 use super::outcome::{Foot, FormulaMinimum, Locus, Settled, Spread};
+use super::place::ON_VERTEX;
 use super::search::{QUARTER, Search};
 use super::task::{Arithmetic, Bunched, Task};
 use super::upper::{NEIGHBOURS, step_ulp};
@@ -17,7 +18,7 @@ use crate::numeric::{Dd, Real};
 use crate::prepare::PreparedBrep;
 use crate::prepare::closed::{Boxes, ClosedCurve, ClosedFace, Critical, Minimum, lead, widened};
 use crate::trim::{BoxSide, Side};
-use nalgebra::Point2;
+use nalgebra::{Point2, Point3};
 use std::collections::BinaryHeap;
 use std::ops::Range;
 
@@ -36,7 +37,7 @@ impl Search<'_> {
     }
 
     /// Puts down what may be a minimum, where all are asked for.
-    fn list(&mut self, face: usize, trim: Option<usize>, minimum: &Minimum) {
+    fn list(&mut self, face: usize, trim: Option<usize>, minimum: &Minimum, here: [Dd; 2]) {
         let wanted = self.is_listing() && !self.hopeless(minimum.range[0]);
         if wanted {
             self.out.formulas.push(FormulaMinimum {
@@ -45,6 +46,7 @@ impl Search<'_> {
                 uv: Point2::new(minimum.uv[0], minimum.uv[1]),
                 point: minimum.point,
                 range: minimum.range,
+                here,
             });
         }
     }
@@ -73,7 +75,7 @@ impl Search<'_> {
             match side {
                 BoxSide::Inside => {
                     self.keep_closed(face, None, &minimum);
-                    self.list(face, None, &minimum);
+                    self.list(face, None, &minimum, minimum.range);
                     if !self.is_listing() {
                         return;
                     }
@@ -117,7 +119,7 @@ impl Search<'_> {
                 self.list_curve(form, face, curve, &minimum);
             }
             if !curve.moved || self.place_on_face(face, &minimum) == BoxSide::Inside {
-                self.keep_closed(face, curve.of.trim(), &minimum);
+                self.keep_closed(face, self.trim_of(curve, &minimum), &minimum);
             } else {
                 self.try_closed_point(face, form, &minimum);
             }
@@ -143,9 +145,21 @@ impl Search<'_> {
         let ends = ends.iter().filter(|_| low);
         for found in ends.chain([least]) {
             if !curve.moved || self.place_on_face(face, found) != BoxSide::Outside {
-                self.list(face, curve.of.trim(), found);
+                self.list(face, self.trim_of(curve, found), found, found.range);
             }
         }
+    }
+
+    /// The trim that a place on a curve is on. On a segment that joins two trims it is on the one before if the vertex between them is next to it: what is there
+    /// belongs to neither, and may be a rounding within the region, as if it were on no border.
+    fn trim_of(&self, curve: &ClosedCurve, at: &Minimum) -> Option<usize> {
+        let Some(trim) = curve.of.trim_before() else {
+            return curve.of.trim();
+        };
+        let parts = self.brep.brep().parts();
+        let vertex = parts.vertices[parts.trims[trim].vertices[1]].point;
+        let point = Point3::from(at.point.map(|x| x.mid.hi));
+        ((point - vertex).norm() <= ON_VERTEX * self.brep.size()).then_some(trim)
     }
 
     /// The minimum in a face's interior, if there may be one, and whether its place is in the region.
@@ -256,6 +270,7 @@ impl Search<'_> {
             spread,
             extent: minimum.extent,
             local_minimum: true,
+            on_border: false,
             flat: false,
         });
     }
@@ -288,16 +303,22 @@ impl Search<'_> {
                 continue;
             }
             let point = form.surface.point(uv);
-            let high = self.target.range_at(&point)[1];
+            let here = self.target.range_at(&point);
             let tried = Minimum {
-                range: [minimum.range[0], high],
+                range: [minimum.range[0], here[1]],
                 point,
                 uv,
                 uv_off: [0.0; 2],
                 unique: false,
                 extent: minimum.extent,
             };
-            self.list(face, None, &tried);
+            // Where not even the place of the minimum is known (at a pole, where it has any azimuth) this one may be far from it, and far above.
+            let here = if self.is_fine(&tried) {
+                tried.range
+            } else {
+                here
+            };
+            self.list(face, None, &tried, here);
             return self.keep_closed(face, None, &tried);
         }
     }

@@ -456,7 +456,7 @@ struct Candidate {
 
 impl Candidate {
     fn of_formula(m: &FormulaMinimum) -> Self {
-        let value = ball_around(m.range);
+        let value = ball_around(m.here);
         let place = Place {
             face: m.face,
             trim: m.trim,
@@ -485,7 +485,8 @@ struct List<'a> {
 impl List<'_> {
     /// The local minimum of a settled node, if it has one.
     fn of_node(&self, s: &Settled) -> Option<Candidate> {
-        if !s.local_minimum {
+        // At the end of the face, or on a crease, a patch alone goes on falling: whether another is lower is tested of every candidate.
+        if !(s.local_minimum || s.on_border) {
             return None;
         }
         let brep = self.brep;

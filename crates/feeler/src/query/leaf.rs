@@ -30,6 +30,9 @@ use std::collections::BinaryHeap;
 ///    ball of radius `rho` gives a smaller one until it no longer shrinks.
 /// 3. *None.* If a component is pinned, `|grad G(y) - g| <= Lambda |y-p|`; so there is no critical point if
 ///    `|g| - |f - tau| |grad C| > Lambda rho`.
+/// 4. *Cut.* If no component is pinned but on borders of the patch (or the ends of the piece), `p` may be a local minimum of the face all the same:
+///    where the face ends, or where the next patch rises too. If one is pinned on another side, `p` is none: `f` is smooth there and
+///    goes on falling beyond, where the next node is.
 pub(crate) struct Leaf {
     pub(crate) p: [Dd; 2],
     pub(crate) lo: Dd,
@@ -37,6 +40,8 @@ pub(crate) struct Leaf {
     pub(crate) rho: f64,
     /// Whether there are provably none.
     pub(crate) empty: bool,
+    /// Whether `p` is pinned on a side of the node that is no border of its patch.
+    pub(crate) cut: bool,
     /// `f(p)`.
     pub(crate) value: Ball<Dd>,
     /// The homogeneous point at `p`, where it was found in double-double.
@@ -186,6 +191,7 @@ impl Search<'_> {
             })),
             extent: Extent::Root(leaf.reach * size),
             local_minimum: !leaf.empty,
+            on_border: leaf.empty && !leaf.cut,
             flat: false,
         });
         Some(leaf)
@@ -427,7 +433,7 @@ impl Search<'_> {
         let mut free = 0.0;
         let mut all_low = 0.0;
         let mut all_high = 0.0;
-        let mut pinned = false;
+        let (mut pinned, mut cut) = (false, false);
         for k in 0..2 {
             if widths[k] == 0.0 {
                 continue;
@@ -442,6 +448,7 @@ impl Search<'_> {
                 || (p[k] == Dd::from(ranges[k][1]) && high < 0.0);
             if is_pinned {
                 pinned = true;
+                cut |= p[k] != Dd::ZERO && p[k] != Dd::ONE;
                 let least = low.abs().min(high.abs()) * widths[k] * DOWN;
                 all_low += least * least;
             } else {
@@ -484,6 +491,7 @@ impl Search<'_> {
             lo: if cell.lo > best { cell.lo } else { best },
             rho,
             empty,
+            cut,
             value,
             point: s.point,
             growth: Growth {

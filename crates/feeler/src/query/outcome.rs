@@ -66,8 +66,10 @@ pub(crate) struct Settled {
     /// How far (in units of length, an estimate) one can go from it before `f` grows; infinite where not
     /// convex.
     pub(crate) extent: Extent,
-    /// Whether the minimum of the node is a local minimum of the face (not cut off by the node).
+    /// Whether the minimum of the node may be a local minimum of the face by what is known of the node (it is not cut off by it).
     pub(crate) local_minimum: bool,
+    /// Whether the node is cut off there by nothing but the border of its patch or piece, beyond which `f` may rise, too.
+    pub(crate) on_border: bool,
     /// Whether no arithmetic tells `f` on the node from one value: a minimum on it may be anywhere.
     pub(crate) flat: bool,
 }
@@ -82,6 +84,8 @@ pub(crate) struct FormulaMinimum {
     pub(crate) point: V3,
     /// Proven bounds of `f`.
     pub(crate) range: [Dd; 2],
+    /// Those of `f` at the point, where it may not be the minimum: the same where no point is known better.
+    pub(crate) here: [Dd; 2],
 }
 
 /// Where on a settled node `f` can be as low as a given value.

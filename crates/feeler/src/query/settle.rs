@@ -37,6 +37,7 @@ impl Search<'_> {
             spread: Some(Spread::Within([u, [0.0; 2]])),
             extent: self.length(face, index, part),
             local_minimum: true,
+            on_border: false,
             flat: false,
         });
         true
@@ -126,6 +127,7 @@ impl Search<'_> {
             spread: Some(Spread::Within([u, v])),
             extent,
             local_minimum,
+            on_border: false,
             flat: false,
         });
     }

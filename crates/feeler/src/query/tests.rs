@@ -71,6 +71,7 @@ fn what_is_known_of_a_box_only_is_anywhere_on_it() {
             spread: Some(Spread::Within([range, [0.5, 0.5]])),
             extent: Extent::Root(0.0),
             local_minimum: true,
+            on_border: false,
             flat: false,
         };
         let (center, radius) = ball_of(&brep, &all_of_it, Dd::ZERO, None).unwrap();

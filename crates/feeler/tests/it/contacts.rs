@@ -124,6 +124,71 @@ fn a_flat_minimum_is_not_lost() {
     }
 }
 
+/// Patches over [a, a + 2] x [0, 4] for each `a`, one after the other, with the height `x^2 + y^2 + x (slope + twist y)`, where `y` counts from `middle` and `x`
+/// from the nearer of 2 and 6: convex on each patch, and least there, as it rises from them along x on both sides.
+fn creased(from: &[f64], slope: f64, twist: f64, middle: f64) -> Brep {
+    let mut net = Vec::new();
+    let mut row = |x: [f64; 2], crease: f64| {
+        for y in [[0.0, 0.0], [0.0, 4.0], [4.0, 4.0]] {
+            // Polar forms: coefficients of the square are products.
+            let off = x.map(|x| (x - crease).abs());
+            let up = y.map(|y| y - middle);
+            let mean = |a: [f64; 2]| 0.5 * (a[0] + a[1]);
+            let height = off[0] * off[1] + up[0] * up[1] + mean(off) * (slope + twist * mean(up));
+            net.push(Vector4::new(mean(x), mean(y), height, 1.0));
+        }
+    };
+    let (mut knots, mut count) = (vec![from[0]; 3], 1);
+    for (i, a) in from.iter().enumerate() {
+        let crease = if *a < 4.0 { 2.0 } else { 6.0 };
+        let b = a + 2.0;
+        if i == 0 {
+            row([*a, *a], crease);
+        }
+        row([*a, b], crease);
+        row([b, b], crease);
+        knots.extend([b, b]);
+        count += 2;
+    }
+    knots.push(from[from.len() - 1] + 2.0);
+    let across = [[0.0; 3], [4.0; 3]].concat();
+    let surface = NurbsSurface::new([2, 2], [count, 3], net, [knots, across]).unwrap();
+    Brep::from_surface(Surface::Nurbs(surface)).unwrap()
+}
+
+/// Where a patch is convex and least on its border, that is a minimum if the face ends there or rises beyond: on a crease each patch on its own
+/// falls towards the other.
+#[test]
+fn minima_on_borders_and_creases_are_not_lost() {
+    let mut random = Random::new(0x51ed_270b_9d1f_3a55);
+    for _ in 0..40 {
+        let slope = 10f64.powf(random.between(-3.0, 1.0));
+        let (twist, middle) = (random.between(-1.0, 1.0), random.between(1.0, 3.0));
+        let normal = Vector3::new(-0.25 * slope, 0.0, 1.0).normalize();
+        let below = Probe::HalfSpace(HalfSpace::new(normal, 0.0).unwrap());
+        // So far away that it sees no more of the slope than of the height.
+        let center = Point3::new(3.75, middle, -10.0 / slope);
+        let ball = Probe::Sphere(Sphere::new(center, 0.0).unwrap());
+        for patches in [&[0.0, 2.0, 4.0, 6.0][..], &[2.0, 4.0]] {
+            let brep = PreparedBrep::new(creased(patches, slope, twist, middle));
+            for probe in [&below, &ball] {
+                let answer = all(&brep, probe, 2e4);
+                assert_eq!(answer.undecided, None);
+                let mut at: Vec<f64> = answer.contacts.iter().map(|c| c.on_brep.x).collect();
+                at.sort_by(f64::total_cmp);
+                assert_eq!(
+                    at,
+                    [2.0, 6.0],
+                    "{slope} {twist} {middle} {patches:?} {probe:?}"
+                );
+                for c in &answer.contacts {
+                    assert!((c.on_brep.y - middle).abs() < 1e-6, "{c:?}");
+                }
+            }
+        }
+    }
+}
+
 /// Without its proof of convexity the search must not lose what it finds with it.
 #[test]
 fn contacts_do_not_hang_on_a_shortcut() {

@@ -46,6 +46,14 @@ impl Of {
             Self::JoinAfter(_) | Self::Border => None,
         }
     }
+
+    /// Of a segment that joins two trims, the one that ends where it starts.
+    pub(crate) fn trim_before(self) -> Option<usize> {
+        match self {
+            Self::JoinAfter(trim) => Some(trim as usize),
+            Self::Trim(_) | Self::Border => None,
+        }
+    }
 }
 
 /// Where a curve lies in uv.
