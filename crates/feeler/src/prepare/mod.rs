@@ -528,12 +528,12 @@ impl PreparedBrep {
     /// The same patches and pieces as [`double`](Self::double), by index.
     pub(crate) fn double_double(&self, face: usize) -> &FaceGeometry<Dd> {
         let slot = &self.faces[face].double_double;
-        slot.get_or_init(|| Box::new(self.double(face).finer(face)))
+        slot.get_or_init(|| Box::new(self.double(face).finer()))
     }
 
     /// The same in triple-double.
     pub(crate) fn triple_double(&self, face: usize) -> &FaceGeometry<Td> {
         let slot = &self.faces[face].triple_double;
-        slot.get_or_init(|| Box::new(self.double(face).finer(face)))
+        slot.get_or_init(|| Box::new(self.double(face).finer()))
     }
 }
