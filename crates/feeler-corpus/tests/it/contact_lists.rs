@@ -121,3 +121,23 @@ fn at_a_pole_no_other_place_of_the_sphere_is_listed() {
         }
     }
 }
+
+/// The outer loop leaves the domain, so that the face ends where the surface does: the middle of that end is far from all trims, and on the edge that is straight out of it.
+#[test]
+fn where_a_surface_ends_within_a_loop_a_foot_is_on_the_edge_beyond() {
+    let brep = prepared("trim-loops/tiny_hole_1e-15.json.gz");
+    let center = Point3::new(-0.25, 0.46875, 0.0);
+    let probe = Probe::Sphere(Sphere::new(center, 0.5).expect("a sphere"));
+    let found = contact(
+        &brep,
+        &probe,
+        &Options::default(),
+        &mut Workspace::default(),
+    );
+    let [only] = found.contacts.as_slice() else {
+        panic!("{found:?}");
+    };
+    assert_eq!(only.on_brep, Point3::new(0.0, 0.46875, 0.0));
+    // Of four edges around the face, from the lower side on, the last: from u = -0.5, v = 0.9375 to v = -0.5.
+    assert_eq!(only.feature, Feature::Edge(3), "{found:?}");
+}

@@ -247,8 +247,8 @@ fn feature(brep: &PreparedBrep, place: &Place, point: &Point3<f64>) -> Feature {
 }
 
 /// The trim that a foot on the border of its region lies on: the one that comes nearest in uv. Only those are looked at whose
-/// pieces have the foot near their boxes, if there are any. (A foot on the border of the domain may be beside the
-/// trim that bounds the face there, by a rounding or more.)
+/// pieces have the foot near their boxes, if there are any. (A foot on the border of the domain may be beside the trim that bounds the face there, by a
+/// rounding or more: straight out from it there is one, since it is within the loops, and that one's nearest place in the domain is the foot.)
 pub(super) fn trim_at(brep: &PreparedBrep, place: &Place) -> Option<usize> {
     let region = brep.region(place.face);
     let parts = brep.brep().parts();
@@ -265,10 +265,15 @@ pub(super) fn trim_at(brep: &PreparedBrep, place: &Place) -> Option<usize> {
         let loops = parts.faces[place.face].loops.as_ref()?;
         near.extend(loops.iter().flat_map(|l| &parts.loops[*l].trims));
     }
+    let [u, v] = region.domain();
     let distance = |t: usize| {
         let trim = &parts.trims[t];
         let curve = &parts.curves2[trim.curve];
-        nearest_along(brep, t, |s| curve.point(trim.span.lerp(s)), &place.uv).0
+        let within = |s: f64| {
+            let p = curve.point(trim.span.lerp(s));
+            Point2::new(p.x.clamp(u.start, u.end), p.y.clamp(v.start, v.end))
+        };
+        nearest_along(brep, t, within, &place.uv).0
     };
     let all = near.iter().map(|t| (distance(*t), *t));
     all.min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, t)| t)
