@@ -330,7 +330,7 @@ impl ArcShape {
         let radius = self.radius.mid.hi;
         let extent = Extent::Ring {
             around: (radius / (grow * length.mid.hi)).sqrt(),
-            girth: 2.0 * radius,
+            diameter: 2.0 * radius,
             along: 0.0,
         };
         // Next to the axis it leads nowhere.

@@ -324,8 +324,12 @@ pub(crate) enum Extent {
     Root(f64),
     /// `g / slope`, but no more than `length`.
     Linear { slope: f64, length: f64 },
-    /// `around * sqrt(g)` along a circle, but no more than its `girth`, or `along * sqrt(g)` across it.
-    Ring { around: f64, girth: f64, along: f64 },
+    /// `around * sqrt(g)` along a circle, but no more than its `diameter`, or `along * sqrt(g)` across it.
+    Ring {
+        around: f64,
+        diameter: f64,
+        along: f64,
+    },
 }
 
 impl Extent {
@@ -342,11 +346,11 @@ impl Extent {
             }
             Self::Ring {
                 around,
-                girth,
+                diameter,
                 along,
             } => {
                 let root = g.sqrt();
-                (around * root).min(girth).max(along * root)
+                (around * root).min(diameter).max(along * root)
             }
         }
     }

@@ -701,7 +701,7 @@ impl RevolutionForm {
                 // Next to a pole both radii may be noise, and the circle is a point.
                 extent: Extent::Ring {
                     around: (1.0 / grow).sqrt(),
-                    girth: 2.0 * radius,
+                    diameter: 2.0 * radius,
                     along: profile.reach,
                 },
             },
