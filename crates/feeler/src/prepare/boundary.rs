@@ -590,10 +590,14 @@ pub(crate) fn lift<T: Real>(curve: &UvCurve<T>, cut: &Cut, surface: &Patch<T>) -
     }
 }
 
-/// Ranges of local parameters that hold what lies on its patch of a piece of the boundary.
-pub(super) fn local_range(curve: &UvCurve<f64>, cut: &Cut, maps: &[ParamMap; 2]) -> [[f64; 2]; 2] {
-    let local = to_local(&restrict(&curve.points, cut.from, cut.to), maps);
-    [0, 1].map(|c| hull(&local, c).map(|x| x.clamp(0.0, 1.0)))
+/// Ranges of native parameters that hold what lies on its patch of a piece of the boundary.
+pub(super) fn native_range(curve: &UvCurve<f64>, cut: &Cut, maps: &[ParamMap; 2]) -> [[f64; 2]; 2] {
+    let part = restrict(&curve.points, cut.from, cut.to);
+    [0, 1].map(|c| {
+        // Borders may be no f64, and between two that are neighbours.
+        let (low, high) = (maps[c].start.next_down(), maps[c].end.next_up());
+        hull(&part, c).map(|x| x.max(low).min(high))
+    })
 }
 
 #[cfg(test)]

@@ -115,7 +115,7 @@ fn ends_apart(a: &Image<Dd>, b: &Image<Dd>) -> Option<f64> {
 
 /// A bound of the Frechet distance of the images of two trims that are segments, or arcs.
 fn apart_in_closed_form(brep: &PreparedBrep, s: usize, t: usize) -> Option<f64> {
-    let (a, b) = (brep.closed_image(s)?, brep.closed_image(t)?);
+    let (a, b) = (brep.nearly_closed_image(s)?, brep.nearly_closed_image(t)?);
     Some((closed::frechet(a.shape, b.shape)? + a.slack + b.slack) * UP)
 }
 

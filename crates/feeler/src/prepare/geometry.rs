@@ -22,11 +22,13 @@ pub(crate) struct FaceGeometry<T> {
 /// What all arithmetics have in common.
 #[derive(Debug)]
 struct Frame {
+    face: usize,
     /// What the boundary pieces are parts of; a curve itself is made for each piece, as few are ever made.
     curves: Box<[CurveSource]>,
     cuts: Box<[Cut]>,
     /// The patches' boxes in space; `None` where a weight is not proven to be positive.
     patch_boxes: Box<[Option<Box3>]>,
+    piece_boxes: OnceLock<Box<[Option<Box3>]>>,
     bunches: OnceLock<Option<Box<Bunches>>>,
 }
 
@@ -76,8 +78,8 @@ impl<T: Real> FaceGeometry<T> {
     }
 
     /// The same face in another arithmetic, patches and pieces by the same index.
-    pub(super) fn finer<U: Real>(&self, face: usize) -> FaceGeometry<U> {
-        let patches = Patches::on_demand(self.brep.surface(face));
+    pub(super) fn finer<U: Real>(&self) -> FaceGeometry<U> {
+        let patches = Patches::on_demand(self.brep.surface(self.frame.face));
         FaceGeometry::new(&self.brep, patches, Arc::clone(&self.frame))
     }
 
@@ -90,10 +92,12 @@ impl<T: Real> FaceGeometry<T> {
     pub(super) fn shared_bytes(&self) -> usize {
         let f = &*self.frame;
         let bunches = f.bunches.get().and_then(Option::as_ref);
+        let boxes = f.piece_boxes.get();
         size_of_val(f)
             + size_of_val(&*f.curves)
             + size_of_val(&*f.cuts)
             + size_of_val(&*f.patch_boxes)
+            + boxes.map_or(0, |b| size_of_val(&**b))
             + bunches.map_or(0, |b| b.bytes())
     }
 
@@ -159,9 +163,11 @@ impl FaceGeometry<f64> {
     pub(super) fn of_face(brep: &Arc<Brep>, face: usize) -> Self {
         let (patches, patch_boxes) = Patches::with_boxes(brep.surface(face));
         let frame = Frame {
+            face,
             curves: boundary::curve_sources(brep, face).into(),
             cuts: boundary::cut_boundary(brep, face, &patches).into(),
             patch_boxes,
+            piece_boxes: OnceLock::new(),
             bunches: OnceLock::new(),
         };
         Self::new(brep, patches, Arc::new(frame))
@@ -173,26 +179,34 @@ impl FaceGeometry<f64> {
         let (pieces, patches) = (self.frame.cuts.len(), self.patches.len());
         let make = || {
             let many = pieces > bunches::FEW && pieces > MANY_PIECES * patches;
-            many.then(|| Box::new(Bunches::new(self.piece_boxes())))
+            many.then(|| Box::new(Bunches::new(self.piece_boxes().iter().copied())))
         };
         self.frame.bunches.get_or_init(make).as_deref()
     }
 
-    /// A box around what lies on its patch of each boundary piece.
+    /// A box around what lies on its patch of each boundary piece: the patch's own where no other is known. Made when pieces are first in line, so that those far off need
+    /// not be made.
     ///
-    /// That is an image of places in the box of the piece's control points in local parameters (all of the curve is in their hull, as weights are positive), cut to the
-    /// patch's square; and what the patch has over a box is in the hull of the patch's own control points there.
-    fn piece_boxes(&self) -> impl Iterator<Item = Option<Box3>> {
-        let mut patch = None;
-        self.frame.cuts.iter().map(move |cut| {
-            // Those on one patch come one after the other, as a rule.
-            let (_, patch) = match patch.take() {
-                Some((index, kept)) if index == cut.patch => patch.insert((index, kept)),
-                _ => patch.insert((cut.patch, self.patches.lent(cut.patch as usize))),
+    /// That is an image of places in the box of the piece's control points in uv (all of the curve is in their hull, as weights are positive), cut to the patch.
+    pub(crate) fn piece_boxes(&self) -> &[Option<Box3>] {
+        self.frame.piece_boxes.get_or_init(|| {
+            let surface = self.brep.surface(self.frame.face);
+            let mut curve = None;
+            let box_of = |cut: &Cut| {
+                // Those of one curve come one after the other.
+                let (_, curve) = match curve.take() {
+                    Some((index, kept)) if index == cut.curve => curve.insert((index, kept)),
+                    _ => {
+                        let source = self.frame.curves[cut.curve as usize];
+                        curve.insert((cut.curve, boundary::uv_curve(&self.brep, source)))
+                    }
+                };
+                let patch = cut.patch as usize;
+                let range = boundary::native_range(curve, cut, &self.patches.maps_of(patch));
+                let own = self.patches.box_over(surface, patch, &range);
+                own.or(self.frame.patch_boxes[patch])
             };
-            let curve = boundary::uv_curve(&self.brep, self.frame.curves[cut.curve as usize]);
-            let range = boundary::local_range(&curve, cut, &patch.maps);
-            patch.net.box_over(range)
+            self.frame.cuts.iter().map(box_of).collect()
         })
     }
 
@@ -224,5 +238,108 @@ impl FaceGeometry<f64> {
             }
             out.into()
         })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::brep::{BrepBuilder, TrimSpec};
+    use crate::numeric::{Ball, Interval};
+    use crate::nurbs::{Curve2, Curve3, Line, NurbsCurve, NurbsSurface, Revolution, Sum, Surface};
+    use crate::prepare::curve_jet;
+    use nalgebra::{Point2, Vector3, Vector4};
+
+    const UNIT: Interval = Interval {
+        start: 0.0,
+        end: 1.0,
+    };
+
+    /// Rational, of two spans.
+    fn curve(far: f64) -> Curve3 {
+        let points = (0..4).map(|k| {
+            let (t, w) = (f64::from(k), 1.0 + 0.25 * f64::from(k % 2));
+            Vector4::new((far + t * t * 0.1) * w, 0.3 * t * w, t * w, w)
+        });
+        let knots = vec![0.0, 0.0, 0.0, 0.5, 1.0, 1.0, 1.0];
+        Curve3::Nurbs(NurbsCurve::new(2, points.collect(), knots).unwrap())
+    }
+
+    /// Of several patches along u and along v, of each kind that is.
+    fn surfaces() -> [Surface; 4] {
+        let revolution = |transposed| {
+            Surface::Revolution(Revolution {
+                origin: Point3::new(0.5, 0.0, 0.0),
+                axis: Vector3::new(0.0, 0.2, 1.0),
+                profile: curve(3.0),
+                angle: Interval::new(0.0, 2.0).unwrap(),
+                angle_domain: UNIT,
+                transposed,
+            })
+        };
+        let sum = Surface::Sum(Sum {
+            base: Vector3::new(1.0, 2.0, 3.0),
+            first: curve(0.0),
+            second: curve(-5.0),
+        });
+        let net = (0..16).map(|k| {
+            let (i, j) = (f64::from(k / 4), f64::from(k % 4));
+            let w = 1.0 + 0.5 * f64::from(k % 3);
+            Vector4::new(i * w, j * w, (i - j) * i * w, w)
+        });
+        let knots = vec![0.0, 0.0, 0.0, 0.5, 1.0, 1.0, 1.0];
+        let nurbs = NurbsSurface::new([2, 2], [4, 4], net.collect(), [knots.clone(), knots]);
+        let nurbs = Surface::Nurbs(nurbs.unwrap());
+        [revolution(false), revolution(true), sum, nurbs]
+    }
+
+    /// What a piece has on its patch is in its box; boxes of pieces that are short, where a trim passes from patch to patch, are small.
+    #[test]
+    fn what_is_on_its_patch_of_a_piece_is_in_its_box() {
+        for surface in surfaces() {
+            let corners = [[0.1, 0.2], [0.9, 0.3], [0.4, 0.9]].map(Point2::from);
+            let mut b = BrepBuilder::new();
+            let vertices = [0.0, 1.0, 2.0].map(|x| b.vertex([x, x * x, 0.0]));
+            let trims = (0..3).map(|k| {
+                let next = (k + 1) % 3;
+                let vertices = [vertices[k], vertices[next]];
+                TrimSpec {
+                    vertices,
+                    curve: Curve2::Line(Line::new(corners[k], corners[next], UNIT).unwrap()),
+                    edge: Some(b.straight_edge(vertices).unwrap()),
+                }
+            });
+            let trims = trims.collect();
+            b.face_with_trims(surface, vec![trims]).unwrap();
+            let geometry = FaceGeometry::of_face(&Arc::new(b.build().unwrap()), 0);
+            let (mut seen, mut small) = (0, 0);
+            for index in 0..geometry.piece_count() {
+                let piece = geometry.piece(index);
+                let own = geometry.piece_boxes()[index].expect("a box");
+                let patch = &geometry.patches[piece.patch];
+                for k in 0..=16 {
+                    let (p, _) = curve_jet(&piece.local, Ball::exact(f64::from(k) / 16.0));
+                    let [s, t] = [0, 1].map(|c| p[c] / p[2]);
+                    if [s, t].iter().any(|x| x.mid < 0.0 || x.mid > 1.0) {
+                        continue;
+                    }
+                    seen += 1;
+                    let h = patch.net.jet(s, t).value;
+                    for c in 0..3 {
+                        let x = h[c] / h[3] + Ball::exact(patch.net.origin[c]);
+                        assert!(
+                            x.lower() <= own[c][1] && x.upper() >= own[c][0],
+                            "{index} {k}: {x:?} {own:?}"
+                        );
+                    }
+                }
+                let wide = |b: &Box3| b.iter().fold(0.0, |m: f64, r| m.max(r[1] - r[0]));
+                let of_patch = geometry.patch_boxes()[piece.patch].expect("a box");
+                assert!(wide(&own) <= wide(&of_patch) * (1.0 + 1e-9));
+                small += usize::from(wide(&own) < 1e-9 * wide(&of_patch));
+            }
+            // Each of three sides passes from one to another once at least.
+            assert!(seen > 100 && small >= 6, "{seen} {small}");
+        }
     }
 }

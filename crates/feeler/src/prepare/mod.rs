@@ -288,6 +288,11 @@ impl PreparedBrep {
         self.closed(self.face_of(trim))?.image_of(trim)
     }
 
+    /// The same where it is nearly in closed form, too: where digits beyond f64 do not matter.
+    pub(crate) fn nearly_closed_image(&self, trim: usize) -> Option<ClosedImage<'_>> {
+        self.closed(self.face_of(trim))?.nearly_image_of(trim)
+    }
+
     /// The edges that several trims use.
     pub(crate) fn shared_edges(&self) -> &[SharedEdge] {
         self.shared.get_or_init(|| {
@@ -408,7 +413,7 @@ impl PreparedBrep {
 
     fn near_box(&self, edge: usize) -> Option<Box3> {
         let trims = self.brep.parts().edges[edge].trims.iter();
-        let images = trims.map(|t| match self.closed_image(*t) {
+        let images = trims.map(|t| match self.nearly_closed_image(*t) {
             Some(image) => Some(widened(&image.shape.bounds(), image.slack)),
             None => self.trim_image(*t).map(Image::bounds),
         });
@@ -528,12 +533,12 @@ impl PreparedBrep {
     /// The same patches and pieces as [`double`](Self::double), by index.
     pub(crate) fn double_double(&self, face: usize) -> &FaceGeometry<Dd> {
         let slot = &self.faces[face].double_double;
-        slot.get_or_init(|| Box::new(self.double(face).finer(face)))
+        slot.get_or_init(|| Box::new(self.double(face).finer()))
     }
 
     /// The same in triple-double.
     pub(crate) fn triple_double(&self, face: usize) -> &FaceGeometry<Td> {
         let slot = &self.faces[face].triple_double;
-        slot.get_or_init(|| Box::new(self.double(face).finer(face)))
+        slot.get_or_init(|| Box::new(self.double(face).finer()))
     }
 }

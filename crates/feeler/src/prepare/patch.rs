@@ -685,6 +685,24 @@ impl Patches<f64> {
         let boxes = boxes::patch_boxes(&patches).into();
         (patches, boxes)
     }
+
+    /// A box around what a patch has over a box of native parameters; `None` where none is known. Of surfaces whose patches are made when they are needed none is made
+    /// for it: there it may be one around what is next to the patch, too.
+    pub(super) fn box_over(
+        &self,
+        surface: &Surface,
+        index: usize,
+        range: &[[f64; 2]; 2],
+    ) -> Option<Box3> {
+        if self.are_large() {
+            return boxes::box_over(surface, range);
+        }
+        let Patch { net, maps, .. } = &self[index];
+        net.box_over([0, 1].map(|k| {
+            let ends = range[k].map(|x| maps[k].to_local(Ball::<f64>::exact(x)));
+            [ends[0].lower(), ends[1].upper()].map(|x| x.clamp(0.0, 1.0))
+        }))
+    }
 }
 
 impl<T: Real> std::ops::Index<usize> for Patches<T> {

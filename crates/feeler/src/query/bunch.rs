@@ -39,14 +39,13 @@ impl Search<'_> {
         let geometry = T::geometry(self.brep, face);
         let brep = self.brep;
         let form = brep.closed(face).filter(|_| self.goal.closed);
+        let boxes = brep.double(face).piece_boxes();
         for index in pieces {
             let curve = geometry.piece_curve(index);
             if form.is_some_and(|f| f.others.binary_search(&curve).is_err()) {
                 continue;
             }
-            // What matters of a piece lies on its patch.
-            let b = &geometry.patch_boxes()[geometry.piece_patch(index)];
-            let own = b.as_ref().map_or(lo, |b| self.box_bound(b));
+            let own = boxes[index].as_ref().map_or(lo, |b| self.box_bound(b));
             let lo = if own > lo { own } else { lo };
             self.push(heap, lo, covered, Kind::Root(Source::Piece { face, index }));
         }

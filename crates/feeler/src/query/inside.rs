@@ -148,7 +148,7 @@ fn is_near_images(
     let e = &brep.brep().parts().edges[edge];
     let margin = brep.crack_width(edge);
     let mut near = e.trims.iter().filter(|t| {
-        if let Some(image) = brep.closed_image(**t)
+        if let Some(image) = brep.nearly_closed_image(**t)
             && image.shape.is_clear_of(&o, &d, (margin + image.slack) * UP)
         {
             return false;

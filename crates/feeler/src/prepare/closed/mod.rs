@@ -56,12 +56,25 @@ pub(crate) struct ClosedFace {
     pub(crate) others: Vec<usize>,
     /// The trims (or, of segments that join two, the first) that these are part of, in order.
     other_trims: Vec<usize>,
+    /// Of the others: trims whose whole images are nearly arcs, in no order.
+    nearly: Vec<NearlyArc>,
     /// Which curves are parts of what, in the order of that.
     parts: Vec<(Of, Range<u32>)>,
     /// Boxes around the curves, where there are many.
     pub(crate) bunches: Option<Bunches>,
     /// Whether some of them were moved into the domain.
     pub(crate) any_moved: bool,
+}
+
+/// A trim whose image is an arc up to roundings of the plane's axes.
+#[derive(Debug)]
+struct NearlyArc {
+    trim: usize,
+    shape: CurveShape,
+    /// How far the image may be from it.
+    slack: f64,
+    /// Whether it runs against the trim.
+    against: bool,
 }
 
 /// The whole image of a trim, or of a segment that joins two, in closed form.
@@ -102,6 +115,7 @@ impl ClosedFace {
             curves: Vec::new(),
             others: Vec::new(),
             other_trims: Vec::new(),
+            nearly: Vec::new(),
             parts: Vec::new(),
             bunches: None,
             any_moved: false,
@@ -130,12 +144,25 @@ impl ClosedFace {
             }
             if let (Some((t, arc, span)), ClosedSurface::Plane(p)) = (arc, &out.surface)
                 && (stays_inside(t) || circle_inside(arc, domain))
-                && let Some(mut curve) = p.arc(arc, span, t)
             {
-                last_arc = Some(t);
-                curve.against = brep.parts().trims[t].reversed;
-                out.curves.push(curve);
-                continue;
+                let against = brep.parts().trims[t].reversed;
+                if let Some(mut curve) = p.arc(arc, span, t) {
+                    last_arc = Some(t);
+                    curve.against = against;
+                    out.curves.push(curve);
+                    continue;
+                }
+                // Its pieces come one after the other.
+                if out.nearly.last().is_none_or(|n| n.trim != t)
+                    && let Some((shape, slack)) = p.nearly_arc(arc, span)
+                {
+                    out.nearly.push(NearlyArc {
+                        trim: t,
+                        shape,
+                        slack,
+                        against,
+                    });
+                }
             }
             // Of arcs on planes none is made, which takes longest.
             let c = match source {
@@ -193,6 +220,7 @@ impl ClosedFace {
         out.other_trims.sort_unstable();
         out.other_trims.dedup();
         out.other_trims.shrink_to_fit();
+        out.nearly.shrink_to_fit();
         out.any_moved = out.curves.iter().any(|c| c.moved);
         out.parts = parts_of(&out.curves);
         out.bunches = (out.curves.len() > bunches::FEW).then(|| {
@@ -221,6 +249,18 @@ impl ClosedFace {
         };
         let whole = self.other_trims.binary_search(&trim).is_err();
         whole.then(|| self.image(curve))
+    }
+
+    /// The same where it is nearly one, too: for distances that need no more digits than f64 has.
+    pub(crate) fn nearly_image_of(&self, trim: usize) -> Option<ClosedImage<'_>> {
+        self.image_of(trim).or_else(|| {
+            let found = self.nearly.iter().find(|n| n.trim == trim)?;
+            Some(ClosedImage {
+                shape: &found.shape,
+                against: found.against,
+                slack: found.slack,
+            })
+        })
     }
 
     /// The image of the segment that joins a trim to the next, likewise: `Err` where it is not in closed form, or
@@ -253,6 +293,10 @@ impl ClosedFace {
         size_of::<Self>()
             + self.curves.capacity() * size_of::<ClosedCurve>()
             + shapes.map(CurveShape::bytes).sum::<usize>()
+            + self.nearly.capacity() * size_of::<NearlyArc>()
+            + { self.nearly.iter() }
+                .map(|n| n.shape.bytes())
+                .sum::<usize>()
             + (self.others.capacity() + self.other_trims.capacity()) * size_of::<usize>()
             + self.parts.capacity() * size_of::<(Of, Range<u32>)>()
             + self.bunches.as_ref().map_or(0, Bunches::bytes)

@@ -4,7 +4,7 @@ use super::super::exact as dyadic;
 use super::curve::{ClosedCurve, CurveShape, Of, UvPath};
 use super::form::{
     Boxes, Critical, Extent, Linear, Minimum, SHARP, Target, V3, Vector, along, at_gap,
-    distance_range, dot, exact, lead, least_square, range, rounded, sub,
+    distance_range, dot, exact, lead, least_square, range, rounded, scale, sub, unit,
 };
 use super::line::RoughHit;
 use crate::numeric::{Ball, Dd, Dyadic, Interval, Real, sin_cos};
@@ -220,31 +220,13 @@ impl PlaneForm {
     /// The image of a circular arc; a circle only where the axes are exactly orthogonal and of one length.
     pub(super) fn arc(&self, arc: &Arc<2>, span: Interval, trim: usize) -> Option<ClosedCurve> {
         let unit = Ball::exact(self.similar?);
-        let map = Linear {
-            from: arc.domain,
-            to: arc.angle,
-        };
-        let [from, to] = [span.start, span.end].map(|t| map.at(Ball::exact(t)));
-        let x = exact_pair(arc.x.as_slice());
-        let length = (x[0].square() + x[1].square()).sqrt();
-        let x = x.map(|c| c / length);
-        // +90 degrees, or -90 where the stored y lies on that side: as `Arc` says.
-        let turn = Dd::product(arc.x[0], arc.y[1]) - Dd::product(arc.x[1], arc.y[0]);
-        let sign = if turn < Dd::ZERO {
-            -Ball::ONE
-        } else {
-            Ball::ONE
-        };
-        let y = [-(sign * x[1]), sign * x[0]];
+        let ([start, turned], turn) = directions(arc, span);
         let lift = |d: [Ball<Dd>; 2]| -> V3 {
             std::array::from_fn(|c| (d[0] * self.x[c] + d[1] * self.y[c]) / unit)
         };
         let center = self.point([arc.center[0], arc.center[1]].map(Ball::exact));
-        let (sin, cos) = sin_cos(from);
-        let start = [0, 1].map(|c| cos * x[c] + sin * y[c]);
-        let turned = [0, 1].map(|c| cos * y[c] - sin * x[c]);
         let radius = Ball::exact(arc.radius) * unit;
-        let shape = CurveShape::arc(center, lift(start), lift(turned), radius, to - from)?;
+        let shape = CurveShape::arc(center, lift(start), lift(turned), radius, turn)?;
         // uv of a point at angle `a` from the start.
         let uv = UvPath::Circle {
             center: [arc.center[0], arc.center[1]],
@@ -252,6 +234,36 @@ impl PlaneForm {
             y: turned.map(|c| c.mid.hi * arc.radius),
         };
         Some(ClosedCurve::new(Of::Trim(trim as u32), uv, shape))
+    }
+
+    /// A circular arc near the image of one, and how far that may be from it at the same part of the angle: where the axes are orthogonal and of one length up to roundings, so
+    /// that the image is one of an ellipse.
+    ///
+    /// The image is `C + R (cos a X + sin a Y)` with the images `X`, `Y` of two directions; the arc has `C`, the unit vector along `X`, the radius `R |X|`, and a
+    /// unit vector across `X`. So they differ by what `R Y` is off the radius along that, times `sin a`.
+    pub(super) fn nearly_arc(&self, arc: &Arc<2>, span: Interval) -> Option<(CurveShape, f64)> {
+        /// Of the radius: far more than the roundings of axes.
+        const MOST: f64 = 1.0 / (1u64 << 40) as f64;
+        if self.maps.iter().any(|m| m.from != m.to) {
+            return None;
+        }
+        let (directions, turn) = directions(arc, span);
+        let [x, y] = directions
+            .map(|d| -> V3 { std::array::from_fn(|c| d[0] * self.x[c] + d[1] * self.y[c]) });
+        let along_x = unit(&x)?;
+        let along_y = unit(&along(&y, -dot(&y, &along_x), &along_x))?;
+        let center = self.point([arc.center[0], arc.center[1]].map(Ball::exact));
+        let own = Ball::exact(arc.radius);
+        let radius = own * dot(&x, &along_x);
+        let off = sub(&scale(&y, own), &scale(&along_y, radius));
+        // A few roundings.
+        let slack = off.iter().map(Ball::magnitude).sum::<f64>() * (1.0 + 16.0 * f64::EPSILON);
+        // Negated: what is no number is no bound.
+        if !(slack <= MOST * radius.lower()) {
+            return None;
+        }
+        let shape = CurveShape::arc(center, along_x, along_y, radius, turn)?;
+        Some((shape, slack))
     }
 
     /// As that of a revolution: distances in f64, heights to their last digits.
@@ -361,6 +373,30 @@ fn exact_pair(v: &[f64]) -> [Ball<Dd>; 2] {
     [Ball::exact(v[0]), Ball::exact(v[1])]
 }
 
+/// The directions of an arc in uv from its centre at its start and a right angle further, as unit vectors, and how far it turns.
+fn directions(arc: &Arc<2>, span: Interval) -> ([[Ball<Dd>; 2]; 2], Ball<Dd>) {
+    let map = Linear {
+        from: arc.domain,
+        to: arc.angle,
+    };
+    let [from, to] = [span.start, span.end].map(|t| map.at(Ball::exact(t)));
+    let x = exact_pair(arc.x.as_slice());
+    let length = (x[0].square() + x[1].square()).sqrt();
+    let x = x.map(|c| c / length);
+    // +90 degrees, or -90 where the stored y lies on that side: as `Arc` says.
+    let turn = Dd::product(arc.x[0], arc.y[1]) - Dd::product(arc.x[1], arc.y[0]);
+    let sign = if turn < Dd::ZERO {
+        -Ball::ONE
+    } else {
+        Ball::ONE
+    };
+    let y = [-(sign * x[1]), sign * x[0]];
+    let (sin, cos) = sin_cos(from);
+    let start = [0, 1].map(|c| cos * x[c] + sin * y[c]);
+    let turned = [0, 1].map(|c| cos * y[c] - sin * x[c]);
+    ([start, turned], to - from)
+}
+
 /// The length of both axes, if they are exactly orthogonal, exactly equally long, and the length is a f64, and the
 /// coordinates are the native parameters.
 fn similar(s: &Plane) -> Option<f64> {
@@ -380,4 +416,92 @@ fn similar(s: &Plane) -> Option<f64> {
     let root = Dyadic::from_f64(length)?;
     let holds = product(x, y)?.signum() == 0 && product(y, y)? == square && &root * &root == square;
     holds.then_some(length)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::form::add;
+    use super::*;
+    use nalgebra::{Point2, Point3, Vector2, Vector3};
+
+    fn interval(a: f64, b: f64) -> Interval {
+        Interval::new(a, b).unwrap()
+    }
+
+    /// With axes that are orthonormal up to roundings, but for how far the second is tilted.
+    fn plane(tilt: f64) -> PlaneForm {
+        let domain = [interval(-9.0, 9.0); 2];
+        let plane = Plane {
+            origin: Point3::new(0.3, -0.2, 0.1),
+            x: Vector3::new(1.0, 2.0, 3.0).normalize(),
+            y: Vector3::new(3.0, tilt, -1.0).normalize(),
+            domain,
+            extents: domain,
+        };
+        PlaneForm::new(&plane).unwrap()
+    }
+
+    /// Points of the image, at each part of the angle, are off the arc by the slack at most: seen from either side. Some are by half of it, and it is some roundings.
+    #[test]
+    fn an_image_is_as_near_an_arc_as_is_said() {
+        let form = plane(0.0);
+        assert_eq!(form.similar, None);
+        for up in [1.0, -1.0] {
+            let arc = Arc {
+                center: Point2::new(0.7, -1.1),
+                x: Vector2::new(0.6, 0.8),
+                y: Vector2::new(-0.8, 0.6) * up,
+                z: Vector2::zeros(),
+                radius: 2.0,
+                angle: interval(0.0, 6.0),
+                domain: interval(0.0, 3.0),
+            };
+            let arc = Arc::new(arc).unwrap();
+            let span = interval(0.25, 2.75);
+            let (shape, slack) = form.nearly_arc(&arc, span).unwrap();
+            let CurveShape::Arc(own) = &shape else {
+                panic!("no arc");
+            };
+            let mut most: f64 = 0.0;
+            for k in 0..=32 {
+                // In parts of the domain, half as long as the angle.
+                let turn = f64::from(k) / 32.0 * 5.0;
+                let (sin, cos) = sin_cos(Ball::exact(0.5 + turn));
+                let [dx, dy] = [arc.x, arc.y].map(|d| {
+                    let d = exact_pair(d.as_slice());
+                    let length = (d[0].square() + d[1].square()).sqrt();
+                    d.map(|c| c / length)
+                });
+                let uv = [0, 1].map(|c| {
+                    Ball::exact(arc.center[c]) + Ball::exact(2.0) * (cos * dx[c] + sin * dy[c])
+                });
+                let (sin, cos) = sin_cos(Ball::exact(turn));
+                let there = add(&scale(&own.x, cos), &scale(&own.y, sin));
+                let off = sub(&form.point(uv), &along(&own.center, own.radius, &there));
+                let far = off.iter().map(|x| x.mid.hi * x.mid.hi).sum::<f64>().sqrt();
+                assert!(far <= slack, "{k}: {far:e} {slack:e}");
+                most = most.max(far);
+            }
+            assert!(
+                most > 0.25 * slack && slack < 8.0 * f64::EPSILON,
+                "{most:e} {slack:e}"
+            );
+        }
+    }
+
+    #[test]
+    fn a_circle_on_skew_axes_is_near_no_arc() {
+        let form = plane(1e-6);
+        let arc = Arc {
+            center: Point2::origin(),
+            x: Vector2::x(),
+            y: Vector2::y(),
+            z: Vector2::zeros(),
+            radius: 1.0,
+            angle: interval(0.0, 6.0),
+            domain: interval(0.0, 6.0),
+        };
+        let arc = Arc::new(arc).unwrap();
+        assert!(form.nearly_arc(&arc, arc.domain).is_none());
+    }
 }
