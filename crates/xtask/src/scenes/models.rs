@@ -274,18 +274,14 @@ const WITH_ENDS: [&str; 10] = [
     "frustum_nurbs",
 ];
 
-/// Of one of its ends, at height 0, the kernel's bound is narrower than the oracle's (2^-202): the answer would be indeterminate.
-const KNOWN_TOO_WELL: &str = "nozzle_nurbs";
+/// Of one of their ends, at height 0, the kernel's bound is narrower than the oracle's (some 2^-147 and 2^-202): the answer would be indeterminate.
+const KNOWN_TOO_WELL: [&str; 2] = ["parts/nozzle.json.gz", "parts/nozzle_nurbs.json.gz"];
 
 /// Half-spaces that stand on parts: along each axis, from both sides, flush with the vertices that are farthest out. Most of them have a face there.
 pub(crate) fn flush(corpus: &Path) -> Result<Suite, String> {
     let thesis = THESIS_NURBS.iter().chain(&THESIS_NATIVE);
     let names = { thesis.map(|p| format!("thesis/{p}.3dm")) }
-        .chain(
-            { PARTS.iter() }
-                .filter(|p| **p != KNOWN_TOO_WELL)
-                .map(|p| format!("parts/{p}.json.gz")),
-        )
+        .chain(PARTS.iter().map(|p| format!("parts/{p}.json.gz")))
         .chain(WITH_ENDS.iter().map(|p| format!("analytic/{p}.json.gz")));
     let mut scenes = Vec::new();
     for name in names {
@@ -298,6 +294,9 @@ pub(crate) fn flush(corpus: &Path) -> Result<Suite, String> {
                 // Of an axis that is exact.
                 let heights = vertices.iter().map(|v| normal.dot(v));
                 let offset = heights.fold(f64::INFINITY, f64::min);
+                if normal == Vector3::z() && KNOWN_TOO_WELL.contains(&name.as_str()) {
+                    continue;
+                }
                 queries.push(QueryLine {
                     half_space: Some(HalfSpaceLine {
                         normal: normal.into(),
