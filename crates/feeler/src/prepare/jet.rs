@@ -97,6 +97,25 @@ fn add<const N: usize>(sum: &mut [f64; N], factor: f64, p: &[f64; N]) {
     }
 }
 
+/// The first term of a sum.
+#[inline(always)]
+fn times<const N: usize>(factor: f64, p: &[f64; N]) -> [f64; N] {
+    std::array::from_fn(|c| factor * p[c])
+}
+
+/// A row of coefficients, each with its weight.
+#[inline(always)]
+fn row_sum<const N: usize, const C: usize>(row: &[[f64; C]], weights: &[f64; N]) -> [f64; C] {
+    let Some((first, rest)) = row.split_first() else {
+        return [0.0; C];
+    };
+    let mut sum = times(weights[0], first);
+    for (p, w) in rest.iter().zip(&weights[1..]) {
+        add(&mut sum, *w, p);
+    }
+    sum
+}
+
 /// Calls a function of `(net, p, q, s, t)` with small degrees as constants, so that its loops are unrolled, or one for curves, of `(net, p, s)`: the
 /// same operations in the same order for all.
 macro_rules! by_degree {
@@ -138,12 +157,12 @@ fn jet2_of<const N: usize>(net: &Net<f64>, p: usize, q: usize, s: f64, t: f64) -
     let (bu, bv) = (Basis::<N>::new(p, s, 2), Basis::<N>::new(q, t, 2));
     let mut out = [[0.0; 4]; 6];
     for (i, row) in net.plain().chunks_exact(q + 1).enumerate() {
-        let mut r = [[0.0; 4]; 3];
-        for (j, p) in row.iter().enumerate() {
-            add(&mut r[0], bv.value[j], p);
-            add(&mut r[1], bv.slope[j], p);
-            add(&mut r[2], bv.curvature[j], p);
-        }
+        // Written out: `map` is not inlined.
+        let r = [
+            row_sum(row, &bv.value),
+            row_sum(row, &bv.slope),
+            row_sum(row, &bv.curvature),
+        ];
         add(&mut out[0], bu.value[i], &r[0]);
         add(&mut out[1], bu.slope[i], &r[0]);
         add(&mut out[2], bu.value[i], &r[1]);
@@ -174,11 +193,7 @@ fn value_of<const N: usize>(net: &Net<f64>, p: usize, q: usize, s: f64, t: f64) 
     let (bu, bv) = (Basis::<N>::new(p, s, 0), Basis::<N>::new(q, t, 0));
     let mut out = [0.0; 4];
     for (i, row) in net.plain().chunks_exact(q + 1).enumerate() {
-        let mut r = [0.0; 4];
-        for (j, p) in row.iter().enumerate() {
-            add(&mut r, bv.value[j], p);
-        }
-        add(&mut out, bu.value[i], &r);
+        add(&mut out, bu.value[i], &row_sum(row, &bv.value));
     }
     out
 }
@@ -245,11 +260,7 @@ fn sums_of<const N: usize, const C: usize>(
     let (bu, bv) = (Basis::<N>::new(p, s, 1), Basis::<N>::new(q, t, 1));
     let mut sums = [[0.0; C]; 3];
     for (i, row) in net.chunks_exact(q + 1).enumerate() {
-        let mut r = [[0.0; C]; 2];
-        for (j, p) in row.iter().enumerate() {
-            add(&mut r[0], bv.value[j], p);
-            add(&mut r[1], bv.slope[j], p);
-        }
+        let r = [row_sum(row, &bv.value), row_sum(row, &bv.slope)];
         add(&mut sums[0], bu.value[i], &r[0]);
         add(&mut sums[1], bu.slope[i], &r[0]);
         add(&mut sums[2], bu.value[i], &r[1]);
