@@ -17,6 +17,7 @@
 
 use super::leaf::{Cell, convexity};
 use super::shape::Shape;
+use super::upper::newton_step;
 use crate::numeric::{Ball, TINY};
 use crate::prepare::{Net, jet};
 use nalgebra::Point3;
@@ -73,6 +74,27 @@ impl Foothold {
             slope_off: [s_off, t_off],
             weight: w.square().magnitude(),
         }
+    }
+
+    /// A Newton step within the box, not damped, given about what the Hessian is there (in coordinates that run over the box). No proof rests on it.
+    pub(super) fn step(&self, center: &Point3<f64>, cell: &Cell<f64>, bend: [f64; 3]) -> [f64; 2] {
+        let ranges = [cell.u, cell.v];
+        let widths = ranges.map(|r| r[1] - r[0]);
+        let slope: [f64; 2] = std::array::from_fn(|k| {
+            let dot: f64 = (0..3)
+                .map(|c| (self.point[c] - center[c]) * self.tangents[k][c])
+                .sum();
+            2.0 * self.weight * dot * widths[k]
+        });
+        let blocked = std::array::from_fn(|k| {
+            widths[k] == 0.0
+                || (self.at[k] <= ranges[k][0] && slope[k] > 0.0)
+                || (self.at[k] >= ranges[k][1] && slope[k] < 0.0)
+        });
+        let step = newton_step(slope, bend, blocked);
+        std::array::from_fn(|k| {
+            (self.at[k] + step[k] * widths[k]).clamp(ranges[k][0], ranges[k][1])
+        })
     }
 
     /// No squared distance of a box that holds the place is less than this, given what is known of its shape with some tau. (It may be no number.)

@@ -52,8 +52,8 @@ use crate::trim::BoxSide;
 use nalgebra::Point3;
 use std::collections::BinaryHeap;
 
-/// How many steps of Newton's method a place on a convex box is worth before the last digits are looked for.
-const MOST_STEPS: usize = 2;
+/// How many steps, by about the Hessian that a convex box has, a place on it is worth before the last digits are looked for.
+const MOST_STEPS: usize = 3;
 /// The box in space of what may be anywhere.
 const EVERYWHERE: [[f64; 2]; 3] = [[f64::NEG_INFINITY, f64::INFINITY]; 3];
 /// How many parts are kept: more bear longer ways and cost more to keep...
@@ -63,6 +63,8 @@ const FIRST: usize = 16;
 const FEW: u32 = 16;
 /// How many they may become.
 const MOST_PARTS: usize = 128;
+/// So many are looked over at once: an index among them is a byte.
+const BLOCK: usize = 128;
 /// A front that has become so many is made anew, if it has served so many queries.
 const LONG_SERVICE: u32 = 64;
 /// Boxes are not cut below this width in local parameters: cut from its patch, a box has the patch's errors.
@@ -209,6 +211,11 @@ fn moved(a: &Point3<f64>, b: &Point3<f64>) -> f64 {
     (a - b).norm() * UP + TINY
 }
 
+/// What `clear` is of a part no squared distance of which is less than this, after so long a way.
+fn clear_of(least: f64, travel: f64) -> f64 {
+    (root(least) + travel) * DOWN
+}
+
 impl Front {
     pub(super) fn forget(&mut self) {
         self.center = None;
@@ -221,33 +228,41 @@ impl Front {
     ///
     /// Which these are is as good as random: nothing hangs on a branch here.
     fn near(&mut self, q: &Point3<f64>, reach: f64, hi: f64, near: &mut Vec<(usize, f64)>) {
-        let limit = (reach + self.travel).next_up();
+        let travel = self.travel;
+        let limit = (reach + travel).next_up();
         near.clear();
-        near.resize(self.clear.len(), (0, 0.0));
-        let mut count = 0;
-        for (index, clear) in self.clear.iter().enumerate() {
-            near[count].0 = index;
+        let blocks = self.clear.chunks_mut(BLOCK).zip(self.known.chunks(BLOCK));
+        for (block, (clear, known)) in blocks.enumerate() {
+            let mut some = [0u8; BLOCK];
+            let mut count = 0;
             // Negated: of what is no number nothing is known.
-            count += usize::from(!(*clear > limit));
+            let mut look = |index: usize, clear: f64| {
+                some[count % BLOCK] = index as u8;
+                count += usize::from(!(clear > limit));
+            };
+            let (fours, rest) = clear.as_chunks::<4>();
+            for (k, four) in fours.iter().enumerate() {
+                look(4 * k, four[0]);
+                look(4 * k + 1, four[1]);
+                look(4 * k + 2, four[2]);
+                look(4 * k + 3, four[3]);
+            }
+            for (k, own) in rest.iter().enumerate() {
+                look(4 * fours.len() + k, *own);
+            }
+            let mut end = near.len();
+            near.resize(end + count, (0, 0.0));
+            for index in some.iter().take(count) {
+                let index = usize::from(*index);
+                let least = known[index].least(q);
+                let far = least > hi;
+                let own = &mut clear[index];
+                *own = if far { clear_of(least, travel) } else { *own };
+                near[end] = (block * BLOCK + index, least);
+                end += usize::from(!far);
+            }
+            near.truncate(end);
         }
-        near.truncate(count);
-        let mut count = 0;
-        for k in 0..near.len() {
-            let (index, _) = near[k];
-            let least = self.known[index].least(q);
-            let far = least > hi;
-            let clear = self.clear_of(least);
-            let own = &mut self.clear[index];
-            *own = if far { clear } else { *own };
-            near[count] = (index, least);
-            count += usize::from(!far);
-        }
-        near.truncate(count);
-    }
-
-    /// What `clear` is of a part no squared distance of which is less than this.
-    fn clear_of(&self, least: f64) -> f64 {
-        (root(least) + self.travel) * DOWN
     }
 
     /// Leaves out those parts that nothing needs to look at again.
@@ -327,13 +342,14 @@ enum Found {
     Node(Box<Node<f64>>),
 }
 
-/// What settles a node of a part, if its derivatives do, and what is to be asked about other centres.
-fn why(
+/// What settles a node of a part, if its derivatives do, and what is to be asked about other centres; with what settled it about another, if anything did.
+fn settling_of(
     node: &Node<f64>,
     shape: &Shape,
     products: &Products<f64>,
     (source, inside): (Source, bool),
     (center, away): (Point3<f64>, f64),
+    before: Option<&mut Settling>,
 ) -> Option<(Asked, Why)> {
     let touches = |k: usize| {
         let range = if k == 0 { node.u } else { node.v };
@@ -345,9 +361,29 @@ fn why(
     let falls = |k: &usize| shape.monotone[*k] != 0;
     let along = (0..2).find(|k| falls(k) && !touches(*k));
     let Some(along) = along.or((0..2).find(falls)) else {
-        return (shape.convexity > 0.0).then_some((Asked::Seconds, Why::Convex(None)));
+        // Where it was least is still near.
+        let known = match before {
+            Some(Settling {
+                why: Why::Convex(foothold),
+                ..
+            }) => foothold.take(),
+            _ => None,
+        };
+        return (shape.convexity > 0.0).then_some((Asked::Seconds, Why::Convex(known)));
     };
     let sign = shape.monotone[along];
+    let asked = Asked::Slope(along);
+    // The border is the same, and what is known of it.
+    if let Some(Settling {
+        steady,
+        why: Why::Falls { sign: own, border },
+    }) = before
+        && *own == sign
+        && steady.asked() == asked
+    {
+        let border = border.take();
+        return Some((asked, Why::Falls { sign, border }));
+    }
     let border = touches(along).then(|| {
         let at = |k: usize, r: [f64; 2]| match k == along {
             true => [r[usize::from(sign < 0)]; 2],
@@ -359,7 +395,7 @@ fn why(
             ..Kept::new(center, away, part)
         })
     });
-    Some((Asked::Slope(along), Why::Falls { sign, border }))
+    Some((asked, Why::Falls { sign, border }))
 }
 
 impl Search<'_> {
@@ -390,7 +426,7 @@ impl Search<'_> {
             let room = front.clear.len() < MOST_PARTS && self.out.nodes < self.goal.budget;
             let kept = &mut front.parts[index];
             match self.take_up(heap, &q, kept, (least, room)) {
-                Insight::Far(lo) => front.clear[index] = front.clear_of(lo.hi),
+                Insight::Far(lo) => front.clear[index] = clear_of(lo.hi, front.travel),
                 Insight::Settles | Insight::Done => front.known[index] = kept.known,
                 Insight::Outside => {
                     front.clear[index] = f64::INFINITY;
@@ -474,8 +510,11 @@ impl Search<'_> {
                 kept.learn(q, least, bound);
                 return Insight::Done;
             }
-            kept.settling = None;
-            kept.barren = fresh;
+            // (What held about another centre is of use for what holds about this one.)
+            if fresh {
+                kept.settling = None;
+                kept.barren = true;
+            }
         }
         let mut node = match self.kept_box(q, source, [u, v], kept) {
             Found::Nothing => {
@@ -618,11 +657,27 @@ impl Search<'_> {
         // That it falls is enough.
         let bends = node.bends_unless(tau, |monotone| monotone != [0; 2]);
         let shape = bends.told();
+        let mut before = kept.settling.take();
+        let found = settling_of(
+            node,
+            &shape,
+            products,
+            (source, inside),
+            known,
+            before.as_deref_mut(),
+        );
         // A leaf that the region's border crosses takes sides at each query.
-        let why = why(node, &shape, products, (source, inside), known);
-        if let Some((asked, why)) = why.filter(|(_, w)| !(mixed && matches!(w, Why::Convex(_)))) {
-            let steady = Steady::new(asked, node, (net, products), q, (tau, bends));
-            kept.settling = Some(Box::new(Settling { steady, why }));
+        if let Some((asked, why)) = found.filter(|(_, w)| !(mixed && matches!(w, Why::Convex(_)))) {
+            let old = before.as_deref().map(|b| &b.steady);
+            let steady = Steady::new(asked, node, (net, products), q, (tau, bends), old);
+            let settling = Settling { steady, why };
+            kept.settling = Some(match before {
+                Some(mut room) => {
+                    *room = settling;
+                    room
+                }
+                None => Box::new(settling),
+            });
             return Insight::Settles;
         }
         let wide = (node.u[1] - node.u[0]).max(node.v[1] - node.v[0]);
@@ -700,7 +755,7 @@ impl Search<'_> {
                             return Some(bound);
                         }
                         if steps < MOST_STEPS {
-                            *known = Foothold::new(net, self.step_from(net, known.at, [u, v]));
+                            *known = Foothold::new(net, known.step(q, &cell, steady.bend()));
                         }
                     }
                 }

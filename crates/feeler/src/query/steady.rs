@@ -7,13 +7,13 @@
 //! G' = G - 2 d.b' + (|d|^2 - (tau' - tau)) C,
 //! ```
 //! for `|X - c w|^2 = |X - q w|^2 - 2 d.(X - q w) w + |d|^2 w^2`. All of these are polynomials of the same degrees, so differences of the
-//! coefficients of `G'` are those of `G` up to the same combination of differences of the coefficients of `b'` and `C`: of these the largest
-//! are kept (a [`Sway`]). What [`Bends`] say of the box about `q` is widened by that, and the widened ranges hold the true
-//! coefficients about `c`: what they tell ([`Bends::monotone`], [`Bends::bent`]) is proven of `c`, in time that hangs on no degree.
+//! coefficients of `G'` are those of `G` up to the same combination of differences of the coefficients of `b'` and `C`: of these the ranges
+//! are kept (a [`Sway`]). What [`Bends`] say of the box about `q` is moved and widened by that, and these ranges hold the true
+//! coefficients about `c` (a box that the ball moves away from falls the more steeply the farther that is): what they tell ([`Bends::monotone`], [`Bends::bent`]) is proven of `c`, in time that hangs on no degree.
 
 use super::node::Node;
 use super::shape::{Bends, Shape};
-use crate::numeric::bernstein::{Bidegree, largest};
+use crate::numeric::bernstein::{Bidegree, greater, largest, lesser};
 use crate::numeric::{Ball, Real, TINY};
 use crate::prepare::{Net, Products};
 use nalgebra::Point3;
@@ -30,12 +30,12 @@ pub(super) enum Asked {
     Seconds,
 }
 
-/// Bounds on the coefficients of a polynomial and on those of their differences that are asked for, in the order of [`Bends`].
+/// Bounds on the coefficients of a polynomial, and ranges of those of their differences that are asked for, in the order of [`Bends`].
 #[derive(Clone, Copy, Debug, Default)]
 struct Sway {
     largest: f64,
-    slope: f64,
-    seconds: [f64; 3],
+    slope: [f64; 2],
+    seconds: [[f64; 2]; 3],
 }
 
 /// See the [module](self).
@@ -54,10 +54,9 @@ pub(super) struct Steady {
 impl Sway {
     /// Of coefficients none of which is above `top` and that are off by `error` each.
     fn of(asked: Asked, values: &[f64], degree: Bidegree, [top, error]: [f64; 2]) -> Self {
-        let most = |(low, high): (f64, f64), count: f64| {
-            // The errors of the coefficients, and the roundings of differences of differences.
-            let size = low.abs().max(high.abs());
-            (size + count * error + 8.0 * f64::UNIT * top) * UP
+        // The errors of the coefficients, and the roundings of differences of differences.
+        let range = |(low, high): (f64, f64), count: f64| {
+            outward([low, high], (count * error + 8.0 * f64::UNIT * top) * UP)
         };
         let mut out = Self {
             largest: (top + error) * UP,
@@ -67,13 +66,13 @@ impl Sway {
             Asked::Slope(k) => {
                 let degree_along = if k == 0 { degree.u } else { degree.v };
                 if degree_along > 0 {
-                    out.slope = most(Node::<f64>::differences(values, degree, k == 0), 2.0);
+                    out.slope = range(Node::<f64>::differences(values, degree, k == 0), 2.0);
                 }
             }
             Asked::Seconds => {
                 for (second, (du, dv)) in out.seconds.iter_mut().zip([(2, 0), (0, 2), (1, 1)]) {
-                    let range = Node::<f64>::second_differences(values, degree, du, dv);
-                    *second = most(range, 4.0);
+                    let found = Node::<f64>::second_differences(values, degree, du, dv);
+                    *second = range(found, 4.0);
                 }
             }
         }
@@ -111,15 +110,29 @@ fn outward([low, high]: [f64; 2], e: f64) -> [f64; 2] {
 }
 
 impl Steady {
-    /// Of a node with its net and products, and what its derivatives are bounded by with some tau.
+    /// Of a node with its net and products, and what its derivatives are bounded by with some tau; and what was kept of the same box about another centre, if anything
+    /// was.
     pub(super) fn new(
         asked: Asked,
         node: &Node<f64>,
         (net, products): (&Net<f64>, &Products<f64>),
         center: &Point3<f64>,
         (tau, bends): (f64, Bends),
+        before: Option<&Self>,
     ) -> Self {
         let most = bends.c_range[1];
+        if let Some(before) = before
+            && net.unit_weights
+            && before.asked == asked
+        {
+            // `b' = b - q`, and `C` is 1.
+            return Self {
+                center: *center,
+                tau,
+                bends,
+                ..*before
+            };
+        }
         let arm = |k: usize| {
             if net.unit_weights {
                 // `b' = b - q`: its differences are those of `b`, whatever the centre is.
@@ -150,8 +163,26 @@ impl Steady {
         }
     }
 
+    pub(super) fn asked(&self) -> Asked {
+        self.asked
+    }
+
     pub(super) fn degree(&self) -> Bidegree {
         self.bends.degree
+    }
+
+    /// About what the Hessian of `G` is (`_uu`, `_uv`, `_vv`), in coordinates that run over the box from 0 to 1. No proof rests on it.
+    pub(super) fn bend(&self) -> [f64; 3] {
+        let Bends {
+            degree, seconds, ..
+        } = &self.bends;
+        let (p, q) = (degree.u as f64, degree.v as f64);
+        let mid = |m: usize| 0.5 * (seconds[m][0] + seconds[m][1]);
+        [
+            p * (p - 1.0) * mid(0),
+            p * q * mid(2),
+            q * (q - 1.0) * mid(1),
+        ]
     }
 
     /// Whether `C` is 1, exactly.
@@ -176,43 +207,68 @@ impl Steady {
             return None;
         }
         let way = self.way(center, tau);
-        let seconds = [0, 1, 2].map(|m| self.seconds(&way, m));
+        // Written out, here and below: `map` is not inlined.
+        let seconds = [
+            self.seconds(&way, 0),
+            self.seconds(&way, 1),
+            self.seconds(&way, 2),
+        ];
         Some(self.bends.bent(&seconds, [0; 2], f64::INFINITY))
     }
 
     /// How far it is to another centre along each axis, and by how much `G` changes in parts of `C`.
     fn way(&self, center: &Point3<f64>, tau: f64) -> ([f64; 3], f64) {
-        let d: [f64; 3] = std::array::from_fn(|k| (center[k] - self.center[k]).abs());
+        let d: [f64; 3] = std::array::from_fn(|k| center[k] - self.center[k]);
         let square = d[0] * d[0] + d[1] * d[1] + d[2] * d[2];
         let fall = tau - self.tau;
         let lift = (square - fall).abs() + 8.0 * f64::EPSILON * (square + fall.abs()) + TINY;
         (d, lift)
     }
 
-    /// By how much a difference, or a coefficient, may be another than about the first centre.
+    /// Where a range of differences is about another centre. Each of the three products and their sums are off by a few roundings of the largest.
     #[inline(always)]
-    fn off(&self, (d, lift): &([f64; 3], f64), of: impl Fn(&Sway) -> f64) -> f64 {
-        let arms = d[0] * of(&self.arms[0]) + d[1] * of(&self.arms[1]) + d[2] * of(&self.arms[2]);
-        (2.0 * arms + lift * of(&self.base) + TINY) * UP
+    fn moved(
+        &self,
+        (d, lift): &([f64; 3], f64),
+        [low, high]: [f64; 2],
+        of: impl Fn(&Sway) -> [f64; 2],
+    ) -> [f64; 2] {
+        let (mut sum, mut size) = ([low, high], 0.0);
+        for (d, arm) in d.iter().zip(&self.arms) {
+            let ends = of(arm);
+            let [a, b] = [-2.0 * d * ends[0], -2.0 * d * ends[1]];
+            sum[0] += lesser(a, b);
+            sum[1] += greater(a, b);
+            size += greater(a.abs(), b.abs());
+        }
+        let base = of(&self.base);
+        let base = greater(base[0].abs(), base[1].abs());
+        let size = size + greater(low.abs(), high.abs());
+        outward(sum, lift * base + 8.0 * f64::EPSILON * size + TINY)
     }
 
     #[inline(always)]
     fn slopes(&self, way: &([f64; 3], f64), k: usize) -> [f64; 2] {
-        outward(self.bends.slopes[k], self.off(way, |s| s.slope))
+        self.moved(way, self.bends.slopes[k], |s| s.slope)
     }
 
     #[inline(always)]
     fn seconds(&self, way: &([f64; 3], f64), m: usize) -> [f64; 2] {
-        outward(self.bends.seconds[m], self.off(way, |s| s.seconds[m]))
+        self.moved(way, self.bends.seconds[m], |s| s.seconds[m])
     }
 
     /// No coefficient of `G` is larger, where `C` is not 1: else nothing is multiplied by it.
     #[inline(always)]
-    fn largest(&self, way: &([f64; 3], f64)) -> f64 {
-        match self.bends.constant {
-            true => 0.0,
-            false => (self.bends.g_largest + self.off(way, |s| s.largest)) * UP,
+    fn largest(&self, (d, lift): &([f64; 3], f64)) -> f64 {
+        if self.bends.constant {
+            return 0.0;
         }
+        let arms = d
+            .iter()
+            .zip(&self.arms)
+            .map(|(d, arm)| d.abs() * arm.largest);
+        let off = 2.0 * arms.sum::<f64>() + lift * self.base.largest + TINY;
+        (self.bends.g_largest + off * UP) * UP
     }
 }
 
@@ -248,7 +304,7 @@ mod tests {
         let products = cut(&rough);
         let about_q = node(&rough, &products, &q);
         let first = (tau, about_q.bends(tau));
-        let asked = |asked| Steady::new(asked, &about_q, (&rough, &products), &q, first);
+        let asked = |asked| Steady::new(asked, &about_q, (&rough, &products), &q, first, None);
         let steady = [Asked::Slope(0), Asked::Slope(1), Asked::Seconds].map(asked);
         let way = steady[2].way(&c, other);
         let slopes = [0, 1].map(|k| steady[k].slopes(&way, k));
@@ -288,6 +344,39 @@ mod tests {
                     assert!(holds(seconds[2], mixed));
                 }
             }
+        }
+    }
+
+    /// A flat patch, next to which the ball is: the farther it goes away the more surely the distance grows along u; over the patch it does not.
+    #[test]
+    fn a_box_left_behind_falls_however_far_the_ball_has_gone() {
+        let points: Vec<[f64; 4]> = (0..6)
+            .map(|k| [0.5 * f64::from(k / 2), f64::from(k % 2), 0.0, 1.0])
+            .collect();
+        let rough = net::<f64>(&points);
+        let products = cut(&rough);
+        let [x, y, z] = rough.origin;
+        let q = Point3::new(x - 1.0, y + 0.5, z + 1.0);
+        let about_q = node(&rough, &products, &q);
+        let given = (&rough, &products);
+        let steady = Steady::new(
+            Asked::Slope(0),
+            &about_q,
+            given,
+            &q,
+            (2.0, about_q.bends(2.0)),
+            None,
+        );
+        for (off, falls) in [
+            (0.0, true),
+            (-1e3, true),
+            (-1e9, true),
+            (0.9, true),
+            (1.1, false),
+            (2.0, false),
+        ] {
+            let c = Point3::new(q.x + off, q.y, q.z);
+            assert_eq!(steady.falls(1, &c, 2.0), falls, "{off}");
         }
     }
 

@@ -124,13 +124,6 @@ impl Search<'_> {
         self.descend_from(net, (start, g), range)
     }
 
-    /// One Newton step within a box, not damped. No proof rests on it.
-    pub(super) fn step_from(&self, net: &Net<f64>, p: [f64; 2], range: [[f64; 2]; 2]) -> [f64; 2] {
-        let g = self.objective.guide(net, p[0], p[1]);
-        let step = newton_step(g.slope, g.curvature, blocked(p, &g, range));
-        std::array::from_fn(|k| (p[k] + step[k]).clamp(range[k][0], range[k][1]))
-    }
-
     fn descend_from(
         &self,
         net: &Net<f64>,
