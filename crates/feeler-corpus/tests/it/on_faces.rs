@@ -181,3 +181,40 @@ fn flush_with_an_end_whose_rim_bulges_by_roundings() {
         assert!(answer.continuum, "{name} {up}");
     }
 }
+
+/// A half-space is flush with a part, no point of which is beyond the plane, and one is on it: the separation is exactly 0. Where a rim rests on it all of that is at one height, on some
+/// tens of pieces. The seam of the frustum begins beyond the border of the side's domain, by roundings, along which it bulges inward by as little. By an ulp of the plane's offset
+/// farther off or deeper it is that.
+#[test]
+fn flush_with_a_rim_and_with_what_ends_beyond_a_border() {
+    let models = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../corpora/models");
+    for (name, normal, offset) in [
+        ("parts/bored_block.json.gz", [1.0, 0.0, 0.0], -20.0),
+        ("parts/bored_block.json.gz", [-1.0, 0.0, 0.0], -20.0),
+        ("parts/vase.json.gz", [0.0, 0.0, -1.0], -36.0),
+        ("thesis/cube_corner_cut_nurbs.3dm", [0.0, -1.0, 0.0], -10.0),
+        ("analytic/frustum_nurbs.json.gz", [-1.0, 0.0, 0.0], -2.0),
+        ("analytic/frustum_nurbs.json.gz", [0.0, 0.0, 1.0], 0.25f64),
+    ] {
+        let model = Model::load(&models.join(name), None);
+        let brep = PreparedBrep::new(model.expect("a model of the corpus").breps.remove(0));
+        for moved in [offset, offset.next_up(), offset.next_down()] {
+            let plane = HalfSpace::new(Vector3::from(normal), moved).expect("a half-space");
+            let probe = Probe::HalfSpace(plane);
+            let answer = contact(
+                &brep,
+                &probe,
+                &Options::default(),
+                &mut Workspace::default(),
+            );
+            assert!(answer.undecided.is_none(), "{name} {moved}: {answer:?}");
+            let bounds = answer.separation.bounds;
+            // Of numbers next to each other this is exact.
+            let expected = offset - moved;
+            assert!(
+                bounds.lo <= expected && expected <= bounds.hi,
+                "{name} {moved}: {bounds:?}"
+            );
+        }
+    }
+}

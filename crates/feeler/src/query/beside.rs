@@ -1,7 +1,7 @@
 //! Where parts of boundary pieces lie to their patches: a trim that passes a border of patches has a piece on either side that goes on a little past it,
 //! where what its patch's polynomials say is not the face.
 
-use super::leaf::{Cell, LEAST_STEP};
+use super::leaf::Cell;
 use super::node::Node;
 use super::outcome::Source;
 use super::search::Search;
@@ -142,15 +142,28 @@ impl Search<'_> {
 /// Where a part of a boundary piece, along which what is on its patch ends, has its end, in parts of the range: the last place known to be on the patch, going from one end
 /// of the range to the other (`to`), and one beyond which all is [off](PiecePlace::off) it. `None` where that is not found.
 fn end_between(part: &[Homogeneous<Dd, 3>], to: usize, slack: f64) -> Option<[f64; 2]> {
-    let [from, to] = [1 - to, to].map(|end| (end as f64, depth_at(part, end as f64)));
-    if !(from.1 >= 0.0 && to.1 < 0.0) {
+    let ends = [1 - to, to].map(|end| end as f64);
+    if !(depth_at(part, ends[0]) >= 0.0 && depth_at(part, ends[1]) < 0.0) {
         return None;
     }
-    let on = border_between(part, from, to, FINE * slack);
+    // Along the border that it passes the secant method gains digits; the depth may be that from another all the way to the border: of a trim along one that it bulges over by
+    // roundings.
+    let beyond = sides_at(part, ends[1]);
+    let side = (0..beyond.len()).fold(0, |k, i| if beyond[i] < beyond[k] { i } else { k });
+    let border = |depth: &dyn Fn(f64) -> f64| {
+        let [from, to] = ends.map(|end| (end, depth(end)));
+        border_between(depth, from, to, FINE * slack)
+    };
+    let mut on = border(&|t| sides_at(part, t)[side]);
+    if !(depth_at(part, on) >= 0.0) {
+        // It passes another first.
+        on = border(&|t| depth_at(part, t));
+    }
+    let to = ends[1];
     let mut step = f64::EPSILON;
     while step < 1.0 {
-        let off = on + (to.0 - on) * step;
-        let rest = part_of(part, [off.min(to.0), off.max(to.0)].map(Dd::from));
+        let off = on + (to - on) * step;
+        let rest = part_of(part, [off.min(to), off.max(to)].map(Dd::from));
         if is_off(&rest, 0.0) {
             return Some([on, off]);
         }
@@ -178,11 +191,12 @@ fn is_off(part: &[Homogeneous<Dd, 3>], slack: f64) -> bool {
 ///
 /// Its ends are proven to be on the patch, or to be off it by no more than a slack (a trim may begin on the border).
 fn on_patch(local: &[Homogeneous<Dd, 3>], range: [f64; 2], slack: f64) -> Option<[f64; 2]> {
-    let [low, high] = range.map(|t| (t, depth_at(local, t)));
+    let depth = |t: f64| depth_at(local, t);
+    let [low, high] = range.map(|t| (t, depth(t)));
     match (low.1 >= 0.0, high.1 >= 0.0) {
         (true, true) => Some(range),
-        (true, false) => Some([low.0, border_between(local, low, high, slack)]),
-        (false, true) => Some([border_between(local, high, low, slack), high.0]),
+        (true, false) => Some([low.0, border_between(&depth, low, high, slack)]),
+        (false, true) => Some([border_between(&depth, high, low, slack), high.0]),
         (false, false) => match (low.1 >= -slack, high.1 >= -slack) {
             (true, true) => Some(range),
             (true, false) => Some([low.0; 2]),
@@ -192,21 +206,19 @@ fn on_patch(local: &[Homogeneous<Dd, 3>], range: [f64; 2], slack: f64) -> Option
     }
 }
 
-/// How far within its patch a point of a boundary piece is at least, in local parameters; negative where it may be off it.
-pub(super) fn depth(p: &Homogeneous<Dd, 3>) -> f64 {
+/// How far within each border of its patch a point of a boundary piece is at least, in local parameters; negative where it may be off it.
+fn sides(p: &Homogeneous<Dd, 3>) -> [f64; 4] {
     // (By how far it is from 1: what is below 1 by less than an ulp is bounded by 1 and more in f64.)
-    let sides = [p[0], p[1], p[2] - p[0], p[2] - p[1]];
-    let mut least = f64::INFINITY;
-    for x in sides {
-        let low = x.lower();
+    [p[0], p[1], p[2] - p[0], p[2] - p[1]].map(|x| {
+        let low = x.lower() / p[2].mid.hi;
         // What is no number is nowhere.
-        least = if low.is_nan() {
-            f64::NEG_INFINITY
-        } else {
-            least.min(low)
-        };
-    }
-    least / p[2].mid.hi
+        if low.is_nan() { f64::NEG_INFINITY } else { low }
+    })
+}
+
+/// How far within its patch it is at least.
+pub(super) fn depth(p: &Homogeneous<Dd, 3>) -> f64 {
+    sides(p).into_iter().fold(f64::INFINITY, f64::min)
 }
 
 /// The same at a parameter.
@@ -214,10 +226,14 @@ fn depth_at(local: &[Homogeneous<Dd, 3>], t: f64) -> f64 {
     depth(&curve_jet(local, Ball::exact(t)).0)
 }
 
-/// Where a piece leaves its patch between a parameter where it is on it and one where it is not: up to a slack where it still is on it, by the secant
-/// method (the Illinois rule).
+fn sides_at(local: &[Homogeneous<Dd, 3>], t: f64) -> [f64; 4] {
+    sides(&curve_jet(local, Ball::exact(t)).0)
+}
+
+/// Where a piece leaves its patch, or passes one border of that, given its depth, between a parameter where it is on it and one where it is not: up to a slack where it still is on
+/// it, by the secant method (the Illinois rule).
 fn border_between(
-    local: &[Homogeneous<Dd, 3>],
+    depth: &dyn Fn(f64) -> f64,
     (mut on, above): (f64, f64),
     (mut off, below): (f64, f64),
     slack: f64,
@@ -237,7 +253,7 @@ fn border_between(
         if t == on || t == off {
             break;
         }
-        let found = depth_at(local, t);
+        let found = depth(t);
         let side = usize::from(found < 0.0);
         if side == 0 {
             on = t;
@@ -287,7 +303,7 @@ fn border_slack(local: &[Homogeneous<Dd, 3>]) -> f64 {
         }
     }
     let degree = local.len() as f64 - 1.0;
-    LEAST_STEP + 16.0 * (16.0 * degree * Dd::UNIT * most + known) * UP
+    16.0 * (16.0 * degree * Dd::UNIT * most + known) * UP
 }
 
 #[cfg(test)]

@@ -53,8 +53,13 @@ impl Search<'_> {
         if about && (1..=MOST_ABOUT).contains(&self.open(noisy)) {
             self.refine_within::<Dd>(noisy, about, ABOUT_BUDGET);
         }
-        if (1..=MOST_FINEST).contains(&self.open(noisy)) {
-            self.refine_within::<Td>(noisy, about, FINEST_BUDGET);
+        let (most, budget) = if self.objective.is_squared() {
+            (MOST_FINEST, FINEST_BUDGET)
+        } else {
+            (MOST_FINEST_HEIGHTS, FINEST_HEIGHTS_BUDGET)
+        };
+        if (1..=most).contains(&self.open(noisy)) {
+            self.refine_within::<Td>(noisy, about, budget);
         }
         if all.is_some() {
             self.out.settled.truncate(settled);
@@ -186,3 +191,8 @@ const ABOUT_BUDGET: usize = 1024;
 const MOST_FINEST: usize = 16;
 /// How many nodes may be visited then; each costs as much as some thousand in f64.
 const FINEST_BUDGET: usize = 128;
+/// The same of heights, whose nodes have no products, so that each costs a few: all of a rim that rests on a plane is at one height, on some tens of pieces and of borders of
+/// patches, of which double-double tells the last digits but one.
+const MOST_FINEST_HEIGHTS: usize = 256;
+/// How many nodes may be visited then.
+const FINEST_HEIGHTS_BUDGET: usize = 512;

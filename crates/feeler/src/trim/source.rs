@@ -74,10 +74,19 @@ impl End {
     }
 
     fn blur(&self) -> Blur {
-        match self {
-            Self::Blurred(b) => *b,
-            other => Blur::plain(other.ball()),
+        if let Self::Blurred(b) = self {
+            return *b;
         }
+        // A quotient has an error of its own, though it may have come out exactly: at the height of a circle's centre, say.
+        let mut at = self.ball();
+        if let Some([u, v, w]) = self.exact() {
+            for (ball, x) in at.iter_mut().zip([u, v]) {
+                if is_quotient(ball.mid, &x, &w) {
+                    ball.rad = 0.0;
+                }
+            }
+        }
+        Blur::plain(at)
     }
 
     /// Whether two ends are the same point; `None` where that cannot be known.
@@ -97,6 +106,16 @@ impl End {
 
 fn quotient(p: &Ball3) -> [Ball<Dd>; 2] {
     [p[0] / p[2], p[1] / p[2]]
+}
+
+/// Whether `x` is `top / bottom`, exactly; where that cannot be told it is not said.
+fn is_quotient(x: Dd, top: &IBig, bottom: &IBig) -> bool {
+    let [high, low] = [x.hi, x.lo].map(Dyadic::from_f64);
+    let integer = |n: &IBig| Dyadic::new(n.clone(), 0);
+    high.zip(low).is_some_and(|(high, low)| {
+        let product = &(&high + &low) * &integer(bottom);
+        (&product - &integer(top)).signum() == 0
+    })
 }
 
 /// Integers proportional to finite numbers; `None` if one is not finite.

@@ -149,3 +149,48 @@ fn an_end_beyond_another_border_does_not_touch() {
         assert_eq!(touches(&brep, 2, RIGHT), [Some([touching, false])]);
     }
 }
+
+/// A part that passes one border and is next to another all along, within it by less than roundings of the way leave of the secant method; and one that passes two.
+#[test]
+fn where_a_part_ends() {
+    let ends = |along: [f64; 2], across: [f64; 2], swap: bool, to: usize| {
+        let mut part: Vec<Homogeneous<Dd, 3>> = [0.0, 0.5, 1.0]
+            .iter()
+            .map(|s| {
+                let between = |r: [f64; 2]| Ball::exact((1.0 - s) * r[0] + s * r[1]);
+                let (u, v) = (between(along), between(across));
+                if swap {
+                    [v, u, Ball::ONE]
+                } else {
+                    [u, v, Ball::ONE]
+                }
+            })
+            .collect();
+        if to == 0 {
+            part.reverse();
+        }
+        let slack = border_slack(&part);
+        let found = end_between(&part, to, slack);
+        found.map(|ends| ends.map(|s| if to == 0 { 1.0 - s } else { s }))
+    };
+    for swap in [false, true] {
+        for to in [0, 1] {
+            for (along, across, expected) in [
+                ([7e-31, 0.0], [2e-16, -1e-16], 2.0 / 3.0),
+                ([1e-25, 1e-31], [1e-16, -3e-16], 0.25),
+                // It passes the one at a third, before the other, which it is farther beyond in the end.
+                ([1e-10, -2e-10], [3e-10, -3e-10], 1.0 / 3.0),
+                ([3e-10, -3e-10], [1e-10, -2e-10], 1.0 / 3.0),
+            ] {
+                let found = ends(along, across, swap, to);
+                let near = |s: f64| (s - expected).abs() <= 1e-9;
+                assert!(
+                    found.is_some_and(|[on, off]| near(on) && near(off) && on <= off),
+                    "{along:?} {across:?} {swap} {to}: {found:?}"
+                );
+            }
+            // What is on the patch at that end does not end.
+            assert_eq!(ends([1e-10, 2e-10], [1e-10, 3e-10], swap, to), None);
+        }
+    }
+}

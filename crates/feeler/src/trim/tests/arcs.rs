@@ -1,7 +1,7 @@
 //! Sides about native arcs: at any pace, and nearer than double-double tells.
 
 use super::shapes::*;
-use crate::numeric::Interval;
+use crate::numeric::{Dd, Interval};
 use crate::nurbs::{Arc, Curve, Curve2};
 use crate::trim::{BoxSide, Side, TrimRegion};
 use nalgebra::Vector2;
@@ -67,6 +67,52 @@ fn beside_an_arc_by_the_last_digits() {
             }
         }
     }
+}
+
+/// A whole circle as a file has it: from angle 0 to 2 pi in f64, which is less, so that a segment joins its ends, of which one is known in an enclosure and the other is centre and
+/// radius, exactly, mostly no f64. At the very height of the centre the circle is passed at that: what is nearer to the centre is inside, by however little.
+#[test]
+fn at_the_height_of_a_joint() {
+    let mut counts = [0; 3];
+    for (center, radius) in [
+        ([0.5, 0.5], 0.46),
+        ([0.5, 0.5], 0.39),
+        ([0.1, -0.7], 0.3),
+        ([1.0 / 3.0, 0.1], 1.0 / 7.0),
+        ([-2.5, 3.0], 1.25),
+    ] {
+        let axes = [[1.0, 0.0], [0.0, 1.0], [-1.0, 0.0], [0.0, -1.0f64]];
+        for (k, x) in axes.into_iter().enumerate() {
+            for y in [axes[(k + 1) % 4], axes[(k + 3) % 4]] {
+                let whole = [0.0, std::f64::consts::TAU];
+                let circle = arc_over(center, radius, [x, y], whole, [0.0, 1.0]);
+                let region = TrimRegion::new(&face(WIDE, Some(vec![vec![circle.into()]])), 0);
+                let (i, sign) = (k % 2, x[k % 2]);
+                let near = center[i] + sign * radius;
+                let mut tried = vec![0.5 * (center[i] + near), near + sign];
+                let (mut low, mut high) = (near, near);
+                for _ in 0..4 {
+                    tried.extend([low, high]);
+                    (low, high) = (low.next_down(), high.next_up());
+                }
+                for at in tried {
+                    let mut q = center;
+                    q[i] = at;
+                    let off = Dd::difference(at, center[i]) * Dd::from(sign) - Dd::from(radius);
+                    let (expected, count) = if off < Dd::ZERO {
+                        (Side::Inside, 0)
+                    } else if off > Dd::ZERO {
+                        (Side::Outside, 1)
+                    } else {
+                        (Side::Boundary, 2)
+                    };
+                    counts[count] += 1;
+                    assert_eq!(side(&region, q), expected, "{center:?} {x:?} {y:?} {at}");
+                }
+            }
+        }
+    }
+    assert!(counts.iter().all(|n| *n >= 8), "{counts:?}");
 }
 
 /// Circles and sectors whose parameter moves at another pace than the angle, and whose arcs begin or end at angle 0, on an axis.
