@@ -166,3 +166,22 @@ fn beside_an_edge_of_the_face_that_is_as_low() {
         }
     });
 }
+
+/// The body is a cylinder of radius 12 from z = 1.5 to 10, and leans inward above: along the generator where a half-space touches it all is at one height. What leans
+/// inward stands alone at its end, where a loop runs along the border of its domain.
+#[test]
+fn on_a_generator_that_ends_where_another_face_leans_inward() {
+    each_of("parts", "nozzle", |brep, what| {
+        for normal in [
+            [0.0, -1.0, 0.0],
+            [0.0, 1.0, 0.0],
+            [-1.0, 0.0, 0.0],
+            [0.6, 0.8, 0.0],
+        ] {
+            half_space(brep, normal, true, what);
+        }
+        for normal in [[0.0, -1.0, 1e-3], [0.0, -1.0, -1e-3]] {
+            half_space(brep, normal, false, what);
+        }
+    });
+}

@@ -218,10 +218,25 @@ impl Low<'_> {
         let at = local.map(|x| x.mid.hi);
         let [_, along_u, along_v] = rough_jet(net, at);
         let speeds = [along_u.norm(), along_v.norm()];
-        let [u, v] = [0, 1].map(|k| {
-            // What is no number is the whole patch.
+        // What is no number is the whole patch.
+        let around = [0, 1].map(|k| {
             let by = (length / speeds[k]).min(1.0);
-            let [low, high] = [at[k] - by, at[k] + by].map(|x| x.clamp(0.0, 1.0));
+            [at[k] - by, at[k] + by]
+        });
+        // A box up to a trim along the border of the domain is inside, but for that.
+        let brep = self.brep.brep();
+        let domain = brep.surface(foot.face).domain();
+        let is_at_end = |k: usize| {
+            let [low, high] = around[k];
+            (low <= 0.0 && maps[k].start <= domain[k].start)
+                || (high >= 1.0 && domain[k].end <= maps[k].end)
+        };
+        let has_trims = brep.parts().faces[foot.face].loops.is_some();
+        if has_trims && (is_at_end(0) || is_at_end(1)) {
+            return false;
+        }
+        let [u, v] = [0, 1].map(|k| {
+            let [low, high] = around[k].map(|x| x.clamp(0.0, 1.0));
             maps[k].to_native_range(low, high)
         });
         self.brep.region(foot.face).classify_box(u, v) == BoxSide::Inside

@@ -60,7 +60,7 @@ const POLISH_STEPS: usize = 16;
 /// A ball of critical points this small (in units of the node) has shrunk all it will.
 const SMALL_BALL: f64 = 1.0 / (1u64 << 20) as f64;
 /// A step below this, in local parameters, changes nothing that a double-double holds.
-pub(super) const LEAST_STEP: f64 = 1.0 / (1u128 << 96) as f64;
+const LEAST_STEP: f64 = 1.0 / (1u128 << 96) as f64;
 /// A value that is off by more than this share of the width wanted is found in triple-double.
 const LOST: f64 = 1.0 / 32.0;
 /// No more than a third.
