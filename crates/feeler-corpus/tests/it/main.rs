@@ -13,4 +13,5 @@ mod rhino3dm_facts;
 mod shortcuts;
 mod undecided_side;
 mod warm;
+mod weights;
 mod winding;

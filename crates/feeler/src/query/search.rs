@@ -83,6 +83,8 @@ pub(super) struct Search<'a> {
 
 /// Boxes are not split below this width in local parameters.
 const LEAST_WIDTH: f64 = 1.0 / (1u64 << 50) as f64;
+/// A box of a piece that has been halved down to this width holds something that its start did not show.
+const NARROW: f64 = 1.0 / (1u64 << 8) as f64;
 /// Which share of the width a search aims at: rounding the ends to f64 may add an ulp each.
 pub(super) const QUARTER: f64 = 0.25;
 /// A whole patch, and that nothing is known of what is on it.
@@ -726,9 +728,10 @@ impl<'a> Search<'a> {
             self.leave(node.lo, covered, part);
             return None;
         }
-        // A value far above those on the node hides that `G` is convex there, next to a focal point on boxes of any size.
-        // (Where the region ends, low values are beside it more often than not.)
-        if inside && self.goal.all_below.is_none() {
+        // A value far above those on the node hides that `G` is convex there, next to a focal point on boxes of any size; and that it is rounding noise, on what is narrow of a piece
+        // whose weights are very different. (Where the region ends, low values are beside it more often than not.)
+        let is_narrow_piece = matches!(source, Source::Piece { .. }) && !crosses && wide <= NARROW;
+        if (inside || is_narrow_piece) && self.goal.all_below.is_none() {
             let guess = node.guess();
             let halfway = (self.out.hi + node.lo).half().hi;
             if self.guide_value(source, guess) < halfway {
