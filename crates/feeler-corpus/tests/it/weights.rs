@@ -6,7 +6,9 @@ use feeler_corpus::Model;
 use nalgebra::Point3;
 use std::path::Path;
 
-/// The distances were found apart, by de Boor's algorithm and a search by thirds over a hundred thousandth of the parameter, in f64: good to 1e-13.
+/// The distances were found apart, by de Boor's algorithm and a search by thirds over a hundred thousandth of the parameter, in f64.
+const KNOWN_WITHIN: f64 = 1e-12;
+
 #[test]
 fn what_is_narrow_of_a_piece_is_found() {
     let models = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../corpora/models/trim-loops");
@@ -41,8 +43,8 @@ fn what_is_narrow_of_a_piece_is_found() {
             let bounds = answer.separation.bounds;
             assert!(
                 answer.undecided.is_none()
-                    && bounds.lo - 1e-12 <= distance
-                    && distance <= bounds.hi + 1e-12,
+                    && bounds.lo - KNOWN_WITHIN <= distance
+                    && distance <= bounds.hi + KNOWN_WITHIN,
                 "{center:?} {accuracy:?}: {answer:?}"
             );
         }

@@ -17,7 +17,7 @@
 
 use super::leaf::{Cell, convexity};
 use super::shape::Shape;
-use super::upper::newton_step;
+use super::upper::{blocked, newton_step};
 use crate::numeric::{Ball, TINY};
 use crate::prepare::{Net, jet};
 use nalgebra::Point3;
@@ -86,12 +86,7 @@ impl Foothold {
                 .sum();
             2.0 * self.weight * dot * widths[k]
         });
-        let blocked = std::array::from_fn(|k| {
-            widths[k] == 0.0
-                || (self.at[k] <= ranges[k][0] && slope[k] > 0.0)
-                || (self.at[k] >= ranges[k][1] && slope[k] < 0.0)
-        });
-        let step = newton_step(slope, bend, blocked);
+        let step = newton_step(slope, bend, blocked(self.at, slope, ranges));
         std::array::from_fn(|k| {
             (self.at[k] + step[k] * widths[k]).clamp(ranges[k][0], ranges[k][1])
         })

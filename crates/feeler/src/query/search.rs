@@ -83,7 +83,8 @@ pub(super) struct Search<'a> {
 
 /// Boxes are not split below this width in local parameters.
 const LEAST_WIDTH: f64 = 1.0 / (1u64 << 50) as f64;
-/// A box of a piece that has been halved down to this width holds something that its start did not show.
+/// Local parameters: a box of a piece that is halved down to this holds something that the way down from the whole piece's lowest guess did not come to. (Only a guide; where
+/// weights are alike few boxes become so narrow.)
 const NARROW: f64 = 1.0 / (1u64 << 8) as f64;
 /// Which share of the width a search aims at: rounding the ends to f64 may add an ulp each.
 pub(super) const QUARTER: f64 = 0.25;

@@ -43,7 +43,7 @@ impl Search<'_> {
         }
         let g = self.objective.guide(net, p[0], p[1]);
         if chosen {
-            let step = newton_step(g.slope, g.curvature, blocked(p, &g, [[0.0, 1.0]; 2]));
+            let step = newton_step(g.slope, g.curvature, blocked(p, g.slope, [[0.0, 1.0]; 2]));
             // Half of it for a quadratic function; the whole, to be generous.
             let gain = g.slope[0] * step[0] + g.slope[1] * step[1];
             // Negated: what is no number promises nothing.
@@ -132,7 +132,7 @@ impl Search<'_> {
     ) -> [f64; 2] {
         let mut last_steps = LAST_STEPS;
         for _ in 0..MAX_NEWTON {
-            let blocked = blocked(p, &g, range);
+            let blocked = blocked(p, g.slope, range);
             if blocked[0] && blocked[1] {
                 break;
             }
@@ -468,11 +468,11 @@ pub(super) fn step_ulp(x: f64, ulps: i32) -> f64 {
 }
 
 /// Along which of u and v a point of a box is not to be moved: out of it, or where it has no width.
-fn blocked(p: [f64; 2], g: &Guide, range: [[f64; 2]; 2]) -> [bool; 2] {
+pub(super) fn blocked(p: [f64; 2], slope: [f64; 2], range: [[f64; 2]; 2]) -> [bool; 2] {
     std::array::from_fn(|k| {
         range[k][0] == range[k][1]
-            || (p[k] <= range[k][0] && g.slope[k] > 0.0)
-            || (p[k] >= range[k][1] && g.slope[k] < 0.0)
+            || (p[k] <= range[k][0] && slope[k] > 0.0)
+            || (p[k] >= range[k][1] && slope[k] < 0.0)
     })
 }
 
