@@ -35,6 +35,7 @@ mod side_cells;
 mod spline;
 mod stored_place;
 mod turned;
+mod turned_products;
 mod vertex;
 
 pub use boundary::Piece;

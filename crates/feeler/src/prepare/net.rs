@@ -69,12 +69,29 @@ impl<T: Real> Coefficients<T> {
     }
 
     /// Those of 1, without a list.
-    fn ones() -> Self {
+    pub(super) fn ones() -> Self {
         Self {
             values: Vec::new(),
             error: 0.0,
             largest: 1.0,
             tiny: TINY,
+        }
+    }
+
+    /// Sums of parts no larger than `size` together, in parts of `c`, which they are over.
+    pub(super) fn summed(values: Vec<T>, [error, size]: [f64; 2], c: &Self) -> Self {
+        let over = |i: usize| c.values.get(i).map_or(1.0, |c| c.magnitude());
+        let parts = values
+            .iter()
+            .enumerate()
+            .map(|(i, a)| a.magnitude() / over(i));
+        // The computed ones are off by a few roundings, as are their quotients.
+        let largest = parts.fold(0.0, f64::max) * (1.0 + 2.0 * c.error + 16.0 * f64::EPSILON);
+        Self {
+            values,
+            error,
+            largest: if largest < size { largest } else { size },
+            tiny: c.tiny,
         }
     }
 
@@ -272,41 +289,37 @@ impl<T: Real> Net<T> {
 
     /// The products.
     pub(crate) fn products(&self) -> Products<T> {
-        let x: [_; 3] = std::array::from_fn(|c| self.coordinate(c));
         let w = self.coordinate(3);
-        let times = |f: &Coefficients<T>, g: &Coefficients<T>| f.times(self.degree, g, self.degree);
-        let squares: [_; 3] = std::array::from_fn(|c| times(&x[c], &x[c]));
-        let mut sum = squares[0].values.clone();
+        let c = match self.unit_weights {
+            true => Coefficients::ones(),
+            false => w.times(self.degree, &w, self.degree),
+        };
+        Products {
+            degree: self.degree + self.degree,
+            a: self.square(&c),
+            b: std::array::from_fn(|k| self.coordinate(k).times(self.degree, &w, self.degree)),
+            c,
+            unit_weights: self.unit_weights,
+        }
+    }
+
+    /// `|X|^2`, given `w^2`.
+    pub(super) fn square(&self, c: &Coefficients<T>) -> Coefficients<T> {
+        let squares: [_; 3] = std::array::from_fn(|k| {
+            let x = self.coordinate(k);
+            x.times(self.degree, &x, self.degree)
+        });
+        let mut values = squares[0].values.clone();
         for s in &squares[1..] {
-            for (a, b) in sum.iter_mut().zip(&s.values) {
+            for (a, b) in values.iter_mut().zip(&s.values) {
                 *a = *a + *b;
             }
         }
         let size: f64 = squares.iter().map(|s| s.largest).sum();
         let error: f64 = squares.iter().map(|s| s.error).sum();
-        let c = if self.unit_weights {
-            Coefficients::ones()
-        } else {
-            times(&w, &w)
-        };
         // Two additions of parts no larger than `size`.
         let error = (error + 2.0 * T::UNIT * size) * (1.0 + 16.0 * f64::EPSILON);
-        // The computed ones are off by a few roundings, as are their quotients.
-        let over = |i: usize| c.values.get(i).map_or(1.0, |c| c.magnitude());
-        let parts = sum.iter().enumerate().map(|(i, a)| a.magnitude() / over(i));
-        let largest = parts.fold(0.0, f64::max) * (1.0 + 2.0 * c.error + 16.0 * f64::EPSILON);
-        Products {
-            degree: self.degree + self.degree,
-            a: Coefficients {
-                values: sum,
-                error,
-                largest: if largest < size { largest } else { size },
-                tiny: c.tiny,
-            },
-            b: std::array::from_fn(|c| times(&x[c], &w)),
-            c,
-            unit_weights: self.unit_weights,
-        }
+        Coefficients::summed(values, [error, size], c)
     }
 
     /// The control points of one side: of the curve at the start or the end of s (or of t).

@@ -40,6 +40,12 @@ impl<T: Real> Patch<T> {
         compose(&self.net, curve)
     }
 
+    /// See [`Products`]: those of the net, of a lower degree where it is turned.
+    pub(super) fn products(&self) -> Products<T> {
+        let turned = self.turned.as_ref().and_then(|t| t.products(&self.net));
+        turned.unwrap_or_else(|| self.net.products())
+    }
+
     /// Bytes that it takes, as large as its lists were reserved.
     pub(super) fn bytes(&self) -> usize {
         let turned = self.turned.as_ref().map_or(0, |t| {
@@ -633,7 +639,7 @@ impl<T: Real> Patches<T> {
     /// See [`Net::products`].
     pub(super) fn products(&self, index: usize) -> &Products<T> {
         let kept = self.kept(index);
-        let make = || Box::new(kept.patch.net.products());
+        let make = || Box::new(kept.patch.products());
         kept.products.get_or_init(make)
     }
 
