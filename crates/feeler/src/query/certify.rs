@@ -6,7 +6,7 @@
 //! one zero, it is within `rho = |K(p)| / (1 - e)` of `p`, and if the ball of that radius lies in the box there
 //! is one (Brouwer's theorem on `x -> x - K(x)`, which maps the ball into itself).
 
-use super::forms::{Forms, Stabber, contraction, parameter_slope, restrict};
+use super::forms::{Forms, Stabber, contraction, parameter_slope, restrict, restrict_planes};
 use super::hit_side::OnBorder;
 use super::zeros::{Digits, HitAt, Place, RawHit};
 use crate::numeric::{Ball, Dd, Real};
@@ -344,7 +344,7 @@ impl Zone {
         y: [[f64; 2]; 2],
     ) -> Option<Self> {
         let widths = [u[1] - u[0], v[1] - v[0]];
-        let near = restrict(at.root, u, v);
+        let near = restrict_planes(at.root, [u, v]);
         let scaled = [0, 1].map(|k: usize| y[k].map(|x| x / widths[k]));
         let mut turned: [Vec<T>; 2] = Default::default();
         let errors = [0, 1].map(|k| near.combine(scaled[k], &mut turned[k]));

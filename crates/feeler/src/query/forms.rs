@@ -5,6 +5,7 @@ use crate::numeric::bernstein::{Bidegree, greater, largest, lesser, split_error,
 use crate::numeric::{Ball, Dd, Real, TINY};
 use crate::prepare::{Net, Skewer};
 use nalgebra::{Point3, Vector3};
+use std::ops::Range;
 
 const UP: f64 = 1.0 + 64.0 * f64::EPSILON;
 
@@ -549,61 +550,87 @@ pub(super) fn parameter_slope<T: Real>(near: &Forms<T>, stab: &Stabber, about: f
 /// The forms over `[u] x [v]` of a root, by blossoming; each of the `degree` steps in each
 /// direction adds three roundings of numbers no larger than the largest coefficient.
 pub(super) fn restrict<T: Real>(root: &Forms<T>, u: [f64; 2], v: [f64; 2]) -> Forms<T> {
+    restrict_some(root, 0..4, [u, v])
+}
+
+/// Those that tell where zeros are, alone.
+pub(super) fn restrict_planes<T: Real>(root: &Forms<T>, at: [[f64; 2]; 2]) -> Forms<T> {
+    restrict_some(root, 0..2, at)
+}
+
+fn restrict_some<T: Real>(root: &Forms<T>, some: Range<usize>, [u, v]: [[f64; 2]; 2]) -> Forms<T> {
     let d = root.degree;
     let mut out = Forms {
         c: Default::default(),
         ..*root
     };
-    for k in 0..4 {
+    let mut room: [Vec<T>; 2] = Default::default();
+    for k in some {
         if root.c[k].is_empty() {
             continue;
         }
-        let c = restrict_along(&root.c[k], d, true, u);
         let size = largest(&root.c[k]);
         let steps = 3 * (d.u + d.v) + 2;
         // Past the border a step is no average but grows by 1 + 2 EXTENSION at most: less than twofold
         // over 50 steps.
         out.error[k] = 2.0 * (root.error[k] + steps as f64 * T::UNIT * size) * UP;
-        out.c[k] = restrict_along(&c, d, false, v);
+        out.c[k] = root.c[k].clone();
+        restrict_along(&mut out.c[k], d, (true, u), &mut room);
+        restrict_along(&mut out.c[k], d, (false, v), &mut room);
     }
     out.u = u;
     out.v = v;
     out
 }
 
-pub(super) fn restrict_along<T: Real>(c: &[T], d: Bidegree, along_u: bool, r: [f64; 2]) -> Vec<T> {
-    let mut out = c.to_vec();
-    let mut rows = c.to_vec();
+/// Coefficient `k` of `n` is the blossom at the first end (`n - k` times), then at the second (`k` times). `room` is for two more lists.
+fn restrict_along<T: Real>(
+    c: &mut [T],
+    d: Bidegree,
+    (along_u, r): (bool, [f64; 2]),
+    room: &mut [Vec<T>; 2],
+) {
     let width = d.v + 1;
     let count = if along_u { d.u } else { d.v };
-    for k in 0..=count {
-        rows.copy_from_slice(c);
-        for level in 0..count {
-            let x = T::from_f64(if level < count - k { r[0] } else { r[1] });
-            let y = T::ONE - x;
-            if along_u {
-                // Whole rows at once.
-                let used = (count - level) * width;
-                for at in 0..used {
-                    rows[at] = y * rows[at] + x * rows[at + width];
-                }
-            } else {
-                for row in rows.chunks_exact_mut(width) {
-                    for i in 0..count - level {
-                        row[i] = y * row[i] + x * row[i + 1];
-                    }
+    let [first, second] = r.map(T::from_f64);
+    // One step of all lines, of which so many coefficients are left.
+    let step = |lines: &mut [T], left: usize, x: T| {
+        let y = T::ONE - x;
+        if along_u {
+            // Whole rows at once.
+            for at in 0..left * width {
+                lines[at] = y * lines[at] + x * lines[at + width];
+            }
+        } else {
+            for row in lines.chunks_exact_mut(width) {
+                for i in 0..left {
+                    row[i] = y * row[i] + x * row[i + 1];
                 }
             }
         }
+    };
+    for list in room.iter_mut() {
+        list.clear();
+        list.extend_from_slice(c);
+    }
+    // After `n - k` steps at the first end; and some at the second.
+    let [begun, lines] = room;
+    for k in (0..=count).rev() {
+        lines.copy_from_slice(begun);
+        for left in (1..=k).rev() {
+            step(lines, left, second);
+        }
         if along_u {
-            out[k * width..(k + 1) * width].copy_from_slice(&rows[..width]);
+            c[k * width..(k + 1) * width].copy_from_slice(&lines[..width]);
         } else {
-            for (o, row) in out.chunks_exact_mut(width).zip(rows.chunks_exact(width)) {
+            for (o, row) in c.chunks_exact_mut(width).zip(lines.chunks_exact(width)) {
                 o[k] = row[0];
             }
         }
+        if k > 0 {
+            step(begun, k, first);
+        }
     }
-    out
 }
 
 #[cfg(test)]
