@@ -4,15 +4,15 @@ pub(super) mod boxes;
 
 use super::circle::{Span, Spans, degree, normalized, span_count};
 use super::compose::{compose, compose_bytes};
-use super::spline::{ArcPiece, BezierCurve, Blossom, curve_pieces, piece_count};
+use super::spline::{BezierCurve, Blossom, curve_pieces, piece_count};
 use super::turned::Turned;
 use super::{Box3, Homogeneous, Net, ParamMap, Products};
 use crate::numeric::bernstein::Bidegree;
 use crate::numeric::{Ball, Dd, Interval, Real};
 use crate::nurbs::{Curve3, KnotVector, NurbsSurface, Plane, Revolution, Surface};
 use nalgebra::{Point3, Vector3};
-use std::sync::OnceLock;
 use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::{Arc, OnceLock};
 
 /// A rational Bezier patch on the unit square, and the native parameters it covers.
 #[derive(Clone, Debug)]
@@ -48,10 +48,8 @@ impl<T: Real> Patch<T> {
 
     /// Bytes that it takes, as large as its lists were reserved.
     pub(super) fn bytes(&self) -> usize {
-        let turned = self.turned.as_ref().map_or(0, |t| {
-            let arc = t.arc.as_ref().map_or(0, |a| size_of_val(&**a));
-            size_of::<Turned<T>>() + t.profile.capacity() * size_of::<Homogeneous<T, 4>>() + arc
-        });
+        // (The piece of the profile is its source's.)
+        let turned = self.turned.as_ref().map_or(0, |t| size_of_val(&**t));
         size_of::<Self>() + self.net.bytes() + turned
     }
 
@@ -149,7 +147,8 @@ pub(crate) struct Turns<T> {
     turns: Spans,
     /// Those that patches have been made of.
     made: Box<[OnceLock<Box<Span<T>>>]>,
-    profile: Vec<BezierCurve<T, 4>>,
+    /// Patches made of them share them.
+    profile: Box<[Arc<BezierCurve<T, 4>>]>,
 }
 
 impl<T: Real> Source<T> {
@@ -175,7 +174,7 @@ impl<T: Real> Source<T> {
                     axis: unit_axis(s),
                     made: (0..turns.len()).map(|_| OnceLock::new()).collect(),
                     turns,
-                    profile: pieces(&s.profile),
+                    profile: pieces(&s.profile).into_iter().map(Arc::new).collect(),
                 }))
             }
             Surface::Sum(s) => Self::Sum {
@@ -197,7 +196,7 @@ impl<T: Real> Source<T> {
             }
             Self::Revolution(s) => {
                 let turns = (0..s.turns.len()).map(|k| map(s.turns.range(k))).collect();
-                let profile = of_pieces(&s.profile);
+                let profile = s.profile.iter().map(|p| p.map.clone()).collect();
                 if s.transposed {
                     [profile, turns]
                 } else {
@@ -261,7 +260,7 @@ impl<T: Real> Source<T> {
             Self::Revolution(s) => {
                 let piece = if s.transposed { i } else { j };
                 let points = s.profile[piece].points.len();
-                let own = size_of::<Turned<T>>() + size_of::<ArcPiece<T, 4>>() + points * point;
+                let own = size_of::<Turned<T>>();
                 let turn = degree::<T>() + 1;
                 let of_turn = size_of::<Span<T>>() + 2 * turn * size_of::<Ball<T>>();
                 net(turn * points) + own + of_turn
@@ -274,9 +273,8 @@ impl<T: Real> Source<T> {
     /// Bytes of its lists.
     fn bytes(&self) -> usize {
         let of_pieces = |pieces: &Vec<BezierCurve<T, 4>>| {
-            let points: usize = pieces.iter().map(|p| p.points.len()).sum();
-            pieces.capacity() * size_of::<BezierCurve<T, 4>>()
-                + points * size_of::<Homogeneous<T, 4>>()
+            let own = pieces.iter().map(BezierCurve::bytes);
+            pieces.capacity() * size_of::<BezierCurve<T, 4>>() + own.sum::<usize>()
         };
         match self {
             Self::Plane(_) => size_of::<Plane>(),
@@ -289,10 +287,12 @@ impl<T: Real> Source<T> {
                 let made = s.made.iter().filter_map(OnceLock::get);
                 let of_turn = |t: &Span<T>| (t.cos.len() + t.sin.len()) * size_of::<Ball<T>>();
                 let turns = made.map(|t| size_of::<Span<T>>() + of_turn(t));
+                let profile = s.profile.iter().map(|p| size_of_val(&**p) + p.bytes());
                 size_of_val(&**s)
                     + size_of_val(&*s.made)
                     + turns.sum::<usize>()
-                    + of_pieces(&s.profile)
+                    + size_of_val(&*s.profile)
+                    + profile.sum::<usize>()
             }
             Self::Sum { pieces, .. } => pieces.iter().map(of_pieces).sum(),
         }
@@ -368,8 +368,7 @@ impl<T: Real> Turns<T> {
                 angle: turn.angle,
                 origin: origin.coords.into(),
                 axis: *axis,
-                profile: points.clone(),
-                arc: piece.arc.clone(),
+                profile: Arc::clone(piece),
             })),
         }
     }

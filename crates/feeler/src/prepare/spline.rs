@@ -19,6 +19,14 @@ pub(crate) struct BezierCurve<T, const H: usize> {
     pub(crate) arc: Option<Box<ArcPiece<T, H>>>,
 }
 
+impl<T, const H: usize> BezierCurve<T, H> {
+    /// Bytes that it takes besides its own.
+    pub(super) fn bytes(&self) -> usize {
+        let arc = self.arc.as_ref().map_or(0, |a| size_of_val(&**a));
+        self.points.capacity() * size_of::<Homogeneous<T, H>>() + arc
+    }
+}
+
 /// `center + cos a x + sin a y`, homogeneous, the angle running linearly over the piece.
 #[derive(Clone, Debug)]
 pub(crate) struct ArcPiece<T, const H: usize> {

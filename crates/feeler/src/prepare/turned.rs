@@ -27,9 +27,10 @@
 use super::circle::{bernstein, next_row, row};
 use super::compose::{MAX_COMPOSED_DEGREE, Poly, Products, compose, compose_bytes};
 use super::net::Net;
-use super::spline::{ArcPiece, Homogeneous};
+use super::spline::{BezierCurve, Homogeneous};
 use crate::numeric::bernstein::Bidegree;
 use crate::numeric::{Ball, Dd, Real, sin_cos};
+use std::sync::Arc;
 
 /// How a patch of a surface of revolution is made of its profile and its angle.
 #[derive(Clone, Debug)]
@@ -41,10 +42,8 @@ pub(crate) struct Turned<T> {
     /// The axis: a point and the unit vector.
     pub(super) origin: [f64; 3],
     pub(super) axis: [Ball<T>; 3],
-    /// The profile over the patch, relative to the origin of space: control points...
-    pub(super) profile: Vec<Homogeneous<T, 4>>,
-    /// ...and what they stand for where it is an arc.
-    pub(super) arc: Option<Box<ArcPiece<T, 4>>>,
+    /// The profile over the patch, relative to the origin of space.
+    pub(super) profile: Arc<BezierCurve<T, 4>>,
 }
 
 /// Curves of more points are not taken: binomials are exact up to here.
@@ -244,13 +243,13 @@ impl<T: Real> Turned<T> {
             let course = Course::new(curve, c);
             course.is_some_and(|course| terms(&course, turn.magnitude(), unit).is_some())
         };
-        let arc = self.arc.as_ref();
+        let arc = self.profile.arc.as_ref();
         does(along, &self.angle[1]) && arc.is_none_or(|arc| does(1 - along, &arc.angle[1]))
     }
 
     /// The profile along a curve: homogeneous coordinates, each a polynomial.
     fn profile(&self, curve: &[Homogeneous<T, 3>], c: usize) -> Option<[Poly<T>; 4]> {
-        if let Some(arc) = &self.arc {
+        if let Some(arc) = &self.profile.arc {
             let [cos, sin] = cos_and_sin(&arc.angle, curve, c)?;
             return Some(std::array::from_fn(|i| {
                 let one = vec![arc.center[i]; cos.len()];
@@ -259,8 +258,8 @@ impl<T: Real> Turned<T> {
         }
         let along: Vec<Homogeneous<T, 3>> =
             curve.iter().map(|p| [p[c], Ball::ZERO, p[2]]).collect();
-        let u = self.profile.len() - 1;
-        let net = Net::new(Bidegree { u, v: 0 }, self.profile.clone(), [0.0; 3]);
+        let u = self.profile.points.len() - 1;
+        let net = Net::new(Bidegree { u, v: 0 }, self.profile.points.clone(), [0.0; 3]);
         let points = compose(&net, &along)?;
         Some(std::array::from_fn(|i| {
             points.iter().map(|p| p[i]).collect()
@@ -271,17 +270,17 @@ impl<T: Real> Turned<T> {
     pub(super) fn compose_bytes(&self, k: usize) -> usize {
         let series = MOST_TERMS[usize::from(T::UNIT < f64::UNIT)] as usize + 1;
         let line = Bidegree {
-            u: self.profile.len() - 1,
+            u: self.profile.points.len() - 1,
             v: 0,
         };
         // Of the profile along the curve: coefficients of a coordinate, and the work for them.
-        let (n, work) = if self.arc.is_some() {
+        let (n, work) = if self.profile.arc.is_some() {
             (series, 0)
         } else if k * line.u > MAX_COMPOSED_DEGREE {
             return 0;
         } else {
             let point = size_of::<Homogeneous<T, 4>>() + size_of::<[f64; 4]>();
-            let net = self.profile.len() * point;
+            let net = self.profile.points.len() * point;
             (k * line.u + 1, net + compose_bytes::<T>(line, k))
         };
         let ball = size_of::<Ball<T>>();

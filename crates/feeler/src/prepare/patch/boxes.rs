@@ -69,7 +69,10 @@ pub(crate) fn box_over(surface: &Surface, range: &[[f64; 2]; 2]) -> Option<Box3>
             let (u, v) = if s.transposed { (v, u) } else { (u, v) };
             let part = Turns {
                 turns: Spans::new(s.angle, s.angle_domain, u[0], u[1]),
-                profile: pieces_over(&s.profile, v),
+                profile: pieces_over(&s.profile, v)
+                    .into_iter()
+                    .map(Into::into)
+                    .collect(),
                 made: Box::default(),
                 origin: s.origin,
                 axis: unit_axis(s),
