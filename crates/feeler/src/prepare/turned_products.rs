@@ -38,16 +38,16 @@ impl<T: Real> Turned<T> {
         if !(size(d.map(|x| x.magnitude())) <= NEAR * reach) {
             return None;
         }
-        let line = self.along_profile(self.profile.len() - 1);
+        let line = self.along_profile(self.profile.points.len() - 1);
         // `|Q|^2` and `w^2` along the profile, and `X w`.
-        let (square, weight, b) = match &self.arc {
+        let (square, weight, b) = match &self.profile.arc {
             Some(_) => (
                 self.square_of_arc(&c)?,
                 Coefficients::ones(),
                 std::array::from_fn(|k| net.coordinate(k)),
             ),
             None => {
-                let q = self.profile.iter().map(|p| {
+                let q = self.profile.points.iter().map(|p| {
                     let q = |k: usize| p[k] - p[3] * c[k];
                     [q(0), q(1), q(2), p[3]]
                 });
@@ -61,7 +61,7 @@ impl<T: Real> Turned<T> {
                 (q.square(&weight), weight, [b(0), b(1), b(2)])
             }
         };
-        let degree = match &self.arc {
+        let degree = match &self.profile.arc {
             Some(_) => net.degree,
             None => net.degree + line,
         };
@@ -93,13 +93,13 @@ impl<T: Real> Turned<T> {
 
     /// `|P - c|^2` along an arc.
     fn square_of_arc(&self, c: &[Ball<T>; 3]) -> Option<Coefficients<T>> {
-        let arc = self.arc.as_ref()?;
+        let arc = self.profile.arc.as_ref()?;
         let squared = |x: &[Ball<T>; 3]| x[0].square() + x[1].square() + x[2].square();
         let [m, x] = [&arc.center, &arc.x].map(|p| [p[0], p[1], p[2]]);
         let to_center = std::array::from_fn(|k| m[k] - c[k]);
         let least = squared(&to_center) + squared(&x);
         let two = Ball::exact(2.0);
-        let points = self.profile.iter().map(|p| {
+        let points = self.profile.points.iter().map(|p| {
             let dot = (0..3).fold(Ball::ZERO, |s, k| s + to_center[k] * (p[k] - m[k]));
             [least + two * dot, Ball::ZERO, Ball::ZERO, Ball::ONE]
         });
