@@ -206,8 +206,8 @@ fn question_ball_joint_nurbs(bencher: Bencher, question: &str) {
     );
 }
 
-/// Balls that move over the wave in small steps, each asked from scratch or with what those before have learnt.
-fn path(bencher: Bencher, name: &str, warm: bool) {
+/// Balls that move over the wave, each asked from scratch or with what those before have learnt: to and fro on lines between some places, in so many steps each.
+fn path(bencher: Bencher, name: &str, steps: u32, warm: bool) {
     let brep = bicubic();
     let brep = PreparedBrep::new(brep);
     let options = Options {
@@ -215,12 +215,11 @@ fn path(bencher: Bencher, name: &str, warm: bool) {
         prediction: f64::INFINITY,
         ..Options::default()
     };
-    // To and fro on lines between some places, 100 steps each.
     let corners = over_the_wave();
     let places: Vec<Point3<f64>> = corners
         .windows(2)
-        .take(20)
-        .flat_map(|w| (0..100).map(|k| w[0] + (w[1] - w[0]) * (f64::from(k) / 100.0)))
+        .take((PLACES / steps) as usize)
+        .flat_map(|w| (0..steps).map(|k| w[0] + (w[1] - w[0]) * (f64::from(k) / f64::from(steps))))
         .collect();
     let mut workspace = Workspace::default();
     let mut witness = Witness::default();
@@ -242,12 +241,22 @@ fn path(bencher: Bencher, name: &str, warm: bool) {
     });
 }
 
+/// Each step is half a hundredth of the size or so, or half a thousandth.
+const STEPS: u32 = 100;
+const SLOW_STEPS: u32 = 1000;
+const PLACES: u32 = 2000;
+
 #[divan::bench(args = NAMES)]
 fn path_cold(bencher: Bencher, name: &str) {
-    path(bencher, name, false);
+    path(bencher, name, STEPS, false);
 }
 
 #[divan::bench(args = NAMES)]
 fn path_warm(bencher: Bencher, name: &str) {
-    path(bencher, name, true);
+    path(bencher, name, STEPS, true);
+}
+
+#[divan::bench(args = NAMES)]
+fn path_warm_slow(bencher: Bencher, name: &str) {
+    path(bencher, name, SLOW_STEPS, true);
 }
