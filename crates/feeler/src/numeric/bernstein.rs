@@ -225,55 +225,72 @@ pub(crate) fn border_into<T: Copy>(
 }
 
 /// Leaves the part of a polynomial over a range `[a, b]` of `[0, 1]`, along u or along v (de Casteljau's algorithm at `b`, then at `a / b`: The NURBS
-/// Book, 5.3 for the whole net). See [`part_error`] for what it is off.
+/// Book, 5.3 for the whole net). See [`part_error`] for what it is off. The range may end past `[0, 1]` by a little.
 pub fn keep_part<T: Real>(c: &mut [T], degree: Bidegree, along_u: bool, range: [f64; 2]) {
     let [a, b] = range;
-    let (count, width) = (if along_u { degree.u } else { degree.v }, degree.v + 1);
     // Each to its own digits: of a sum of two that are positive no part is lost, however unlike they are.
     let weights = |t: f64, of: f64| {
         let [t, of] = [t, of].map(T::from_f64);
-        ((of - t) / of, t / of)
+        [(of - t) / of, t / of]
     };
-    if b < 1.0 {
-        let (s, t) = weights(b, 1.0);
-        if along_u {
-            // Whole rows at once.
-            for k in 1..=count {
-                for i in (k..=count).rev() {
-                    let (low, high) = c[(i - 1) * width..(i + 1) * width].split_at_mut(width);
-                    low.iter().zip(high).for_each(|(x, y)| *y = s * *x + t * *y);
-                }
-            }
-        } else {
-            each_row(c, width, |row| {
-                for k in 1..row.len() {
-                    for i in (k..row.len()).rev() {
-                        row[i] = s * row[i - 1] + t * row[i];
-                    }
-                }
-            });
-        }
+    if a < 0.0 {
+        // At `a` first: what is past the border is small beside what is left then, as it may not be beside `b`.
+        keep_high(c, degree, along_u, weights(a, 1.0));
+        let [a, b] = [a, b].map(T::from_f64);
+        let of = T::ONE - a;
+        keep_low(c, degree, along_u, [(T::ONE - b) / of, (b - a) / of]);
+        return;
+    }
+    if b != 1.0 {
+        keep_low(c, degree, along_u, weights(b, 1.0));
     }
     if a > 0.0 {
-        let (s, t) = weights(a, b);
-        if along_u {
-            for k in 1..=count {
-                for i in 0..=count - k {
-                    let (low, high) = c[i * width..(i + 2) * width].split_at_mut(width);
-                    low.iter_mut()
-                        .zip(high)
-                        .for_each(|(x, y)| *x = s * *x + t * *y);
+        keep_high(c, degree, along_u, weights(a, b));
+    }
+}
+
+/// The part below a parameter, given the weights of the two that a step is of.
+fn keep_low<T: Real>(c: &mut [T], degree: Bidegree, along_u: bool, [s, t]: [T; 2]) {
+    let width = degree.v + 1;
+    if along_u {
+        // Whole rows at once.
+        for k in 1..=degree.u {
+            for i in (k..=degree.u).rev() {
+                let (low, high) = c[(i - 1) * width..(i + 1) * width].split_at_mut(width);
+                low.iter().zip(high).for_each(|(x, y)| *y = s * *x + t * *y);
+            }
+        }
+    } else {
+        each_row(c, width, |row| {
+            for k in 1..row.len() {
+                for i in (k..row.len()).rev() {
+                    row[i] = s * row[i - 1] + t * row[i];
                 }
             }
-        } else {
-            each_row(c, width, |row| {
-                for k in 1..row.len() {
-                    for i in 0..row.len() - k {
-                        row[i] = s * row[i] + t * row[i + 1];
-                    }
-                }
-            });
+        });
+    }
+}
+
+/// The part above it.
+fn keep_high<T: Real>(c: &mut [T], degree: Bidegree, along_u: bool, [s, t]: [T; 2]) {
+    let width = degree.v + 1;
+    if along_u {
+        for k in 1..=degree.u {
+            for i in 0..=degree.u - k {
+                let (low, high) = c[i * width..(i + 2) * width].split_at_mut(width);
+                low.iter_mut()
+                    .zip(high)
+                    .for_each(|(x, y)| *x = s * *x + t * *y);
+            }
         }
+    } else {
+        each_row(c, width, |row| {
+            for k in 1..row.len() {
+                for i in 0..row.len() - k {
+                    row[i] = s * row[i] + t * row[i + 1];
+                }
+            }
+        });
     }
 }
 
@@ -299,7 +316,9 @@ fn each_row<T>(c: &mut [T], width: usize, work: impl Fn(&mut [T])) {
 ///
 /// A step makes `s x + t y` of `t = a / b` and `s = (b - a) / b`, off by `DIV_UNIT` and `UNIT + DIV_UNIT` of themselves: with the roundings of the two
 /// products and the sum that is `DIV_UNIT + 3 UNIT` of `s |x| + t |y|` at most. So what bounds `x` and `y`, one number or positive numbers
-/// to which the same is done, is counted in those parts. Earlier errors are averaged. There are `degree` steps at each of both ends.
+/// to which the same is done, is counted in those parts. Earlier errors are averaged. There are `degree` steps at each of both ends. (Of the quotients over `1 - a` both parts
+/// may be off by a unit: four units and `DIV_UNIT` in all.) Of a range that ends past `[0, 1]` by up to `e` the two weights are `1 + 2 e` in size together, and so much more than this may
+/// be each step's errors, and what it makes of earlier ones.
 pub fn part_error<T: Real>(degree: Bidegree, along_u: bool, largest: f64, tiny: f64) -> f64 {
     let count = if along_u { degree.u } else { degree.v } as f64;
     let step = (4.0 * T::UNIT + 2.0 * T::DIV_UNIT) * largest * (1.0 + 64.0 * f64::EPSILON);
@@ -497,11 +516,23 @@ mod tests {
     #[test]
     fn parts_are_the_same_polynomial() {
         let x = sample(B, 4);
-        for range in [[0.0, 0.3], [0.6, 1.0], [0.1, 0.7], [0.0, 1.0]] {
+        const PAST: f64 = 1.0 / 1024.0;
+        let within = [[0.0, 0.3], [0.6, 1.0], [0.1, 0.7], [0.0, 1.0]];
+        // Narrow ranges about a border: steps far past what is left would lose all.
+        let past = [
+            [-PAST, 0.3],
+            [0.9, 1.0 + PAST],
+            [-PAST, 1.0 + PAST],
+            [-1e-6, 1e-6],
+            [-PAST, 1e-9],
+            [1.0 - 1e-6, 1.0 + 1e-6],
+        ];
+        for range in within.into_iter().chain(past) {
             for along_u in [true, false] {
                 let mut part = x.clone();
                 keep_part(&mut part, B, along_u, range);
-                let bound = part_error::<f64>(B, along_u, largest(&x), TINY);
+                let growth = (1.0 + 2.0 * PAST).powi(2 * B.u.max(B.v) as i32);
+                let bound = part_error::<f64>(B, along_u, largest(&x), TINY) * growth;
                 for (s, t) in [(0.0, 0.5), (0.25, 1.0), (0.75, 0.125)] {
                     let exact = |x: f64| Ball::<Dd>::exact(x);
                     let along = if along_u { s } else { t };

@@ -6,7 +6,7 @@
 //! one zero, it is within `rho = |K(p)| / (1 - e)` of `p`, and if the ball of that radius lies in the box there
 //! is one (Brouwer's theorem on `x -> x - K(x)`, which maps the ball into itself).
 
-use super::forms::{Forms, Stabber, contraction, parameter_slope, restrict, restrict_planes};
+use super::forms::{Forms, Stabber, contraction, parameter_slope, restrict, restrict_roughly};
 use super::hit_side::OnBorder;
 use super::zeros::{Digits, HitAt, Place, RawHit};
 use crate::numeric::{Ball, Dd, Real};
@@ -344,12 +344,23 @@ impl Zone {
         y: [[f64; 2]; 2],
     ) -> Option<Self> {
         let widths = [u[1] - u[0], v[1] - v[0]];
-        let near = restrict_planes(at.root, [u, v]);
         let scaled = [0, 1].map(|k: usize| y[k].map(|x| x / widths[k]));
-        let mut turned: [Vec<T>; 2] = Default::default();
-        let errors = [0, 1].map(|k| near.combine(scaled[k], &mut turned[k]));
-        let [first, second] = &turned;
-        let e = contraction([(first, errors[0]), (second, errors[1])], near.degree);
+        let turned = |near: &Forms<T>| {
+            let mut turned: [Vec<T>; 2] = Default::default();
+            let errors = [0, 1].map(|k| near.combine(scaled[k], &mut turned[k]));
+            (turned, errors)
+        };
+        let told = |turned: &[Vec<T>; 2], errors: [f64; 2]| {
+            let [first, second] = turned;
+            contraction([(first, errors[0]), (second, errors[1])], at.root.degree)
+        };
+        let (near, errors) = turned(&restrict_roughly(at.root, [u, v]));
+        let mut e = told(&near, errors);
+        if !(e < 1.0) && told(&near, [0.0; 2]) < 1.0 {
+            // Weights of very different sizes leave few digits to be lost.
+            let (near, errors) = turned(&restrict(at.root, u, v));
+            e = told(&near, errors);
+        }
         (e < 1.0).then_some(Self { u, v, scaled, e })
     }
 

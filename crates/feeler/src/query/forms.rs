@@ -1,11 +1,12 @@
 //! A line as the zero set of two linear forms, and what they are on patches and curves.
 
 use super::answer::{LineKind, LineProbe};
-use crate::numeric::bernstein::{Bidegree, greater, largest, lesser, split_error, split_off};
+use crate::numeric::bernstein::{
+    Bidegree, greater, keep_part, largest, lesser, part_error, split_error, split_off,
+};
 use crate::numeric::{Ball, Dd, Real, TINY};
 use crate::prepare::{Net, Skewer};
 use nalgebra::{Point3, Vector3};
-use std::ops::Range;
 
 const UP: f64 = 1.0 + 64.0 * f64::EPSILON;
 
@@ -550,22 +551,13 @@ pub(super) fn parameter_slope<T: Real>(near: &Forms<T>, stab: &Stabber, about: f
 /// The forms over `[u] x [v]` of a root, by blossoming; each of the `degree` steps in each
 /// direction adds three roundings of numbers no larger than the largest coefficient.
 pub(super) fn restrict<T: Real>(root: &Forms<T>, u: [f64; 2], v: [f64; 2]) -> Forms<T> {
-    restrict_some(root, 0..4, [u, v])
-}
-
-/// Those that tell where zeros are, alone.
-pub(super) fn restrict_planes<T: Real>(root: &Forms<T>, at: [[f64; 2]; 2]) -> Forms<T> {
-    restrict_some(root, 0..2, at)
-}
-
-fn restrict_some<T: Real>(root: &Forms<T>, some: Range<usize>, [u, v]: [[f64; 2]; 2]) -> Forms<T> {
     let d = root.degree;
     let mut out = Forms {
         c: Default::default(),
         ..*root
     };
     let mut room: [Vec<T>; 2] = Default::default();
-    for k in some {
+    for k in 0..4 {
         if root.c[k].is_empty() {
             continue;
         }
@@ -580,6 +572,27 @@ fn restrict_some<T: Real>(root: &Forms<T>, some: Range<usize>, [u, v]: [[f64; 2]
     }
     out.u = u;
     out.v = v;
+    out
+}
+
+/// The two that tell where zeros are, in far fewer steps, but known some times worse: for what hangs on the last digits of nothing.
+pub(super) fn restrict_roughly<T: Real>(root: &Forms<T>, [u, v]: [[f64; 2]; 2]) -> Forms<T> {
+    let mut out = Forms {
+        c: Default::default(),
+        u,
+        v,
+        ..*root
+    };
+    for k in 0..2 {
+        let mut c = root.c[k].clone();
+        let mut error = root.error[k];
+        for (along_u, range) in [(true, u), (false, v)] {
+            error += part_error::<T>(root.degree, along_u, largest(&root.c[k]), TINY);
+            keep_part(&mut c, root.degree, along_u, range);
+        }
+        // Past the border as above.
+        (out.c[k], out.error[k]) = (c, 2.0 * error * UP);
+    }
     out
 }
 
