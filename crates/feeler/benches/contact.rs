@@ -241,7 +241,7 @@ fn path(bencher: Bencher, name: &str, steps: u32, warm: bool) {
     });
 }
 
-/// Each step is half a hundredth of the size or so, or half a thousandth.
+/// Each step is about a third of a percent of the size, or a tenth of that.
 const STEPS: u32 = 100;
 const SLOW_STEPS: u32 = 1000;
 const PLACES: u32 = 2000;
