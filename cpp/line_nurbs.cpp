@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "line.hpp"
+#include "line_joint.hpp"
 #include "line_roots.hpp"
 #include "patch_curve.hpp"
 #include "roots.hpp"
@@ -95,14 +96,15 @@ struct Search {
     const Line& line;
     long& budget;
     LineAnswer& answer;
-    // Regions of surface uv in which a joint's root is the only one.
+    // A root at a joint of patches, as they see it.
     struct Joint {
-        std::array<Q, 4> unique;
-        PatchRoot root;
-        bool corner;  // of patches
-        std::size_t hit;
+        std::array<Q, 4> unique;  // of surface uv, in which it is the only one
+        std::vector<JointView> views;
+        std::optional<std::size_t> hit;
+        bool done = false;  // a hit, or not on the part of the line that counts, or open
     };
     std::vector<Joint> joints;
+    bool factored = false;  // the forms that are searched lack a factor that vanishes on a curve
 
     void patch(std::size_t i);
     // What the line has of whole curves of the face, and points of such.
@@ -112,6 +114,7 @@ struct Search {
     // f: on the patch; g: with the same common roots, or fewer.
     void root(const RationalBezierPatch& patch, const PatchLine& f, const PatchLine& g,
               const PatchRoot& root, const std::vector<int>& deflated);
+    void describe(const Joint& joint);
     bool in_face(const RationalBezierPatch& patch, const PatchLine& f, PatchLine& g);
     bool follow(const RationalBezierPatch& patch, const PatchLine& f, const PatchCurve& curve);
     void unite_runs(std::size_t first_hit);
@@ -253,21 +256,6 @@ void Search::pole(const RationalBezierPatch& patch, int s, const Q& t) {
     keep_hit(line, hit, answer);
 }
 
-// Whether two patches' views of a hit on their joint say the same of how the line meets the
-// surface:
-// - Simple roots of one orientation: the two halves of the map (F1, F2), each regular and both
-// equal on
-//   the joint, make a homeomorphism. (A crease may be touched from one side.)
-// - Multiple roots where the curve F = 0, F one of the two polynomials, passes the joint at an
-// angle,
-//   since F's derivative along the joint is not 0 (the same for both, up to a positive factor):
-//   the other polynomial's sign before and after, in one direction along the curve.
-bool agree(const PatchRoot& a, const PatchRoot& b, int axis, bool corner) {
-    if (a.multiplicity != b.multiplicity || a.orientation != b.orientation) return false;
-    if (a.multiplicity == 1) return true;
-    return !corner && axis != 2 && a.curve == b.curve && a.by_u == b.by_u && a.by_u == (axis == 1);
-}
-
 void Search::root(const RationalBezierPatch& patch, const PatchLine& f, const PatchLine& g,
                   const PatchRoot& root, const std::vector<int>& deflated) {
     auto local = exact_box(root.box);
@@ -324,21 +312,39 @@ void Search::root(const RationalBezierPatch& patch, const PatchLine& f, const Pa
             views.push_back(other);
         }
     }
-    for (const auto& view : views) {
-        if (!on_joint) break;
-        for (const auto& j : joints)
-            if (j.unique[0] <= view[0] && view[1] <= j.unique[1] && j.unique[2] <= view[2] &&
-                view[3] <= j.unique[3]) {
-                if (j.hit < answer.hits.size() && !agree(j.root, root, joint_axis, j.corner)) {
-                    LineHit& hit = answer.hits[j.hit];
-                    hit.multiplicity = 0;
-                    hit.transversal = hit.tangential = false;
-                }
-                return;
-            }
+    Joint* joint = nullptr;
+    if (on_joint) {
+        const auto holds = [&](const Joint& j) {
+            return std::any_of(views.begin(), views.end(), [&](const std::array<Q, 4>& view) {
+                return j.unique[0] <= view[0] && view[1] <= j.unique[1] && j.unique[2] <= view[2] &&
+                       view[3] <= j.unique[3];
+            });
+        };
+        const auto found = std::find_if(joints.begin(), joints.end(), holds);
+        if (found == joints.end()) {
+            joints.push_back({to_surface(patch, exact_box(root.unique)), {}, {}});
+            joint = &joints.back();
+        } else {
+            joint = &*found;
+        }
+        JointView view{root, joint_axis, false, {0, 0}};
+        if (joint_axis < 2) {
+            view.after = sign(local[std::size_t(2 * joint_axis)]) == 0;
+            // Without a factor that vanishes on a curve the forms are no longer those of the next
+            // patch.
+            if (!factored)
+                view.along = signs_along(joint_axis, g.p, g.q, g.f1, g.f2, root.box);
+        }
+        joint->views.push_back(std::move(view));
+        if (joint->done) {
+            if (joint->hit) describe(*joint);
+            return;
+        }
     }
+    // In the face where it is so by one of the views.
     const Where where = classify(patch, g, root, local, uv);
     if (where == Where::Outside) return;
+    if (joint) joint->done = true;
     if (where == Where::Unknown) {
         open(patch, f, root.box, "a hit on a loop, as far as can be told");
         answer.clear = false;
@@ -354,11 +360,25 @@ void Search::root(const RationalBezierPatch& patch, const PatchLine& f, const Pa
     hit.uv = {double_bounds(uv[0]).first, double_bounds(uv[2]).first};
     const std::size_t before = answer.hits.size();
     keep_hit(line, hit, answer);
-    if (on_joint) {
-        const std::size_t at =
-            answer.hits.size() > before ? before : std::size_t(-1);  // not on the line's part
-        joints.push_back({to_surface(patch, exact_box(root.unique)), root, joint_axis == 2, at});
+    if (joint && answer.hits.size() > before) {
+        joint->hit = before;
+        describe(*joint);
     }
+}
+
+// How the line meets the surface at a joint, as far as its patches have been looked at.
+void Search::describe(const Joint& joint) {
+    // Of one patch alone: at a border of the surface it counts as its polynomials go on.
+    if (joint.views.size() < 2) return;
+    LineHit& hit = answer.hits[*joint.hit];
+    const auto passed = passes(joint.views);
+    hit.transversal = passed == true;
+    hit.tangential = passed == false;
+    hit.multiplicity = joint.views[0].root.multiplicity;
+    for (const JointView& v : joint.views)
+        if (!passed || v.root.multiplicity != hit.multiplicity ||
+            (hit.multiplicity % 2 == 1) != *passed)
+            hit.multiplicity = 0;
 }
 
 bool Search::follow(const RationalBezierPatch& patch, const PatchLine& f, const PatchCurve& curve) {
@@ -541,6 +561,7 @@ void Search::patch(std::size_t i) {
             });
     };
     PatchRoots found = search();
+    factored = found.common_factor;
     if (found.common_factor && in_face(s, f, g)) found = search();
     if (found.common_factor) {
         answer.clear = false;
@@ -560,7 +581,7 @@ void Search::patch(std::size_t i) {
 
 void line_hits_nurbs(const PreparedFace& face, int index, const Line& line, long& budget,
                      LineAnswer& answer) {
-    Search search{face, index, line, budget, answer, {}, {}, {}};
+    Search search{face, index, line, budget, answer, {}, false, {}, {}};
     const std::size_t first_hit = answer.hits.size();
     for (std::size_t i = 0; i < face.patches.size(); ++i) search.patch(i);
     search.unite_runs(first_hit);

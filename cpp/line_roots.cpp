@@ -325,7 +325,6 @@ bool Tangencies::attempt(const Node& n, PatchRoots& found) {
             const bool odd = r.multiplicity % 2;
             root.orientation = r.sign * (odd && swapped ? -1 : 1) * (odd && second ? -1 : 1);
             root.curve = second ? 2 : 1;
-            root.by_u = !swapped;
             if (known(found, root.box)) continue;
             // Not told whether it is another box's.
             if (overlaps_settled(found, root.box)) return false;

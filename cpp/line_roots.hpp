@@ -29,10 +29,8 @@ struct PatchRoot {
     // is not 0.
     int orientation;
     int multiplicity = 1;
-    // Of a multiple root: the polynomial that makes the curve, 1 or 2, and whether its derivative
-    // by u, not that by v, is proven not to be 0.
+    // Of a multiple root: the polynomial that makes the curve, 1 or 2.
     int curve = 0;
-    bool by_u = false;
 };
 
 struct PatchRoots {

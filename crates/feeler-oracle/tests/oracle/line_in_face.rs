@@ -233,6 +233,70 @@ fn generators_and_seams_of_a_cylinder() {
     }
 }
 
+/// A line along the tangent of one of two patches at their joint: what the other is like there tells whether it touches the surface or passes it.
+#[test]
+fn what_is_touched_on_one_side_of_a_joint() {
+    // z over x from -1 to 1, in two pieces: -x^2 at one side, and these at the other.
+    for (other, passes) in [
+        ([1.0, 0.5], true),    // -x
+        ([-1.0, -0.5], false), // x
+        ([-1.0, 0.0], false),  // -x^2
+        ([1.0, 0.0], true),    // x^2
+    ] {
+        for mirrored in [false, true] {
+            let z = [other[0], other[1], 0.0, 0.0, -1.0];
+            let net = (0..5).flat_map(|i| {
+                let z = z[if mirrored { 4 - i } else { i }];
+                let x = 0.5 * i as f64 - 1.0;
+                [-1.0, 1.0].map(|y| Vector4::new(x, y, z, 1.0))
+            });
+            let knots = [
+                vec![0.0, 0.0, 0.0, 1.0, 1.0, 2.0, 2.0, 2.0],
+                vec![0.0, 0.0, 1.0, 1.0],
+            ];
+            let surface = NurbsSurface::new([2, 1], [5, 2], net.collect(), knots).unwrap();
+            let o = oracle(Surface::Nurbs(surface), None);
+            // As its forms are taken in either order.
+            for direction in [[1.0, 0.25, 0.0], [0.25, 1.0, 0.0], [-1.0, 0.5, 0.0]] {
+                let t = line(&o, [0.0, 0.25, 0.0], direction);
+                assert_eq!(t.hits.len(), 1, "{t:?}");
+                let h = &t.hits[0];
+                assert_eq!(
+                    (h.transversal, h.tangential),
+                    (passes, !passes),
+                    "{other:?} {mirrored} {direction:?}"
+                );
+            }
+        }
+    }
+}
+
+/// The same at a seam, of which one side is off the region by a hair: the surface goes on there.
+#[test]
+fn what_is_touched_at_a_seam_out_of_the_region() {
+    let tiny = 2f64.powi(-50);
+    let loops = || vec![polygon(&[[tiny, 0.0], [4.0, 0.0], [4.0, 1.0], [tiny, 1.0]])];
+    for (off, passes) in [(-2f64.powi(-40), false), (2f64.powi(-40), true)] {
+        let Surface::Nurbs(whole) = turned(false) else {
+            unreachable!()
+        };
+        let mut net = whole.control_net().to_vec();
+        // The last control points but one, in front of the tangent plane at the seam or behind it.
+        for p in &mut net[14..16] {
+            p.x += off;
+        }
+        let knots = [whole.knots_u(), whole.knots_v()].map(|k| k.knots().to_vec());
+        let surface = || NurbsSurface::new([2, 1], [9, 2], net.clone(), knots.clone()).unwrap();
+        for loops in [None, Some(loops())] {
+            let o = oracle(Surface::Nurbs(surface()), loops);
+            let t = line(&o, [5.0, 0.0, 0.5], [0.0, 1.0, 0.0]);
+            assert_eq!(t.hits.len(), if passes { 2 } else { 1 }, "{t:?}");
+            let at = t.hits.iter().find(|h| is_narrow_about(&h.t, 0.0)).unwrap();
+            assert_eq!((at.transversal, at.tangential), (passes, !passes), "{t:?}");
+        }
+    }
+}
+
 #[test]
 fn poles_and_generators_of_a_cone() {
     let o = oracle(turned(true), None);
