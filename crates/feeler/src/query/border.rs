@@ -25,7 +25,7 @@ pub(super) fn holds_zero(
     let Surface::Nurbs(surface) = surface else {
         return false;
     };
-    let flat = |k: &usize| vanishes(stab, surface, across, upper, *k) == Some(true);
+    let flat = |k: &usize| vanishes(stab, surface, (across, upper), *k);
     let Some(flat) = (0..2).find(flat) else {
         return false;
     };
@@ -45,37 +45,44 @@ pub(super) fn holds_zero(
     negative(low) && positive(high) || positive(low) && negative(high)
 }
 
-/// Whether a form is zero on all control points of a border of a surface; `None` where these do not make that border.
-fn vanishes(
+/// Whether a form is zero on all control points of a border of a surface, and these make the border.
+pub(super) fn vanishes(
     stab: &Stabber,
     surface: &NurbsSurface,
-    across: usize,
-    upper: bool,
+    border: (usize, bool),
     form: usize,
-) -> Option<bool> {
+) -> bool {
+    has_sign(stab, surface, border, 0, form, |sign| sign == 0)
+}
+
+/// Whether the signs of a form on the control points of a border of a surface, or so many rows from there, are as wanted; the surface must be clamped across it.
+pub(super) fn has_sign(
+    stab: &Stabber,
+    surface: &NurbsSurface,
+    (across, upper): (usize, bool),
+    inward: usize,
+    form: usize,
+    wanted: impl Fn(i32) -> bool,
+) -> bool {
     let knots = if across == 0 {
         surface.knots_u()
     } else {
         surface.knots_v()
     };
-    if !knots.is_clamped() {
-        return None;
-    }
-    let offset = offset(stab, form)?;
+    let Some(offset) = offset(stab, form).filter(|_| knots.is_clamped()) else {
+        return false;
+    };
     let [rows, width] = surface.counts();
     let count = if across == 0 { width } else { rows };
-    for i in 0..count {
+    (0..count).all(|i| {
         let index = match (across, upper) {
-            (0, false) => i,
-            (0, true) => (rows - 1) * width + i,
-            (_, false) => i * width,
-            (_, true) => i * width + width - 1,
+            (0, false) => inward * width + i,
+            (0, true) => (rows - 1 - inward) * width + i,
+            (_, false) => i * width + inward,
+            (_, true) => i * width + width - 1 - inward,
         };
-        if !is_zero(stab, form, &offset, &surface.control_net()[index])? {
-            return Some(false);
-        }
-    }
-    Some(true)
+        sign(stab, form, &offset, &surface.control_net()[index]).is_some_and(&wanted)
+    })
 }
 
 /// What a form is at the origin of space.
@@ -87,15 +94,15 @@ fn offset(stab: &Stabber, form: usize) -> Option<Dyadic> {
     })
 }
 
-/// Whether a form, given its offset, is zero on a homogeneous point.
-fn is_zero(stab: &Stabber, form: usize, offset: &Dyadic, point: &Vector4<f64>) -> Option<bool> {
+/// The sign of a form, given its offset, on a homogeneous point.
+fn sign(stab: &Stabber, form: usize, offset: &Dyadic, point: &Vector4<f64>) -> Option<i32> {
     let number = Dyadic::from_f64;
     let start = offset * &number(point.w)?;
     let value = (0..3).try_fold(start, |sum, c| {
         let part = &number(stab.normals[form][c])? * &number(point[c])?;
         Some(&sum + &part)
     })?;
-    Some(value.signum() == 0)
+    Some(value.signum())
 }
 
 /// Whether a corner of a surface, at the upper ends of its coordinates or not, is in the line.
@@ -107,7 +114,7 @@ pub(super) fn corner_in_line(stab: &Stabber, surface: &Surface, upper: [bool; 2]
     let row = if upper[0] { rows - 1 } else { 0 };
     let column = if upper[1] { width - 1 } else { 0 };
     let point = &surface.control_net()[row * width + column];
-    let vanishes = |k: usize| is_zero(stab, k, &offset(stab, k)?, point);
+    let sign = |k: usize| sign(stab, k, &offset(stab, k)?, point);
     let clamped = surface.knots_u().is_clamped() && surface.knots_v().is_clamped();
-    clamped && (0..2).all(|k| vanishes(k) == Some(true))
+    clamped && (0..2).all(|k| sign(k) == Some(0))
 }

@@ -76,6 +76,35 @@ pub(super) fn side_at(
     }
 }
 
+/// Where all of a parameter line is: on a border of the domain in the closed region where what is beside it is inside, on a seam where that is so on either side of it.
+pub(super) fn row_side(brep: &PreparedBrep, face: usize, across: usize, at: f64) -> BoxSide {
+    let region = brep.region(face);
+    let domain = region.domain();
+    let mut uv = domain.map(|d| [d.start, d.end]);
+    let mut side = |r: [f64; 2]| {
+        uv[across] = r;
+        region.classify_box(uv[0], uv[1])
+    };
+    let d = domain[across];
+    let here = side([at; 2]);
+    if here == BoxSide::Inside || (at != d.start && at != d.end) {
+        return here;
+    }
+    let is_seam = brep.meets_itself(face, across == 0);
+    let ends = [d.start, d.end];
+    let mut copies = ends.iter().filter(|end| is_seam || **end == at);
+    if copies
+        .clone()
+        .any(|end| side(beside(region, (across, *end))) == BoxSide::Inside)
+    {
+        BoxSide::Inside
+    } else if copies.all(|end| side([*end; 2]) == BoxSide::Outside) {
+        BoxSide::Outside
+    } else {
+        BoxSide::Mixed
+    }
+}
+
 /// Where a point is that is exactly on the seam across a coordinate, given the other and whether that is surely on its patch: in the region where it is on either side of the seam.
 fn side_on_seam(region: &TrimRegion, across: usize, along: (Ball<Dd>, bool)) -> BoxSide {
     let domain = region.domain()[across];
@@ -124,13 +153,7 @@ fn side_on_border(
     (across, end): (usize, f64),
     (along, on_patch): (Ball<Dd>, bool),
 ) -> Option<Side> {
-    let domain = region.domain()[across];
-    let width = BESIDE_SEAM * domain.length();
-    let beside = if end == domain.start {
-        [end, end + width]
-    } else {
-        [end - width, end]
-    };
+    let beside = beside(region, (across, end));
     let (mut uv, mut b) = ([along; 2], [[along.lower(), along.upper()]; 2]);
     (uv[across], b[across]) = (Ball::exact(end), beside);
     // A loop that runs along the border leaves what is beside it inside.
@@ -139,6 +162,17 @@ fn side_on_border(
         BoxSide::Outside => Some(Side::Outside),
         BoxSide::Mixed if on_patch => region.side_of_ball(uv),
         BoxSide::Mixed => None,
+    }
+}
+
+/// A narrow range of a coordinate beside an end of the domain, within it.
+fn beside(region: &TrimRegion, (across, end): (usize, f64)) -> [f64; 2] {
+    let domain = region.domain()[across];
+    let width = BESIDE_SEAM * domain.length();
+    if end == domain.start {
+        [end, end + width]
+    } else {
+        [end - width, end]
     }
 }
 

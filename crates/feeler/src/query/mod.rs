@@ -14,6 +14,7 @@ mod continuum;
 mod foothold;
 mod forms;
 mod front;
+mod grazes;
 mod hit_side;
 mod inside;
 mod joints;

@@ -11,6 +11,7 @@
 //! all that is about it. There the point is on a border of the face, and the `M_k` have no common zero there: the line is along no direction of the face, it is not tangent.
 
 use super::forms::{Forms, Stabber, restrict};
+use super::hit_side::row_side;
 use super::zeros::{HitAt, RawHit};
 use crate::numeric::bernstein::{Bidegree, split_off};
 use crate::numeric::{Ball, Dd};
@@ -108,9 +109,7 @@ impl Rows {
             return None;
         }
         // All of the row is in the region, or none of it.
-        let mut uv = domain.map(|d| [d.start, d.end]);
-        uv[across] = [at; 2];
-        let side = brep.region(face).classify_box(uv[0], uv[1]);
+        let side = row_side(brep, face, across, at);
         if side == BoxSide::Mixed {
             return None;
         }
@@ -178,7 +177,9 @@ fn place(root: &Forms<f64>, across: usize) -> Option<f64> {
         let small = |x: &f64| x.abs() <= NEXT_TO_NOTHING * largest;
         row.c[..2].iter().flatten().all(small)
     };
-    zeros_of(column).into_iter().find(is_row)
+    // Borders first: a zero there may be double, and is then told from its neighbours by no digits.
+    let ends = [0.0, 1.0].into_iter().find(is_row);
+    ends.or_else(|| zeros_of(column).into_iter().find(is_row))
 }
 
 /// Where a polynomial may have zeros from 0 to 1, to [`CLOSE`]: no more than its degree are told. Of what is told nothing is believed.

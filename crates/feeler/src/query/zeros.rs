@@ -19,7 +19,7 @@ use super::hit_side::side_at;
 use super::plain_zero::{Told, Whole, plainly, whole_patch};
 use super::rows::Rows;
 use super::whole_faces::{closed_hits, polygon_hits};
-use super::{joints, poles};
+use super::{grazes, joints, poles};
 use crate::numeric::{Ball, Dd, Real};
 use crate::prepare::closed::V3;
 use crate::prepare::{Meeting, Net, PreparedBrep};
@@ -97,6 +97,10 @@ impl RawHit {
         matches!(self.at, HitAt::Patch { .. }) && self.exact.is_some()
     }
 
+    fn is_on_patch(&self, index: usize) -> bool {
+        matches!(self.at, HitAt::Patch { patch, .. } if patch == index)
+    }
+
     /// Whether the line surely meets the face there, within its range.
     pub(super) fn is_certain(&self, stab: &Stabber) -> bool {
         // What is known exactly was cut to the range.
@@ -150,10 +154,13 @@ fn patches_hits(
     (rows, out): (&mut Rows, &mut FaceHits),
 ) {
     let geometry = brep.double(face);
+    // Patches that are known with one before them.
+    let mut settled: Vec<usize> = Vec::new();
     for index in 0..geometry.patches.len() {
         if geometry.patch_boxes()[index]
             .as_ref()
             .is_some_and(|b| !stab.meets(b))
+            || settled.contains(&index)
         {
             continue;
         }
@@ -193,6 +200,17 @@ fn patches_hits(
         if out.open.len() > before.1 {
             out.hits.truncate(before.0);
             out.open.truncate(before.1);
+            if let Some(graze) = grazes::settle(brep, stab, (face, index), &root) {
+                if let Some(mate) = graze.mate {
+                    out.hits.retain(|h| !h.is_on_patch(mate));
+                    out.open.retain(|o| o.0 != mate);
+                    settled.push(mate);
+                }
+                if let Some((hit, side)) = graze.hit {
+                    accept(stab, hit, side, out);
+                }
+                continue;
+            }
             let starts = match rows.leave_out(brep, stab, (face, index), &root, budget) {
                 Some(rest) => rest.iter().map(|b| restrict(&root, b[0], b[1])).collect(),
                 None => vec![root.clone()],

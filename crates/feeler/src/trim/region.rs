@@ -445,7 +445,7 @@ impl TrimRegion {
     }
 
     /// Where the closed box `[u[0], u[1]] x [v[0], v[1]]` lies. Conservative: `Inside` and `Outside` are
-    /// proven; `Mixed` where a loop meets the box (other than along the border of the domain, for `Inside`), or
+    /// proven; `Mixed` where a loop meets the box (other than along the border of the domain or beyond it, for `Inside`), or
     /// comes as close as f64 can tell.
     pub fn classify_box(&self, u: [f64; 2], v: [f64; 2]) -> BoxSide {
         let [du, dv] = self.domain;
@@ -504,12 +504,10 @@ impl TrimRegion {
         }
     }
 
-    /// Whether a part runs exactly along one side of the domain.
+    /// Whether a part is nowhere within the open domain: it runs along a side of it, or beyond one.
     fn is_on_border(&self, part: &Part) -> bool {
         (0..2).any(|i| {
-            let [lo, hi] = part.hull[i];
-            let d = self.domain[i];
-            part.trends[i] == Trend::Flat && lo == hi && (lo == d.start || lo == d.end)
+            part.hull[i][0] >= self.domain[i].end || part.hull[i][1] <= self.domain[i].start
         })
     }
 }

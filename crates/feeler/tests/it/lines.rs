@@ -539,6 +539,77 @@ fn a_line_through_a_seam_between_trims_that_bulge() {
                 assert_eq!(at_seam.count(), count, "{low:e} {high:e} {d:?}");
                 assert_eq!(answer.crossings, Some(answer.hits.len()));
             }
+            // In the plane that is tangent there.
+            for d in [[0.0, 1.0, 0.0], [0.0, -2.0, 0.0], [0.0, 1.0, 0.5]] {
+                let answer = ask(&brep, [1.0, -d[1], 0.25 - d[2]], d);
+                assert_eq!(answer.undecided, None, "{low:e} {high:e} {d:?}");
+                let at: Vec<_> = answer
+                    .hits
+                    .iter()
+                    .map(|h| (h.t.value, h.tangential))
+                    .collect();
+                assert_eq!(at, vec![(1.0, true); count], "{low:e} {high:e} {d:?}");
+                assert_eq!(answer.crossings, Some(0));
+            }
+            // Along the seam, which ends where the trims do; in a gap these points are all there is.
+            if count > 0 {
+                let answer = ask(&brep, [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]);
+                assert_eq!(answer.undecided, None, "{low:e} {high:e}");
+                let [run] = &answer.hits[..] else {
+                    panic!("{low:e} {high:e} {:?}", answer.hits);
+                };
+                let end = run.t_end.map(|t| t.value);
+                assert_eq!((run.t.value, end), (-1.0, Some(1.0)));
+            }
+        }
+    }
+}
+
+/// Walls that are closed in themselves, whose first and last parts leave the plane x = 0 at the seam as parabolas, or as lines that are all but in it: a line in the plane
+/// touches where both are on one side of it, and else passes.
+#[test]
+fn a_line_in_the_tangent_plane_of_a_seam() {
+    let hair = 0.5f64.powi(51);
+    for (first, last) in [
+        ([0.0, -1.0], [-1.0, 0.0]),
+        ([0.0, -1.0], [1.0, 0.0]),
+        ([0.0, 1.0], [-1.0, -hair]),
+        ([-hair, -1.0], [-1.0, 0.0]),
+        ([-hair, -1.0], [1.0, hair]),
+        ([hair, 1.0], [1.0, hair]),
+    ] {
+        let passes = first[1] != last[0];
+        // Beyond both parts, the rest meets the line where these end on either side of it.
+        let wall = [
+            [0.0, 0.0],
+            [first[0], 1.0],
+            [first[1], 2.0],
+            [if passes { 8.0 } else { 8.0 * first[1] }, 0.0],
+            [last[0], -2.0],
+            [last[1], -1.0],
+            [0.0, 0.0],
+        ];
+        let net = wall
+            .iter()
+            .flat_map(|[x, y]| [0.0, 1.0].map(|z| Vector4::new(*x, *y, z, 1.0)));
+        let around = vec![0.0, 0.0, 0.0, 1.0, 1.0, 2.0, 2.0, 3.0, 3.0, 3.0];
+        let knots = [around, vec![0.0, 0.0, 1.0, 1.0]];
+        let surface = NurbsSurface::new([2, 1], [7, 2], net.collect(), knots).unwrap();
+        let brep = PreparedBrep::new(Brep::from_surface(Surface::Nurbs(surface)).unwrap());
+        for d in [[0.0, 1.0, 0.0], [0.0, 1.0, 0.125], [0.0, -0.5, -0.0625]] {
+            let answer = ask(&brep, [-d[0], -d[1], 0.375 - d[2]], d);
+            let what = format!("{first:?} {last:?} {d:?} {answer:?}");
+            assert_eq!(answer.undecided, None, "{what}");
+            let at_seam = answer.hits.iter().filter(|h| h.point.y.abs() < 0.5);
+            let at_seam: Vec<_> = at_seam.map(|h| (h.t.value, h.tangential)).collect();
+            assert_eq!(at_seam, [(1.0, !passes)], "{what}");
+            let crossings = if passes { 2 } else { 0 };
+            let own = answer.hits.iter().filter(|h| !h.tangential).count();
+            assert_eq!(
+                (own, answer.crossings),
+                (crossings, Some(crossings)),
+                "{what}"
+            );
         }
     }
 }

@@ -184,6 +184,36 @@ fn boxes_that_touch_a_rectangle() {
     assert_eq!(wide.classify_box([4.0, 5.0], [1.0, 2.0]), BoxSide::Mixed);
 }
 
+/// A loop that goes on beyond a border of the domain leaves boxes at it inside; one that ends short of it, by as little, does not.
+#[test]
+fn boxes_at_a_border_that_a_loop_goes_beyond() {
+    for off in [0.5f64.powi(49), 0.5f64.powi(20), 1.0] {
+        for (off, inside) in [(off, true), (-off, false)] {
+            let corners = [
+                [0.0, 0.0],
+                [4.0, 0.0],
+                [4.0 + off, 2.0],
+                [4.0, 4.0],
+                [0.0, 4.0],
+            ];
+            let region = TrimRegion::new(
+                &face([0.0, 4.0, 0.0, 4.0], Some(vec![polygon(&corners)])),
+                0,
+            );
+            let near = 4.0 - 0.5f64.powi(40);
+            for (u, v) in [
+                ([near, 4.0], [1.0, 1.25]),
+                ([near, 4.0], [1.5, 2.5]),
+                ([near, 4.0], [0.0, 4.0]),
+                ([near, 5.0], [1.0, 1.25]),
+            ] {
+                let side = region.classify_box(u, v);
+                assert_eq!(side == BoxSide::Inside, inside, "{off} {u:?} {v:?}");
+            }
+        }
+    }
+}
+
 /// The same along the border for a loop that is no rectangle: a box with a side on it is inside, one across a loop's other side is not.
 #[test]
 fn boxes_along_the_border_of_the_domain() {
