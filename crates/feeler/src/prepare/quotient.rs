@@ -1,5 +1,6 @@
 //! Functions on a patch as quotients of polynomials.
 
+use super::net::Coefficients;
 use super::{Net, Products};
 use crate::numeric::bernstein::{Bidegree, lesser};
 use crate::numeric::{Ball, Dd, Real};
@@ -132,21 +133,30 @@ impl<T: Real> Arm<T> {
     fn new(q: &Point3<f64>, net: &Net<T>, products: &Products<T>) -> Self {
         let q: [Ball<T>; 3] = std::array::from_fn(|c| Ball::difference(q[c], net.origin[c]));
         let q2 = q[0].square() + q[1].square() + q[2].square();
-        let c = &products.c;
-        let most = q2.magnitude();
-        let mut size = products.a.largest + most * c.largest;
-        let mut error = products.a.error + most * c.error + q2.rad * c.largest;
-        for (q, b) in q.iter().zip(&products.b) {
-            let most = q.magnitude();
-            size += 2.0 * most * b.largest;
-            error += 2.0 * (most * b.error + q.rad * b.largest);
-        }
-        Self {
-            q,
-            q2,
-            n_error: (error + 8.0 * (T::UNIT * size + products.c.tiny)) * BOUND_UP,
-        }
+        let Products { a, b, c, .. } = products;
+        let [n_error, _] = sum_bounds((&q, &q2), a, b, c);
+        Self { q, q2, n_error }
     }
+}
+
+/// What a sum or difference of `a`, `2 q.b` and `|q|^2 c` may be off, and how large its parts are together, given `q` and `|q|^2`: each coefficient inherits what its parts are off, and
+/// takes at most eight roundings of parts no larger than the sum of the parts' largest.
+pub(super) fn sum_bounds<T: Real>(
+    (q, q2): (&[Ball<T>; 3], &Ball<T>),
+    a: &Coefficients<T>,
+    b: &[Coefficients<T>; 3],
+    c: &Coefficients<T>,
+) -> [f64; 2] {
+    let most = q2.magnitude();
+    let mut size = a.largest + most * c.largest;
+    let mut error = a.error + most * c.error + q2.rad * c.largest;
+    for (q, b) in q.iter().zip(b) {
+        let most = q.magnitude();
+        size += 2.0 * most * b.largest;
+        error += 2.0 * (most * b.error + q.rad * b.largest);
+    }
+    let error = (error + 8.0 * (T::UNIT * size + c.tiny)) * BOUND_UP;
+    [error, size]
 }
 
 /// A lower bound of `|S - q|^2` on a net whose weights are 1, by the coefficients that [`Quotient::squared_distance`] has, without keeping them.

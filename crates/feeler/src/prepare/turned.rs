@@ -341,7 +341,7 @@ impl<T: Real> Turned<T> {
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use super::super::patch::surface_patches;
     use super::super::{Patch, curve_jet, restrict};
     use super::*;
@@ -361,7 +361,7 @@ mod tests {
         (*seed >> 11) as f64 / (1u64 << 53) as f64
     }
 
-    fn revolution(profile: Curve3, transposed: bool) -> Surface {
+    pub(in super::super) fn revolution(profile: Curve3, transposed: bool) -> Surface {
         let whole = Interval {
             start: 0.0,
             end: std::f64::consts::TAU,
@@ -379,7 +379,7 @@ mod tests {
         })
     }
 
-    fn line() -> Curve3 {
+    pub(in super::super) fn line() -> Curve3 {
         Curve3::Line(Line {
             from: Point3::new(2.0, 0.0, 0.5),
             to: Point3::new(2.5, 0.25, 4.0),
@@ -390,7 +390,7 @@ mod tests {
         })
     }
 
-    fn arc() -> Curve3 {
+    pub(in super::super) fn arc() -> Curve3 {
         let angle = Interval {
             start: 0.25,
             end: 1.75,

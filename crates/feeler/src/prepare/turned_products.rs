@@ -16,6 +16,7 @@
 //! The sums cancel what is as large as `|d|^2`, so they are used where the axis is near (see [`NEAR`]): else the general products have more digits.
 
 use super::net::{Coefficients, Net, Products};
+use super::quotient::sum_bounds;
 use super::spline::Homogeneous;
 use super::turned::Turned;
 use crate::numeric::bernstein::Bidegree;
@@ -24,9 +25,6 @@ use crate::numeric::{Ball, Real};
 /// The axis is near where it is no farther from the net's zero than this times the net's size, in the largest coordinate of each: a whole turn is cut into spans of 22.5
 /// degrees, so it is up to nine times where the profile is short. What is lost then is a few bits.
 const NEAR: f64 = 16.0;
-/// A bound that is off by a few roundings.
-const UP: f64 = 1.0 + 32.0 * f64::EPSILON;
-
 impl<T: Real> Turned<T> {
     /// The products of the patch's net; none where the axis is far from it.
     pub(super) fn products(&self, net: &Net<T>) -> Option<Products<T>> {
@@ -121,7 +119,7 @@ impl<T: Real> Turned<T> {
     }
 }
 
-/// `a - |d|^2 c + 2 d.b`. Each coefficient is off by what it inherits and at most eight roundings of parts no larger than the sum of the parts' largest.
+/// `a - |d|^2 c + 2 d.b`.
 fn about<T: Real>(
     d: &[Ball<T>; 3],
     a: Coefficients<T>,
@@ -129,14 +127,7 @@ fn about<T: Real>(
     c: &Coefficients<T>,
 ) -> Coefficients<T> {
     let square = d[0].square() + d[1].square() + d[2].square();
-    let most = square.magnitude();
-    let mut size = a.largest + most * c.largest;
-    let mut error = a.error + most * c.error + square.rad * c.largest;
-    for (d, b) in d.iter().zip(b) {
-        let most = d.magnitude();
-        size += 2.0 * most * b.largest;
-        error += 2.0 * (most * b.error + d.rad * b.largest);
-    }
+    let bounds = sum_bounds((d, &square), &a, b, c);
     let two = T::from_f64(2.0);
     let of = |k: usize| c.values.get(k).copied().unwrap_or(T::ONE);
     let sum = a.values.iter().enumerate().map(|(k, a)| {
@@ -145,38 +136,21 @@ fn about<T: Real>(
         *a - square.mid * of(k) + two * along
     });
     let values: Vec<T> = sum.collect();
-    let error = (error + 8.0 * (T::UNIT * size + c.tiny)) * UP;
-    Coefficients::summed(values, [error, size], c)
+    Coefficients::summed(values, bounds, c)
 }
 
 #[cfg(test)]
 mod tests {
     use super::super::Quotient;
     use super::super::patch::{Patch, surface_patches};
+    use super::super::turned::tests::{arc, line, revolution};
     use super::*;
     use crate::numeric::{Dd, Interval};
-    use crate::nurbs::{Arc, Curve3, Line, NurbsCurve, Revolution, Surface};
-    use nalgebra::{Point3, Vector3, Vector4};
-    use std::f64::consts::TAU;
-
-    fn interval(start: f64, end: f64) -> Interval {
-        Interval { start, end }
-    }
+    use crate::nurbs::{Curve3, Line, NurbsCurve, Surface};
+    use nalgebra::{Point3, Vector4};
 
     /// A segment, an arc, a cubic, and one with weights.
-    fn profiles() -> Vec<Curve3> {
-        let angle = interval(0.25, 1.75);
-        let arc = Arc {
-            center: Point3::new(3.0, 0.5, 0.5),
-            x: Vector3::x(),
-            y: Vector3::z(),
-            z: -Vector3::y(),
-            radius: 0.75,
-            angle,
-            domain: angle,
-        };
-        let ends = [Point3::new(2.0, 0.0, 0.5), Point3::new(2.5, 0.25, 4.0)];
-        let line = Line::new(ends[0], ends[1], interval(0.0, 1.0)).unwrap();
+    fn profiles() -> [Curve3; 4] {
         let cubic = |weights: [f64; 4]| {
             let points = [[2.0, 0.0], [3.0, 1.0], [1.5, 1.5], [2.5, 3.0]];
             let points = points.iter().zip(weights);
@@ -184,20 +158,17 @@ mod tests {
             let knots = vec![0.0, 0.0, 0.0, 0.0, 1.0, 1.0, 1.0, 1.0];
             Curve3::Nurbs(NurbsCurve::new(3, points.collect(), knots).unwrap())
         };
-        let plain = cubic([1.0; 4]);
-        let weighted = cubic([1.0, 0.5, 8.0, 2.0]);
-        vec![Curve3::Line(line), Curve3::Arc(arc), plain, weighted]
+        let weights = [1.0, 0.5, 8.0, 2.0];
+        [line(), arc(), cubic([1.0; 4]), cubic(weights)]
     }
 
-    fn revolution(profile: &Curve3, transposed: bool) -> Surface {
-        Surface::Revolution(Revolution {
-            profile: profile.clone(),
-            origin: Point3::new(0.1, -0.2, -40.0),
-            axis: Vector3::new(0.0, 0.06, 0.8),
-            angle: interval(0.0, TAU),
-            angle_domain: interval(-1.0, 3.0),
-            transposed,
-        })
+    /// With the stored point of the axis some way off.
+    fn far_along(profile: &Curve3, transposed: bool) -> Surface {
+        let mut surface = revolution(profile.clone(), transposed);
+        if let Surface::Revolution(s) = &mut surface {
+            s.origin -= s.axis * 50.0;
+        }
+        surface
     }
 
     /// The value of a polynomial and what its derivatives along u and v are.
@@ -246,7 +217,7 @@ mod tests {
     #[test]
     fn they_hold_the_distance_and_its_slopes() {
         for (profile, transposed) in profiles().iter().flat_map(|p| [(p, false), (p, true)]) {
-            let surface = revolution(profile, transposed);
+            let surface = far_along(profile, transposed);
             let fine = surface_patches::<Dd>(&surface);
             for (k, coarse) in surface_patches::<f64>(&surface).iter().enumerate() {
                 let net = &coarse.net;
@@ -305,13 +276,20 @@ mod tests {
     /// A patch of a millionth of the radius: what would cancel is far above it.
     #[test]
     fn next_to_a_far_axis_there_are_none() {
-        let ends = [Point3::new(2.0, 0.0, 0.5), Point3::new(2.0, 0.0, 0.500001)];
-        let line = Line::new(ends[0], ends[1], interval(0.0, 1.0)).unwrap();
-        let Surface::Revolution(mut s) = revolution(&Curve3::Line(line), false) else {
-            panic!("a revolution");
+        const NARROW: f64 = 1e-6;
+        let ends = [0.5, 0.5 + NARROW].map(|z| Point3::new(2.0, 0.0, z));
+        let domain = Interval {
+            start: 0.0,
+            end: NARROW,
         };
-        s.angle = interval(0.0, 1e-6);
-        for patch in surface_patches::<f64>(&Surface::Revolution(s)) {
+        let short = Line::new(ends[0], ends[1], domain).unwrap();
+        let mut surface = revolution(Curve3::Line(short), false);
+        if let Surface::Revolution(s) = &mut surface {
+            s.angle = domain;
+        }
+        let patches = surface_patches::<f64>(&surface);
+        assert!(!patches.is_empty());
+        for patch in patches {
             let turned = patch.turned.as_ref().expect("a revolution's");
             assert!(turned.products(&patch.net).is_none());
         }
