@@ -518,14 +518,15 @@ mod tests {
         let x = sample(B, 4);
         const PAST: f64 = 1.0 / 1024.0;
         let within = [[0.0, 0.3], [0.6, 1.0], [0.1, 0.7], [0.0, 1.0]];
-        // Narrow ranges about a border: steps far past what is left would lose all.
+        /// Ranges about a border, in which steps far past what is left would lose all.
+        const NARROW: f64 = 1.0 / (1u64 << 20) as f64;
         let past = [
             [-PAST, 0.3],
             [0.9, 1.0 + PAST],
             [-PAST, 1.0 + PAST],
-            [-1e-6, 1e-6],
-            [-PAST, 1e-9],
-            [1.0 - 1e-6, 1.0 + 1e-6],
+            [-NARROW, NARROW],
+            [-PAST, NARROW * NARROW],
+            [1.0 - NARROW, 1.0 + NARROW],
         ];
         for range in within.into_iter().chain(past) {
             for along_u in [true, false] {

@@ -112,7 +112,7 @@ pub(super) fn settle(
                 let mate = (0..patches.len()).find(is_mate)?;
                 let beyond = flank(mate, !upper)?;
                 // It is the same polynomial there, up to a factor, and has the same zero.
-                let place = |patch: usize, upper: bool| Place {
+                let place = |patch: usize, upper: bool| PatchSide {
                     face,
                     patch,
                     across,
@@ -310,15 +310,15 @@ fn zero_of(f: impl Fn(Dd) -> Ball<Dd>, rising: i32) -> Option<Ball<Dd>> {
     None
 }
 
-/// Where a zero of one patch is, and how far from there it may be.
-struct Place {
+/// The side of a patch that is on the seam: across which coordinate, and at which end of it.
+struct PatchSide {
     face: usize,
     patch: usize,
     across: usize,
     upper: bool,
 }
 
-impl Place {
+impl PatchSide {
     fn local(&self, zero: &Zero) -> [Ball<Dd>; 2] {
         let mut local = [zero.at; 2];
         local[self.across] = if self.upper { Ball::ONE } else { Ball::ZERO };
