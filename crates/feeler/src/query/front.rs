@@ -682,11 +682,11 @@ impl Search<'_> {
         }
         let wide = (node.u[1] - node.u[0]).max(node.v[1] - node.v[0]);
         let noise = shape.g_largest <= NOISE_FACTOR * shape.g_error;
-        if mixed || !room || noise || wide <= NARROW {
+        let along_u = split_along_u(node, &shape);
+        let Some(along_u) = along_u.filter(|_| !(mixed || !room || noise || wide <= NARROW)) else {
             kept.barren = true;
             return Insight::Done;
-        }
-        let along_u = split_along_u(node, &shape);
+        };
         // Where a whole lies its halves do.
         let whole = kept.side;
         let mut low = products.clone();

@@ -52,6 +52,19 @@ pub(crate) struct Leaf {
     pub(crate) reach: f64,
 }
 
+impl Leaf {
+    /// Whether its bound hangs on roundings of the value more than on the slope that is left at `p`, thus is about as good as this arithmetic has it.
+    fn is_at_rest(&self) -> bool {
+        let Growth {
+            slope,
+            lambda,
+            value,
+            ..
+        } = self.growth;
+        slope * slope <= 2.0 * lambda * value
+    }
+}
+
 const UP: f64 = 1.0 + 64.0 * f64::EPSILON;
 const DOWN: f64 = 1.0 - 64.0 * f64::EPSILON;
 /// Steps of Newton's method with a double-double gradient. With the f64 Hessian at the point each
@@ -118,7 +131,7 @@ impl Search<'_> {
             return Some(leaf);
         }
         let narrowest = (cell.u[1] - cell.u[0]).max(cell.v[1] - cell.v[0]);
-        if !self.serves(&leaf) && narrowest > SMALL_BALL {
+        if !self.serves(&leaf) && (narrowest > SMALL_BALL || !leaf.is_at_rest()) {
             // Convex, but only just: halves have better bounds.
             self.try_point(source, leaf.p, false);
             return None;

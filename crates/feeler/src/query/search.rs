@@ -81,8 +81,11 @@ pub(super) struct Search<'a> {
     known_enough: std::cell::Cell<(Dd, Dd)>,
 }
 
-/// Boxes are not split below this width in local parameters.
-const LEAST_WIDTH: f64 = 1.0 / (1u64 << 50) as f64;
+/// Boxes are not split below this width in local parameters, in parts of where they end: what halving leads to begins at a multiple of its own width `w`, so that above this its
+/// middle is one of `w / 2` of no more than 52 bits, which f64 has exactly.
+const LEAST_PART: f64 = 1.0 / (1u64 << 50) as f64;
+/// Nor below this, where they end next to 0. (With weights of 1 to 1e12, what goes from one control point to the next is on widths of 1e-12 to 1e-24 there.)
+const LEAST_WIDTH: f64 = 1.0 / (1u128 << 100) as f64;
 /// Local parameters: a box of a piece that is halved down to this holds something that the way down from the whole piece's lowest guess did not come to. (Only a guide; where
 /// weights are alike few boxes become so narrow.)
 const NARROW: f64 = 1.0 / (1u64 << 8) as f64;
@@ -708,8 +711,8 @@ impl<'a> Search<'a> {
             return None;
         }
         // Where all of G is rounding noise, halves would be no better.
-        let wide = (node.u[1] - node.u[0]).max(node.v[1] - node.v[0]);
-        if shape.g_largest <= NOISE_FACTOR * shape.g_error || wide <= LEAST_WIDTH {
+        let along_u = split_along_u(node, &shape);
+        if shape.g_largest <= NOISE_FACTOR * shape.g_error || along_u.is_none() {
             if let (true, Some(piece)) = (crosses, leaves)
                 && T::UNIT < f64::UNIT
                 && self.goal.all_below.is_none()
@@ -731,7 +734,8 @@ impl<'a> Search<'a> {
         }
         // A value far above those on the node hides that `G` is convex there, next to a focal point on boxes of any size; and that it is rounding noise, on what is narrow of a piece
         // whose weights are very different. (Where the region ends, low values are beside it more often than not.)
-        let is_narrow_piece = matches!(source, Source::Piece { .. }) && !crosses && wide <= NARROW;
+        let is_narrow_piece =
+            matches!(source, Source::Piece { .. }) && !crosses && node.u[1] - node.u[0] <= NARROW;
         if (inside || is_narrow_piece) && self.goal.all_below.is_none() {
             let guess = node.guess();
             let halfway = (self.out.hi + node.lo).half().hi;
@@ -739,8 +743,12 @@ impl<'a> Search<'a> {
                 let start = self.descend(source, guess, [node.u, node.v]);
                 self.try_rough_point(source, start);
             }
+            if T::UNIT < f64::UNIT {
+                // f64 does not tell which values are lower by less than its own noise.
+                self.try_point(source, guess.map(Dd::from), inside);
+            }
         }
-        Some(split_along_u(node, &shape))
+        along_u
     }
 
     /// Whether all values on a node are within the width that is wanted of one.
@@ -859,24 +867,41 @@ pub(super) fn least_squared(b: &[[f64; 2]; 3], center: &Point3<f64>) -> f64 {
 
 /// A node is left to the next arithmetic when all of `G` is below this many error bounds.
 pub(super) const NOISE_FACTOR: f64 = 8.0;
-/// Where the second difference is largest; the wider side where they are alike.
-pub(super) fn split_along_u<T>(node: &Node<T>, shape: &Shape) -> bool {
+
+/// What bends less than the most by no more than this factor.
+const NEARLY: f64 = 16.0;
+
+/// Whether a range is not split.
+fn is_least([from, to]: [f64; 2]) -> bool {
+    to - from <= LEAST_WIDTH.max(LEAST_PART * to)
+}
+
+/// Along which side a box is halved: where the second difference is largest; the wider side where they are alike. Where that is not split the other one is, if it bends nearly as much.
+/// `None` where halves would be no better.
+pub(super) fn split_along_u<T>(node: &Node<T>, shape: &Shape) -> Option<bool> {
     let d = node.f.degree;
     let (du, dv) = (node.u[1] - node.u[0], node.v[1] - node.v[0]);
-    if d.v == 0 || dv <= LEAST_WIDTH {
-        return true;
-    }
-    if d.u == 0 || du <= LEAST_WIDTH {
-        return false;
-    }
     let [a, b] = shape.bend;
     // Within this factor the two directions count as alike.
     const ALIKE: f64 = 1.5;
-    if a > ALIKE * b {
+    let along_u = if d.u == 0 || d.v == 0 {
+        d.v == 0
+    } else if a > ALIKE * b {
         true
     } else if b > ALIKE * a {
         false
     } else {
         du >= dv
+    };
+    let [most, other] = if along_u { [a, b] } else { [b, a] };
+    let [range, beside] = if along_u {
+        [node.u, node.v]
+    } else {
+        [node.v, node.u]
+    };
+    if !is_least(range) {
+        Some(along_u)
+    } else {
+        (other * NEARLY >= most && !is_least(beside)).then_some(!along_u)
     }
 }
