@@ -218,7 +218,11 @@ mod tests {
             }
         }
         let together = all.iter().enumerate().map(|(n, p)| (p, Form::Switched(n)));
-        text::planted(together, read).unwrap();
+        for (file, text) in text::planted(together, read).unwrap() {
+            if let Err(e) = syn::parse_file(&text) {
+                panic!("{file}, line {}: {e}", e.span().start().line);
+            }
+        }
     }
 
     #[test]
