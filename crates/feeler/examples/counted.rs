@@ -7,13 +7,14 @@
 mod scenes;
 
 use feeler::brep::Brep;
+use feeler::nurbs::{Curve, PolyCurve};
 use feeler::prepare::PreparedBrep;
 use feeler::query::{
     Accuracy, Contacts, HalfSpace, LineKind, LineProbe, Options, Probe, Sphere, StraightWay, Way,
     Witness, Workspace, arrival_along, arrival_past, contact, contact_from, line, overlap,
 };
 use nalgebra::{Point3, Vector3};
-use scenes::loops::{Holes, face_within, over_holes, perforated};
+use scenes::loops::{Holes, comb, face_within, over_holes, perforated};
 use scenes::{
     Random, bicubic, cube, native_sphere, nurbs_cylinder, nurbs_sphere, trimmed_bicubic, wavy_prism,
 };
@@ -22,7 +23,7 @@ use std::hint::black_box;
 /// One query, as a closure that keeps what it needs.
 type Query = Box<dyn FnMut()>;
 
-const NAMES: [&str; 25] = [
+const NAMES: [&str; 26] = [
     "ball_joint_native_1e-12",
     "ball_joint_native_full",
     "ball_joint_nurbs_1e-12",
@@ -40,6 +41,7 @@ const NAMES: [&str; 25] = [
     "bicubic_half_space",
     "bicubic_line",
     "bicubic_prepare",
+    "comb_contacts",
     "cube_contact",
     "cylinder_nurbs_1e-12",
     "native_prepare",
@@ -64,6 +66,9 @@ const MIDDLE: f64 = 1e-2;
 const HALF_RADIUS: f64 = 1.25;
 /// A plate has so many holes along each side.
 const HOLES: usize = 32;
+/// A comb has so many cubics, and the ball over it this radius.
+const TEETH: usize = 128;
+const OVER_TEETH: f64 = 6.0;
 /// About the sizes of the models, of which accuracies short of full are this part: that of the table of figures to beat.
 const PART: f64 = 1e-12;
 const BALL_SIZE: f64 = 5.0;
@@ -124,6 +129,21 @@ fn query(name: &str) -> Option<Query> {
                 for at in &over {
                     black_box(contact(&brep, &ball(*at, 0.01), &options, &mut workspace));
                 }
+            })
+        }
+        "comb_contacts" => {
+            let teeth = comb(TEETH);
+            let params = (0..=teeth.len()).map(|k| k as f64).collect();
+            let around = PolyCurve::new(teeth, params).expect("a poly-curve");
+            let brep = PreparedBrep::new(face_within(vec![vec![Curve::Poly(around)]]));
+            let mut workspace = Workspace::default();
+            let options = Options {
+                contacts: Contacts::All,
+                ..Options::default()
+            };
+            let above = ball(Point3::new(0.1, 0.2, 0.5), OVER_TEETH);
+            Box::new(move || {
+                black_box(contact(&brep, &above, &options, &mut workspace));
             })
         }
         "bicubic_trimmed" => balls(trimmed_bicubic(), 0.01, Accuracy::Full, over),

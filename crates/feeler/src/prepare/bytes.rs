@@ -1,6 +1,7 @@
 //! How much memory a prepared BREP holds, and how it is given back.
 
 use super::box_tree::BoxTree;
+use super::trim_boxes;
 use super::vertex::Vertices;
 use super::{Box3, FaceGeometry, Image, Net, PreparedBrep, PreparedFace, SideCells};
 use crate::numeric::Real;
@@ -86,6 +87,7 @@ impl PreparedBrep {
             + self.edge_tree.get().map_or(0, BoxTree::bytes)
             + self.vertices.get().map_or(0, Vertices::bytes)
             + self.face_tree.get().map_or(0, BoxTree::bytes)
+            + self.trim_boxes.get().map_or(0, trim_boxes::bytes)
             + cracks
             + images(&self.images)
             + images(&self.fine_images)
@@ -107,6 +109,7 @@ impl PreparedBrep {
                 b.faces.iter_mut().for_each(|f| f.double = empty());
                 b.images.iter_mut().for_each(|i| *i = empty());
                 b.side_cells = empty();
+                b.trim_boxes = empty();
                 *b.rays.get_mut() = 0;
             },
             |b| {

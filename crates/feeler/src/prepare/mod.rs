@@ -34,6 +34,7 @@ mod shortcuts;
 mod side_cells;
 mod spline;
 mod stored_place;
+pub(crate) mod trim_boxes;
 mod turned;
 mod turned_products;
 mod vertex;
@@ -67,6 +68,7 @@ pub(crate) use shell::{NearHalfSpace, Shell};
 pub(crate) use side_cells::SideCells;
 pub(crate) use spline::{Homogeneous, piece_count};
 use stored_place::stored_place;
+use trim_boxes::TrimBoxes;
 
 use crate::brep::Brep;
 use crate::numeric::{Dd, Td};
@@ -152,6 +154,8 @@ pub struct PreparedBrep {
     shared: OnceLock<Box<[SharedEdge]>>,
     edge_tree: OnceLock<BoxTree>,
     face_tree: OnceLock<BoxTree>,
+    /// Made for what is near a contact.
+    trim_boxes: OnceLock<TrimBoxes>,
 }
 
 /// An edge that several trims use, and what a line must miss to be clear of its crack.
@@ -209,6 +213,7 @@ impl PreparedBrep {
             shared: OnceLock::new(),
             edge_tree: OnceLock::new(),
             face_tree: OnceLock::new(),
+            trim_boxes: OnceLock::new(),
             brep: Arc::new(brep),
             shortcuts,
             faces,

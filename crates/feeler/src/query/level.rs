@@ -3,7 +3,7 @@
 //! What is low may be a needle: a half-space that leans on a generator by 1e-12 has points that are as low along it, and next to it none. So the directions in
 //! which a face rises least are narrowed down. Values are f64, and no bound rests on them.
 
-use super::local::{Spot, nearest_along, on_trim, point};
+use super::local::{Spot, nearest_place, on_trim, point};
 use super::objective::Objective;
 use super::place::ON_VERTEX;
 use crate::prepare::PreparedBrep;
@@ -101,7 +101,7 @@ impl Level<'_> {
         // Mostly a foot is an end.
         let mut ends = [0.0, 1.0].into_iter();
         let end = ends.find(|s| self.off(&place(*s)) <= ON_VERTEX * self.brep.size());
-        end.unwrap_or_else(|| nearest_along(self.brep, trim, place, &self.foot).1)
+        end.unwrap_or_else(|| nearest_place(self.brep, trim, &self.foot))
     }
 
     /// Whether a trim is low where it first is far on the way to an end.

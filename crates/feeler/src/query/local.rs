@@ -3,8 +3,10 @@
 
 use super::objective::{Objective, ball_around};
 use super::place::trims_near;
+use super::search::least_squared;
 use crate::numeric::{Ball, Dd};
-use crate::prepare::{PreparedBrep, piece_count};
+use crate::prepare::PreparedBrep;
+use crate::prepare::trim_boxes::{BENT, SAMPLES};
 use crate::trim::Side;
 use nalgebra::{Point, Point2, Point3, Vector3};
 
@@ -128,21 +130,12 @@ impl Surroundings<'_> {
         }
         let loops = parts.faces[own.face].loops.iter().flatten();
         let own = loops.flat_map(|l| &parts.loops[*l].trims);
-        let beside = |t: &&usize| self.nearest_on(**t, point).0 <= near;
+        let beside = |t: &&usize| nearest_on(self.brep, **t, point, near).is_some();
         own.filter(beside).flat_map(|t| of_edge(*t)).collect()
     }
 
     fn on_trim(&self, trim: usize, s: f64) -> Spot {
         on_trim(self.brep, trim, s)
-    }
-
-    fn nearest_on(&self, trim: usize, point: &Point3<f64>) -> (f64, f64) {
-        nearest_along(
-            self.brep,
-            trim,
-            |s| self.point(self.on_trim(trim, s)),
-            point,
-        )
     }
 
     fn point(&self, at: Spot) -> Point3<f64> {
@@ -151,10 +144,9 @@ impl Surroundings<'_> {
 
     fn falls_at_trim(&self, trim: usize, point: &Point3<f64>, f: Ball<Dd>) -> bool {
         let first = FIRST_STEP * self.brep.size();
-        let (off, s) = self.nearest_on(trim, point);
-        if off > first {
+        let Some((_, s)) = nearest_on(self.brep, trim, point, first) else {
             return false;
-        }
+        };
         if self.brep.brep().parts().trims[trim].edge.is_none() {
             let all = (0..=AROUND_POLE).map(|k| k as f64 / AROUND_POLE as f64);
             let mut all = all.map(|s| self.on_trim(trim, s));
@@ -325,10 +317,43 @@ pub(super) fn point(brep: &PreparedBrep, at: Spot) -> Point3<f64> {
     surface.point(at.uv.x, at.uv.y)
 }
 
-/// Where a trim comes nearest to a point in space, roughly.
-pub(super) fn nearest_on_trim(brep: &PreparedBrep, trim: usize, to: &Point3<f64>) -> Spot {
-    let (_, s) = nearest_along(brep, trim, |s| point(brep, on_trim(brep, trim, s)), to);
-    on_trim(brep, trim, s)
+/// How near what a trim is in space comes to a point, and where on the trim, from 0 to 1, roughly; `None` where it does not come within so much.
+pub(super) fn nearest_on(
+    brep: &PreparedBrep,
+    trim: usize,
+    to: &Point3<f64>,
+    within: f64,
+) -> Option<(f64, f64)> {
+    /// Room for roundings: a box may be a point.
+    const DOWN: f64 = 1.0 - 1.0 / (1u64 << 40) as f64;
+    let curve = |s: f64| point(brep, on_trim(brep, trim, s));
+    let boxes = brep.trim_boxes(trim, curve);
+    let mut limit = within;
+    // What is told as nearer than this is within the limit.
+    let unknown = |limit: f64| (limit.next_up(), 0.0);
+    if boxes.len() > 1 {
+        // What is no nearer than a place in the nearest box need not be looked at.
+        let all = (0..boxes.len()).map(|k| (k, least_squared(&boxes[k], to)));
+        let first = |a: (usize, f64), b: (usize, f64)| if b.1 < a.1 { b } else { a };
+        let (first, squared) = all.reduce(first)?;
+        if squared.sqrt() * DOWN <= within {
+            let mut nearest = unknown(within);
+            narrow_part(curve, (first, boxes.len()), to, &mut nearest);
+            limit = limit.min(nearest.0);
+        }
+    }
+    let mut nearest = unknown(limit);
+    for (k, own) in boxes.iter().enumerate() {
+        if least_squared(own, to).sqrt() * DOWN <= limit {
+            narrow_part(curve, (k, boxes.len()), to, &mut nearest);
+        }
+    }
+    (nearest.0 <= limit && nearest.0 < f64::INFINITY).then_some(nearest)
+}
+
+/// Where that is nearest.
+pub(super) fn nearest_place(brep: &PreparedBrep, trim: usize, to: &Point3<f64>) -> f64 {
+    nearest_on(brep, trim, to, f64::INFINITY).map_or(0.0, |(_, s)| s)
 }
 
 /// Whether one value is certainly below another.
@@ -347,33 +372,35 @@ pub(super) fn nearest<const D: usize>(
     all
 }
 
-/// The same of a curve over a trim, from its start to its end. Samples that are pieces apart tell nothing of what is between them: a trim of many pieces is looked at some
-/// at a time.
+/// The same of a curve over a trim, from its start to its end.
 pub(super) fn nearest_along<const D: usize>(
     brep: &PreparedBrep,
     trim: usize,
     curve: impl Fn(f64) -> Point<f64, D>,
     to: &Point<f64, D>,
 ) -> (f64, f64) {
-    /// Eight samples a piece.
-    const PIECES: usize = SAMPLES / 8;
-    let parts = brep.brep().parts();
-    let t = &parts.trims[trim];
-    let count = piece_count(&parts.curves2[t.curve], t.span.start, t.span.end).pieces;
-    let count = count.div_ceil(PIECES).max(1);
+    let count = brep.trim_parts(trim);
     let mut best = (f64::INFINITY, 0.0);
     for k in 0..count {
-        let at = |s: f64| (k as f64 + s) / count as f64;
-        let before = best.0;
-        narrow(|s| curve(at(s)), to, &mut best);
-        if best.0 < before {
-            best.1 = at(best.1);
-        }
+        narrow_part(&curve, (k, count), to, &mut best);
     }
     best
 }
 
-const SAMPLES: usize = 32;
+/// What is nearer on a part of a curve, one of so many, than what is known so far.
+fn narrow_part<const D: usize>(
+    curve: impl Fn(f64) -> Point<f64, D>,
+    (k, count): (usize, usize),
+    to: &Point<f64, D>,
+    best: &mut (f64, f64),
+) {
+    let at = |s: f64| (k as f64 + s) / count as f64;
+    let before = best.0;
+    narrow(|s| curve(at(s)), to, best);
+    if best.0 < before {
+        best.1 = at(best.1);
+    }
+}
 
 /// What is nearer than what is known so far.
 fn narrow<const D: usize>(
@@ -382,8 +409,6 @@ fn narrow<const D: usize>(
     all: &mut (f64, f64),
 ) {
     const ROUNDS: usize = 44;
-    /// A bend between two samples is no longer than this many times the way between them.
-    const BENT: f64 = 2.0;
     let at = |k: usize| k as f64 / SAMPLES as f64;
     let points: [_; SAMPLES + 1] = std::array::from_fn(|k| curve(at(k)));
     let away = points.map(|p| (p - to).norm());
@@ -425,7 +450,11 @@ fn narrow<const D: usize>(
 
 #[cfg(test)]
 mod tests {
+    use super::super::tests::bowl;
     use super::*;
+    use crate::brep::{BrepBuilder, TrimSpec};
+    use crate::numeric::Interval;
+    use crate::nurbs::{Curve, Line, Plane, Polyline, Surface};
 
     /// The nearer sample is on the flat side of a fold, the point on the steep one.
     #[test]
@@ -439,5 +468,74 @@ mod tests {
         let to = fold(25.7 / 32.0);
         let (off, s) = nearest(fold, &to);
         assert!(off < NEAR && (s - 25.7 / 32.0).abs() < NEAR, "{off} {s}");
+    }
+
+    /// A comb of long teeth next to each other, as one trim.
+    fn comb(surface: Surface) -> PreparedBrep {
+        const TEETH: usize = 40;
+        let width = 1.0 / TEETH as f64;
+        let tops = (0..2 * TEETH).map(|k| {
+            let y = if k % 2 == 0 { 0.5 } else { -0.4 };
+            Point2::new(0.5 - 0.5 * (k as f64 + 0.25) * width, y)
+        });
+        let ends = [Point2::new(0.5, -0.5), Point2::new(-0.5, -0.5)];
+        let corners: Vec<_> = [ends[0]].into_iter().chain(tops).chain([ends[1]]).collect();
+        let params = (0..corners.len()).map(|k| k as f64).collect();
+        let unit = Interval::new(0.0, 1.0).unwrap();
+        let mut b = BrepBuilder::new();
+        let ids = ends.map(|p| b.vertex([p.x, p.y, 0.0]));
+        let curves = [
+            Curve::Polyline(Polyline::new(corners, params).unwrap()),
+            Curve::Line(Line::new(ends[1], ends[0], unit).unwrap()),
+        ];
+        let trims = [0, 1].into_iter().zip(curves).map(|(k, curve)| {
+            let vertices = [ids[k], ids[1 - k]];
+            let edge = Some(b.straight_edge(vertices).unwrap());
+            TrimSpec {
+                vertices,
+                curve,
+                edge,
+            }
+        });
+        let trims = trims.collect();
+        b.face_with_trims(surface, vec![trims]).unwrap();
+        PreparedBrep::new(b.build().unwrap())
+    }
+
+    /// A plane, whose boxes are of control points, and a bowl, whose boxes are of samples.
+    fn combs() -> [PreparedBrep; 2] {
+        let d = Interval::new(-1.0, 1.0).unwrap();
+        let plane = Plane {
+            origin: Point3::new(1.0, 2.0, 3.0),
+            x: Vector3::x(),
+            y: Vector3::y(),
+            domain: [d, d],
+            extents: [d, d],
+        };
+        let bowl = bowl(0.25);
+        [
+            comb(Surface::Plane(plane)),
+            comb(bowl.brep().surface(0).clone()),
+        ]
+    }
+
+    /// What is left out by boxes is no nearer: all samples of all parts tell the same.
+    #[test]
+    fn boxes_leave_out_what_is_farther() {
+        for brep in combs() {
+            let trim = 0;
+            assert!(brep.trim_parts(trim) > 16);
+            let image = |s: f64| point(&brep, on_trim(&brep, trim, s));
+            for k in 0..64 {
+                let s = f64::from(k) / 64.0 + 0.004;
+                let off = 0.5f64.powi(k % 32);
+                let to = image(s) + Vector3::new(0.3, -0.5, 0.8) * off;
+                let (all, at) = nearest_along(&brep, trim, image, &to);
+                let found = nearest_on(&brep, trim, &to, f64::INFINITY);
+                assert_eq!(found, Some((all, at)), "{s} {off}");
+                assert_eq!(nearest_on(&brep, trim, &to, 1.5 * all), found);
+                assert_eq!(nearest_on(&brep, trim, &to, 0.5 * all), None);
+            }
+        }
     }
 }

@@ -2,7 +2,7 @@
 //! sum of the faces' normals there. It is rounded, and nothing is proven of it.
 
 use super::answer::Feature;
-use super::local::nearest_on_trim;
+use super::local::{nearest_place, on_trim};
 use super::outcome::Locus;
 use super::place::Place;
 use crate::numeric::{Ball, Dd};
@@ -54,7 +54,7 @@ fn sum_at(brep: &PreparedBrep, feature: Feature, point: &Point3<f64>) -> Option<
     };
     let mut of_faces: Vec<(usize, Vector3<f64>)> = Vec::new();
     for trim in trims {
-        let at = nearest_on_trim(brep, trim, point);
+        let at = on_trim(brep, trim, nearest_place(brep, trim, point));
         let Some(normal) = normal_at(brep, at.face, [at.uv.x, at.uv.y]) else {
             continue;
         };

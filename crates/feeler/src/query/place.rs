@@ -9,7 +9,7 @@ use super::search::QUARTER;
 use crate::numeric::{Ball, Dd};
 use crate::prepare::closed::V3;
 use crate::prepare::{Net, PreparedBrep, curve_jet, jet};
-use crate::trim::{PieceOrigin, Side};
+use crate::trim::Side;
 use nalgebra::{Point2, Point3, Vector3};
 
 /// A foot nearer to a vertex than this times the size is on the vertex.
@@ -294,25 +294,17 @@ fn trim_that_ends_at(brep: &PreparedBrep, place: &Place) -> Option<usize> {
     trims.filter(ends_here).min()
 }
 
-/// The trims of a face with a piece whose box is next to a place.
+/// The trims of a face that may be next to a place.
 pub(super) fn trims_near(brep: &PreparedBrep, face: usize, uv: &Point2<f64>) -> Vec<usize> {
     let region = brep.region(face);
-    let slack = region.domain().map(|d| NEAR_TRIM * (d.end - d.start));
-    let mut near: Vec<usize> = Vec::new();
-    for piece in region.pieces() {
-        let (PieceOrigin::Trim { trim, .. } | PieceOrigin::Join { trim, .. }) = piece.origin else {
-            continue;
-        };
-        let close =
-            |k: usize| piece.hull[k][0] - slack[k] <= uv[k] && uv[k] <= piece.hull[k][1] + slack[k];
-        if close(0) && close(1) && near.last() != Some(&trim) {
-            near.push(trim);
-        }
-    }
-    near
+    let domain = region.domain();
+    region.trims_near([0, 1].map(|k| {
+        let slack = NEAR_TRIM * (domain[k].end - domain[k].start);
+        [uv[k] - slack, uv[k] + slack]
+    }))
 }
 
-/// A foot nearer to a trim's box than this part of the domain may be on the trim.
+/// A foot nearer to a trim than this part of the domain may be on the trim.
 const NEAR_TRIM: f64 = 1.0 / (1u64 << 24) as f64;
 
 /// Bounds on foot and normal, where all that may hold the minimum is near the foot.

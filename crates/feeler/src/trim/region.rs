@@ -310,6 +310,29 @@ impl TrimRegion {
         }
     }
 
+    /// The trims a part of which may meet a closed box, in order, each once; of a join of two the first.
+    pub(crate) fn trims_near(&self, b: [[f64; 2]; 2]) -> Vec<usize> {
+        let parts = &self.loops.parts;
+        let mut trims = Vec::new();
+        if parts.is_empty() {
+            return trims;
+        }
+        for k in self.cells().meeting(b).flatten() {
+            let part = &parts[*k as usize];
+            if part.misses(&self.loops, b) {
+                continue;
+            }
+            if let PieceOrigin::Trim { trim, .. } | PieceOrigin::Join { trim, .. } =
+                self.origin(part.piece)
+            {
+                trims.push(trim);
+            }
+        }
+        trims.sort_unstable();
+        trims.dedup();
+        trims
+    }
+
     /// The parts of the loops that may meet a closed box, and their pieces; `None` if they are more than asked for.
     pub(super) fn parts_near<const N: usize>(
         &self,

@@ -1,0 +1,113 @@
+//! Boxes around parts of what trims are in space, which tell where a trim is not near a point. Of use for which contacts there are and how they are
+//! named; no bound rests on them.
+
+use super::spline::{BezierCurve, curve_pieces};
+use super::{Box3, PreparedBrep, piece_count};
+use crate::nurbs::Surface;
+use nalgebra::Point3;
+use std::sync::OnceLock;
+
+/// So many steps from sample to sample has a part.
+pub(crate) const SAMPLES: usize = 32;
+/// Eight of them a piece: samples that are pieces apart tell nothing of what is between them.
+const PIECES: usize = SAMPLES / 8;
+/// A bend between two samples is no longer than this many times the way between them.
+pub(crate) const BENT: f64 = 2.0;
+
+/// Room for roundings, as a part of the size.
+const ROOM: f64 = 1.0 / (1u64 << 40) as f64;
+
+/// Of each trim: a box around each of its parts.
+pub(super) type TrimBoxes = Box<[OnceLock<Box<[Box3]>>]>;
+
+impl PreparedBrep {
+    /// How many parts a trim is looked at in, all as long in its parameter.
+    pub(crate) fn trim_parts(&self, trim: usize) -> usize {
+        let parts = self.brep().parts();
+        let t = &parts.trims[trim];
+        let count = piece_count(&parts.curves2[t.curve], t.span.start, t.span.end).pieces;
+        count.div_ceil(PIECES).max(1)
+    }
+
+    /// A box around each of them; `image` is what the trim is in space, from 0 to 1.
+    pub(crate) fn trim_boxes(&self, trim: usize, image: impl Fn(f64) -> Point3<f64>) -> &[Box3] {
+        let slots = || self.brep().parts().trims.iter().map(|_| OnceLock::new());
+        let all = self.trim_boxes.get_or_init(|| slots().collect());
+        all[trim].get_or_init(|| {
+            let count = self.trim_parts(trim);
+            self.flat_boxes(trim, count).unwrap_or_else(|| {
+                let part = |k: usize| box_of(|s| image((k as f64 + s) / count as f64));
+                (0..count).map(part).collect()
+            })
+        })
+    }
+
+    /// Those of a trim in a plane, by the control points of its pieces: of teeth that are long and next to each other samples tell little.
+    fn flat_boxes(&self, trim: usize, count: usize) -> Option<Box<[Box3]>> {
+        let parts = self.brep().parts();
+        let t = &parts.trims[trim];
+        let surface = self.brep().surface(parts.loops[t.trim_loop].face);
+        if !matches!(surface, Surface::Plane(_)) {
+            return None;
+        }
+        let mut pieces: Vec<BezierCurve<f64, 3>> = Vec::new();
+        curve_pieces(
+            &parts.curves2[t.curve],
+            t.span.start,
+            t.span.end,
+            &mut pieces,
+        );
+        let domain = surface.domain();
+        let room = ROOM * self.size();
+        let ends = |k: usize| t.span.lerp(k as f64 / count as f64);
+        let mut first = 0;
+        let boxes = (0..count).map(|k| {
+            let (from, to) = (ends(k), ends(k + 1));
+            while pieces.get(first).is_some_and(|p| p.map.end < from) {
+                first += 1;
+            }
+            let own = pieces[first..].iter().take_while(|p| p.map.start <= to);
+            let mut uv = [[f64::INFINITY, f64::NEG_INFINITY]; 2];
+            for p in own.flat_map(|p| &p.points) {
+                for (c, range) in uv.iter_mut().enumerate() {
+                    let x = p[c].mid / p[2].mid;
+                    *range = [range[0].min(x), range[1].max(x)];
+                }
+            }
+            let [u, v] = [0, 1].map(|c| uv[c].map(|x| x.clamp(domain[c].start, domain[c].end)));
+            let mut hull = [[f64::INFINITY, f64::NEG_INFINITY]; 3];
+            for corner in [[u[0], v[0]], [u[0], v[1]], [u[1], v[0]], [u[1], v[1]]] {
+                widen(&mut hull, &surface.point(corner[0], corner[1]));
+            }
+            hull.map(|[low, high]| [low - room, high + room])
+        });
+        Some(boxes.collect())
+    }
+}
+
+/// Adds a point to a box.
+fn widen(hull: &mut Box3, p: &Point3<f64>) {
+    for (range, x) in hull.iter_mut().zip(p.iter()) {
+        *range = [range[0].min(*x), range[1].max(*x)];
+    }
+}
+
+/// A box around a part of a curve, over [0, 1], by samples.
+fn box_of(curve: impl Fn(f64) -> Point3<f64>) -> Box3 {
+    let mut hull = [[f64::INFINITY, f64::NEG_INFINITY]; 3];
+    let mut longest = 0.0f64;
+    let mut before: Option<Point3<f64>> = None;
+    for k in 0..=SAMPLES {
+        let p = curve(k as f64 / SAMPLES as f64);
+        widen(&mut hull, &p);
+        longest = longest.max(before.map_or(0.0, |b| (p - b).norm()));
+        before = Some(p);
+    }
+    hull.map(|[low, high]| [low - BENT * longest, high + BENT * longest])
+}
+
+/// Bytes of those that have been made.
+pub(super) fn bytes(boxes: &TrimBoxes) -> usize {
+    let made = boxes.iter().filter_map(OnceLock::get);
+    size_of_val(&**boxes) + made.map(|b| size_of_val(&**b)).sum::<usize>()
+}
