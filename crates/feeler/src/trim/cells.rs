@@ -648,7 +648,7 @@ impl Cells {
     /// the first are those of the ray from q without those of the ray from the corner, and likewise the second.
     /// A part that does not meet the cell (a box that holds both legs) has none; one that does has all its
     /// crossings counted, and where two parts share a joint on a leg, both are listed. Should the
-    /// corner be on a loop, the legs do not tell.
+    /// corner be on a loop, as that of each point at the height of an edge along u may be, the legs do not tell, but others may.
     #[inline(never)]
     fn by_parts(&self, loops: &Loops, q: [f64; 2], c: usize) -> Local {
         let cell = self.at(c);
@@ -676,7 +676,30 @@ impl Cells {
             }
         }
         if lost {
+            return self.by_other_legs(loops, q, c);
+        }
+        Local::Odd(odd)
+    }
+
+    /// The same by the way round the other corner: from `q` along v to `(q_u, r_v)`, from there along u to r. With the count of the vertical leg at r, which is
+    /// folded into its parity, taken out again.
+    #[cold]
+    fn by_other_legs(&self, loops: &Loops, q: [f64; 2], c: usize) -> Local {
+        let cell = self.at(c);
+        let Some(mut odd) = cell.reference() else {
             return Local::Elsewhere;
+        };
+        let r = self.reference(c % self.axes[0].count, c / self.axes[0].count);
+        let corner = [q[0], r[1]];
+        for k in cell.items(&self.many) {
+            let part = &loops.parts[*k as usize];
+            for (at, ray) in [(q, 1), (corner, 1), (corner, 0), (r, 0), (r, 1)] {
+                match part.crossing_in(loops, at, ray) {
+                    Crossing::Even => {}
+                    Crossing::Odd => odd = !odd,
+                    Crossing::On | Crossing::Unknown => return Local::Elsewhere,
+                }
+            }
         }
         Local::Odd(odd)
     }
@@ -861,5 +884,42 @@ mod tests {
         let told = cells.cells.iter();
         let told = told.filter(|c| c.reference().is_some());
         assert_eq!(told.count(), 240 - 7);
+    }
+
+    /// Battlements: at the heights of their edges one corner of the legs is on an edge in many cells, and the other is not.
+    #[test]
+    fn points_at_the_heights_of_edges_are_told_by_their_cells() {
+        const TEETH: usize = 24;
+        let mut corners = vec![[-12.0, -5.0], [12.0, -5.0]];
+        for k in (0..TEETH).rev() {
+            let x = k as f64 - 12.0;
+            corners.extend([
+                [x + 0.9, -3.0],
+                [x + 0.9, 4.0],
+                [x + 0.3, 4.0],
+                [x + 0.3, -3.0],
+            ]);
+        }
+        let turned: Vec<[f64; 2]> = corners.iter().map(|[u, v]| [*v, *u]).collect();
+        for (corners, across) in [(corners, 1), (turned, 0)] {
+            let region = TrimRegion::new(&face(WIDE, Some(vec![polygon(&corners)])), 0);
+            let cells = region.cells();
+            assert!(cells.axes[1 - across].count > TEETH);
+            let mut other = 0;
+            for k in 0..1000 {
+                for height in [-5.0, -3.0, 4.0] {
+                    let mut q = [height; 2];
+                    q[1 - across] = -11.99 + 0.024 * f64::from(k);
+                    let c = cells.cell(cells.axes[0].index(q[0]), cells.axes[1].index(q[1]));
+                    let all = region.parity_of_all(q);
+                    match cells.by_parts(region.loops(), q, c) {
+                        Local::Odd(odd) => assert_eq!(all, Crossing::odd(odd), "{q:?}"),
+                        Local::On => assert_eq!(all, Crossing::On, "{q:?}"),
+                        Local::Elsewhere => other += 1,
+                    }
+                }
+            }
+            assert_eq!(other, 0);
+        }
     }
 }
