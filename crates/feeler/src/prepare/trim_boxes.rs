@@ -2,7 +2,7 @@
 //! named; no bound rests on them.
 
 use super::spline::{BezierCurve, curve_pieces};
-use super::{Box3, PreparedBrep, piece_count};
+use super::{Box3, PreparedBrep, around, piece_count, widened};
 use crate::nurbs::Surface;
 use nalgebra::Point3;
 use std::sync::OnceLock;
@@ -75,35 +75,24 @@ impl PreparedBrep {
                 }
             }
             let [u, v] = [0, 1].map(|c| uv[c].map(|x| x.clamp(domain[c].start, domain[c].end)));
-            let mut hull = [[f64::INFINITY, f64::NEG_INFINITY]; 3];
-            for corner in [[u[0], v[0]], [u[0], v[1]], [u[1], v[0]], [u[1], v[1]]] {
-                widen(&mut hull, &surface.point(corner[0], corner[1]));
-            }
-            hull.map(|[low, high]| [low - room, high + room])
+            let corners = [[u[0], v[0]], [u[0], v[1]], [u[1], v[0]], [u[1], v[1]]];
+            let corners = corners.map(|[u, v]| surface.point(u, v));
+            widened(&around(&corners.map(box_of_point)), room)
         });
         Some(boxes.collect())
     }
 }
 
-/// Adds a point to a box.
-fn widen(hull: &mut Box3, p: &Point3<f64>) {
-    for (range, x) in hull.iter_mut().zip(p.iter()) {
-        *range = [range[0].min(*x), range[1].max(*x)];
-    }
+fn box_of_point(p: Point3<f64>) -> Box3 {
+    [0, 1, 2].map(|c| [p[c]; 2])
 }
 
 /// A box around a part of a curve, over [0, 1], by samples.
 fn box_of(curve: impl Fn(f64) -> Point3<f64>) -> Box3 {
-    let mut hull = [[f64::INFINITY, f64::NEG_INFINITY]; 3];
-    let mut longest = 0.0f64;
-    let mut before: Option<Point3<f64>> = None;
-    for k in 0..=SAMPLES {
-        let p = curve(k as f64 / SAMPLES as f64);
-        widen(&mut hull, &p);
-        longest = longest.max(before.map_or(0.0, |b| (p - b).norm()));
-        before = Some(p);
-    }
-    hull.map(|[low, high]| [low - BENT * longest, high + BENT * longest])
+    let points: [_; SAMPLES + 1] = std::array::from_fn(|k| curve(k as f64 / SAMPLES as f64));
+    let steps = points.windows(2).map(|w| (w[1] - w[0]).norm());
+    let longest = steps.fold(0.0, f64::max);
+    widened(&around(&points.map(box_of_point)), BENT * longest)
 }
 
 /// Bytes of those that have been made.

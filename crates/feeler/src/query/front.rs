@@ -682,8 +682,8 @@ impl Search<'_> {
         }
         let wide = (node.u[1] - node.u[0]).max(node.v[1] - node.v[0]);
         let noise = shape.g_largest <= NOISE_FACTOR * shape.g_error;
-        let along_u = split_along_u(node, &shape);
-        let Some(along_u) = along_u.filter(|_| !(mixed || !room || noise || wide <= NARROW)) else {
+        let is_cut = !(mixed || !room || noise || wide <= NARROW);
+        let (true, Some(along_u)) = (is_cut, split_along_u(node, &shape)) else {
             kept.barren = true;
             return Insight::Done;
         };

@@ -84,7 +84,8 @@ pub(super) struct Search<'a> {
 /// Boxes are not split below this width in local parameters, in parts of where they end: what halving leads to begins at a multiple of its own width `w`, so that above this its
 /// middle is one of `w / 2` of no more than 52 bits, which f64 has exactly.
 const LEAST_PART: f64 = 1.0 / (1u64 << 50) as f64;
-/// Nor below this, where they end next to 0. (With weights of 1 to 1e12, what goes from one control point to the next is on widths of 1e-12 to 1e-24 there.)
+/// Nor below this, where they end next to 0: where weights are 2^-40 to 2^40 they go from one control point to the next on widths down to 2^-80 there, and 20 halvings more tell
+/// such a width apart.
 const LEAST_WIDTH: f64 = 1.0 / (1u128 << 100) as f64;
 /// Local parameters: a box of a piece that is halved down to this holds something that the way down from the whole piece's lowest guess did not come to. (Only a guide; where
 /// weights are alike few boxes become so narrow.)

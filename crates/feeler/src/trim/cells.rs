@@ -681,8 +681,11 @@ impl Cells {
         Local::Odd(odd)
     }
 
-    /// The same by the way round the other corner: from `q` along v to `(q_u, r_v)`, from there along u to r. With the count of the vertical leg at r, which is
-    /// folded into its parity, taken out again.
+    /// The same by the way round the other corner, `k = (q_u, r_v)`: from `q` along v to it, from there along u to the reference point r.
+    ///
+    /// Where neither end of a leg is on a loop, the parities of both differ by the crossings of the rays along the leg from both: `p(q) - p(k)` by those along v
+    /// from `q` and `k`, `p(k) - p(r)` by those along u from `k` and r; other parts than the cell's have as many with either ray. The cell keeps `p(r)` with the crossings
+    /// along v from r, which are counted once more and so taken out again. What is on a loop is told nothing.
     #[cold]
     fn by_other_legs(&self, loops: &Loops, q: [f64; 2], c: usize) -> Local {
         let cell = self.at(c);
@@ -721,6 +724,10 @@ mod tests {
             return None;
         }
         let ((i, x), (j, y)) = (cells.axes[0].place(q[0]), cells.axes[1].place(q[1]));
+        // Either way round tells the same, if it tells anything.
+        if let Local::Odd(odd) = cells.by_other_legs(region.loops(), q, cells.cell(i, j)) {
+            assert_eq!(region.parity_of_all(q), Crossing::odd(odd), "{q:?}");
+        }
         let odd = cells.at(cells.cell(i, j)).told([x, y])?;
         assert_eq!(region.parity_of_all(q), Crossing::odd(odd), "{q:?}");
         Some(odd)
