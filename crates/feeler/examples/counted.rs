@@ -1,7 +1,7 @@
 //! Queries whose instructions `cargo xtask instructions` counts under valgrind.
 //!
 //! `counted NAME` makes the scene, asks every query once so that all that is made on demand is there, and asks them again
-//! within [`counted_queries`]: what is executed in there is counted, and nothing else. Without a name it lists them.
+//! within `counted_queries`: what is executed in there is counted, and nothing else. Without a name it lists them.
 
 #[path = "../tests/it/scenes/mod.rs"]
 mod scenes;

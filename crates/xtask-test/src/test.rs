@@ -6,9 +6,12 @@ use std::process::Command;
 use std::thread::JoinHandle;
 use std::time::Instant;
 
-/// The features that build the oracle, run batches on several threads, and build the experiments in Rapier and Rapier with its threads.
-const FEATURES: &str =
-    "feeler-oracle/cgal,xtask/cgal,feeler/rayon,feeler-cli/simulate,feeler-rapier/parallel";
+/// The features that run batches on several threads, and build the experiments in Rapier and Rapier with its threads. The same in all steps: with
+/// others much of what is built for one would be built again for the next.
+const FEATURES: &str = "feeler/rayon,feeler-cli/simulate,feeler-rapier/parallel";
+
+/// The features that build the oracle.
+const ORACLE: &str = "feeler-oracle/cgal,xtask/cgal";
 
 /// The first build's answers to the corpora, which the second build's are held against.
 const ANSWERS: &str = "target/gate/answers.txt";
@@ -49,30 +52,35 @@ pub fn run() -> Result<(), String> {
     step("formatting", &mut cargo("fmt --all --check"))?;
     step(
         "clippy without the oracle",
-        &mut cargo(
-            "clippy --profile ci --package feeler-oracle --package xtask --all-targets --quiet -- -D warnings",
-        ),
-    )?;
-    step(
-        "clippy with the oracle",
         &mut cargo(&format!(
             "clippy --profile ci --workspace --all-targets --quiet --features {FEATURES} -- -D warnings"
         )),
     )?;
     step(
+        "clippy with the oracle",
+        &mut cargo(&format!(
+            "clippy --profile ci --workspace --all-targets --quiet --features {FEATURES},{ORACLE} -- -D warnings"
+        )),
+    )?;
+    step(
         "documentation",
-        cargo("doc --profile ci --workspace --no-deps --quiet").env("RUSTDOCFLAGS", "-D warnings"),
+        cargo(&format!(
+            // With the examples also their dependencies are those that clippy has checked.
+            "doc --profile ci --workspace --lib --bins --examples --no-deps --quiet --features {FEATURES}"
+        ))
+        .env("RUSTDOCFLAGS", "-D warnings"),
     )?;
     step(
         "the tests, the tasks and the program, with the oracle",
         &mut cargo(&format!(
             // All at once: of other features of some crates there would be another build of all that needs them.
-            "build --profile ci --workspace --bins --tests --quiet --features {FEATURES}"
+            "build --profile ci --workspace --bins --tests --quiet --features {FEATURES},{ORACLE}"
         )),
     )?;
     let other_builds = build_beside(&root, &program);
+    // (Without the targets named it would build the examples as well, whose code clippy has checked.)
     let mut tests = cargo(&format!(
-        "test --profile ci --workspace --features {FEATURES}"
+        "test --profile ci --workspace --lib --bins --tests --features {FEATURES},{ORACLE}"
     ));
     if let Some(python) = &python {
         tests.env("FEELER_PYTHON", python);

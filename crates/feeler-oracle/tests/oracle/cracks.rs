@@ -79,9 +79,11 @@ impl Tally {
     }
 }
 
-fn compare(name: &str, brep: &Brep, every: usize, tally: &mut Tally) {
+/// Looks at the shared edges whose number among those of the solid is `place` modulo `every`.
+fn compare(name: &str, brep: &Brep, every: usize, place: usize, tally: &mut Tally) {
     let shared: Vec<_> = (0..brep.parts().edges.len())
         .filter(|e| brep.parts().edges[*e].trims.len() > 1)
+        .skip(place % every)
         .step_by(every)
         .collect();
     if shared.is_empty() {
@@ -159,6 +161,14 @@ const ALIKE: [&str; 4] = [
     "_inch_203.step",
 ];
 
+/// One edge of these takes 3 to 12 s, so that four of them are half of a sample's time.
+const SLOW: [&str; 4] = [
+    "parts/bored_sphere.json.gz",
+    "brep/winding.brep",
+    "step/assembly.step",
+    "step/drilled_torus.step",
+];
+
 /// The other tests of this program are done long before this one: it takes all cores.
 fn compare_all(folder: &Path, every: usize) -> Tally {
     let (mut files, next) = (files(folder), AtomicUsize::new(0));
@@ -166,18 +176,23 @@ fn compare_all(folder: &Path, every: usize) -> Tally {
         // (They took 46 of 121 s, and are the same edges as the others'.)
         files.retain(|f| {
             let name = f.to_string_lossy();
-            !ALIKE.iter().any(|end| name.ends_with(end))
+            !ALIKE.iter().chain(&SLOW).any(|end| name.ends_with(end))
         });
     }
     let work = || {
         let mut tally = Tally::default();
-        while let Some(path) = files.get(next.fetch_add(1, Ordering::Relaxed)) {
+        loop {
+            let place = next.fetch_add(1, Ordering::Relaxed);
+            let Some(path) = files.get(place) else {
+                break;
+            };
             let Ok(model) = Model::load(path, None) else {
                 continue; // Licences, meshes.
             };
             let name = path.strip_prefix(folder).unwrap_or(path).to_string_lossy();
             for brep in &model.breps {
-                compare(&name, brep, every, &mut tally);
+                // Of many small models not the first edge of each.
+                compare(&name, brep, every, place, &mut tally);
             }
         }
         tally
@@ -223,12 +238,12 @@ fn widths_hold_and_are_near(every: usize) {
 
 #[test]
 fn kernel_widths_hold_over_the_corpora_and_are_near_on_the_parts_of_the_thesis() {
-    widths_hold_and_are_near(12);
+    widths_hold_and_are_near(24);
 }
 
 /// The same of every edge.
 #[test]
-#[ignore = "takes minutes: the test above looks at one edge of twelve, and at no part twice"]
+#[ignore = "takes minutes: the test above looks at one edge of twenty-four, at no part twice, and at none where one edge takes seconds"]
 fn all_kernel_widths_hold_over_the_corpora() {
     widths_hold_and_are_near(1);
 }

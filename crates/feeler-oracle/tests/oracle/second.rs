@@ -209,22 +209,27 @@ fn a_fall_within_rounding_at_a_seam_is_no_way_down() {
 /// not decided: the list was empty.
 #[test]
 fn a_ball_before_a_pole_has_its_contact_there() {
+    in_the_cavity([
+        -2.960489659487978e-17,
+        4.7218470788364426e-17,
+        2.016657346725867,
+    ]);
+}
+
+#[test]
+#[ignore = "takes 15 s, as the test above, which differs by where the ball is"]
+fn a_ball_next_to_a_pole_has_its_contact_there() {
+    in_the_cavity([1e-13, 0.0, 2.25]);
+}
+
+/// The one contact of a ball with this centre in the socket.
+#[track_caller]
+fn in_the_cavity(center: [f64; 3]) {
     let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR"))
         .join("../../corpora/models/thesis/ball_joint_cavity_nurbs.3dm");
     let model = feeler_corpus::Model::load(&path, None).unwrap();
     let breps: Vec<&Brep> = model.breps.iter().collect();
-    let second = Second::new(&breps);
-    const SIZE: f64 = 24.0;
-    for center in [
-        [
-            -2.960489659487978e-17,
-            4.7218470788364426e-17,
-            2.016657346725867,
-        ],
-        [1e-13, 0.0, 2.25],
-    ] {
-        one_contact(&second, center, 2.5, SIZE);
-    }
+    one_contact(&Second::new(&breps), center, 2.5, 24.0);
 }
 
 /// The one contact of a ball in a sphere about the origin, which the ball's centre is not.
