@@ -408,44 +408,108 @@ fn narrow<const D: usize>(
     to: &Point<f64, D>,
     all: &mut (f64, f64),
 ) {
-    const ROUNDS: usize = 44;
+    // What is nearer than that is not told from a point on the curve.
+    let told = 4.0 * f64::EPSILON * to.coords.norm();
+    // A foot is often at an end.
+    for s in [0.0, 1.0] {
+        let away = (curve(s) - to).norm();
+        if away < all.0 {
+            *all = (away, s);
+        }
+        if away <= told {
+            return;
+        }
+    }
     let at = |k: usize| k as f64 / SAMPLES as f64;
     let points: [_; SAMPLES + 1] = std::array::from_fn(|k| curve(at(k)));
     let away = points.map(|p| (p - to).norm());
+    let chord = |k: usize, other: usize| (points[k] - points[other]).norm();
     let last = |k: usize| (k + 1).min(SAMPLES);
     let is_least = |k: usize| {
         let around = &away[k.saturating_sub(1)..=last(k)];
         !around.iter().any(|v| *v < away[k])
     };
-    // Where there is a kink between two samples the farther one may be on the right side of it.
-    let is_beside = |k: usize, other: usize| {
-        let chord = (points[k] - points[other]).norm();
-        is_least(other) && away[k] + away[other] <= BENT * chord
-    };
-    for k in 0..=SAMPLES {
-        let is_far = |other: usize| away[k] - BENT * (points[k] - points[other]).norm() > all.0;
-        if away[k] > all.0 && is_far(k.saturating_sub(1)) && is_far(last(k)) {
+    // It may pass between two samples where there is a kink, from which the way falls to the other side.
+    let may_pass = |k: usize, other: usize| away[k] + away[other] <= BENT * chord(k, other);
+    let first = (1..=SAMPLES).fold(0, |a, b| if away[b] < away[a] { b } else { a });
+    let others = (0..=SAMPLES).filter(|k| *k != first);
+    for k in [first].into_iter().chain(others) {
+        let is_far = |other: usize| away[k] - BENT * chord(k, other) > all.0;
+        let (before, after) = (k.saturating_sub(1), last(k));
+        if away[k] > all.0 && is_far(before) && is_far(after) {
             continue;
         }
-        if !(is_least(k) || is_beside(k, k.saturating_sub(1)) || is_beside(k, last(k))) {
+        if !(is_least(k) || may_pass(k, before) || may_pass(k, after)) {
             continue;
         }
-        let mut best = (away[k], at(k));
-        let mut step = 0.5 / SAMPLES as f64;
-        for _ in 0..ROUNDS {
-            for s in [best.1 - step, best.1 + step] {
-                let s = s.clamp(0.0, 1.0);
-                let value = (curve(s) - to).norm();
-                if value < best.0 {
-                    best = (value, s);
-                }
-            }
-            step *= 0.5;
-        }
+        let speed = SAMPLES as f64 * chord(k, before).max(chord(k, after));
+        let best = descend(|s| (curve(s) - to).norm_squared(), at(k), speed);
         if best.0 < all.0 {
             *all = best;
         }
+        if best.0 <= told {
+            return;
+        }
     }
+}
+
+/// Where a curve over [0, 1] comes nearest to a point from a sample on, and how near, given the squared distance and how fast the curve is.
+///
+/// A pattern search (Hooke and Jeeves): each round looks at both sides of the best place, and between them where the parabola through the three is least.
+/// The steps at least halve, as they must where there is a kink; where the parabola is right they shrink as fast as it becomes better.
+fn descend(squared: impl Fn(f64) -> f64, from: f64, speed: f64) -> (f64, f64) {
+    const ROUNDS: usize = 64;
+    const SHRINK: f64 = 1.0 / 64.0;
+    const LEAST: f64 = 1.0 / (1u64 << 50) as f64;
+    // Nearer to a minimum than so much of the distance, on the curve, the squared distances differ by roundings.
+    const NOISE: f64 = 1.0 / (1u64 << 27) as f64;
+    let mut best = (squared(from), from);
+    let mut step = 0.5 / SAMPLES as f64;
+    let mut most = step;
+    for _ in 0..ROUNDS {
+        if !(step > LEAST + NOISE * best.0.sqrt() / speed) {
+            break;
+        }
+        let is_end = best.1 == 0.0 || best.1 == 1.0;
+        if !is_end {
+            // As far to one side as to the other, for the parabola.
+            step = step.min(best.1).min(1.0 - best.1);
+        }
+        let sides = [best.1 - step, best.1 + step].map(|s| {
+            let s = s.clamp(0.0, 1.0);
+            (squared(s), s)
+        });
+        let bend = sides[0].0 - 2.0 * best.0 + sides[1].0;
+        let off = 0.5 * step * (sides[0].0 - sides[1].0) / bend;
+        let is_bent = !is_end && bend > 0.0 && off.abs() < step;
+        let side = if sides[1].0 < sides[0].0 {
+            sides[1]
+        } else {
+            sides[0]
+        };
+        let middle = if is_bent && off != 0.0 {
+            (squared(best.1 + off), best.1 + off)
+        } else {
+            best
+        };
+        if middle.0 < best.0 && middle.0 <= side.0 {
+            best = middle;
+            step = (SHRINK * step).max(0.25 * off.abs());
+        } else if side.0 < best.0 {
+            best = side;
+            // From where a parabola has led astray it goes back as far as before.
+            if step >= most {
+                most *= 0.5;
+            }
+            step = (2.0 * step).min(most);
+        } else if is_end || is_bent && off.abs() <= SHRINK * step {
+            step *= SHRINK;
+        } else {
+            step *= 0.5;
+            most = step;
+        }
+    }
+    (best.0.sqrt(), best.1)
 }
 
 #[cfg(test)]
@@ -468,6 +532,46 @@ mod tests {
         let to = fold(25.7 / 32.0);
         let (off, s) = nearest(fold, &to);
         assert!(off < NEAR && (s - 25.7 / 32.0).abs() < NEAR, "{off} {s}");
+    }
+
+    /// Random curves, smooth and with kinks on samples: none of many points of them is nearer, and there are few that are looked at.
+    #[test]
+    fn the_nearest_point_of_random_curves() {
+        const CURVES: usize = 400;
+        let mut state = 1u64;
+        let mut random = || {
+            state = state.wrapping_mul(0x5851_f42d_4c95_7f2d).wrapping_add(1);
+            (state >> 40) as f64 / (1u64 << 24) as f64 - 0.5
+        };
+        let asked = std::cell::Cell::new(0);
+        for k in 0..CURVES {
+            let c: [Point3<f64>; 4] =
+                std::array::from_fn(|_| Point3::new(random(), random(), random()));
+            let curve = |s: f64| {
+                asked.set(asked.get() + 1);
+                if k % 2 == 0 {
+                    let (r, b) = (1.0 - s, [1.0, 3.0, 3.0, 1.0]);
+                    let all = (0..4)
+                        .map(|i| c[i].coords * (b[i] * r.powi(3 - i as i32) * s.powi(i as i32)));
+                    Point3::from(all.sum::<Vector3<f64>>())
+                } else {
+                    // Corners at 1/4 and 3/4.
+                    let corners = [0.0, 0.25, 0.75, 1.0];
+                    let i = usize::from(s >= 0.25) + usize::from(s >= 0.75);
+                    c[i] + (c[i + 1] - c[i]) * ((s - corners[i]) / (corners[i + 1] - corners[i]))
+                }
+            };
+            let s = random() + 0.5;
+            let off = Vector3::new(random(), random(), random()) * [0.0, 1e-9, 1e-3, 1.0][k % 4];
+            let to = curve(s) + off;
+            let (away, at) = nearest(curve, &to);
+            assert_eq!(away, (curve(at) - to).norm(), "{k}");
+            let samples = (0..=4096).map(|i| (curve(f64::from(i) / 4096.0) - to).norm());
+            let least = samples.fold(off.norm(), f64::min);
+            assert!(away <= least * (1.0 + 1e-12) + 1e-14, "{k}: {away} {least}");
+        }
+        let each = asked.get() / CURVES - 4099;
+        assert!(each < 120, "{each}");
     }
 
     /// A comb of long teeth next to each other, as one trim.
