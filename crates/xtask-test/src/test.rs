@@ -78,20 +78,24 @@ pub fn run() -> Result<(), String> {
         )),
     )?;
     let other_builds = build_beside(&root, &program);
-    // (Without the targets named it would build the examples as well, whose code clippy has checked.)
-    let mut tests = cargo(&format!(
-        "test --profile ci --workspace --lib --bins --tests --features {FEATURES},{ORACLE}"
-    ));
-    if let Some(python) = &python {
-        tests.env("FEELER_PYTHON", python);
-    }
+    let test = |targets: &str| {
+        let mut command = cargo(&format!(
+            "test --profile ci --workspace {targets} --features {FEATURES},{ORACLE}"
+        ));
+        if let Some(python) = &python {
+            command.env("FEELER_PYTHON", python);
+        }
+        command
+    };
     let tested = step(
-        "unit, property, oracle and snapshot tests, doctests",
-        &mut tests,
+        "unit, property, oracle and snapshot tests",
+        // Without the targets named it would build the examples as well, whose code clippy has checked.
+        &mut test("--lib --bins --tests"),
     );
     // Should one have failed, its step says so below; and none goes on where a test has.
     let _ = other_builds.join();
     tested?;
+    step("doctests", &mut test("--doc"))?;
     let own = |arguments: &str| {
         let mut command = Command::new(&program);
         command.args(arguments.split_whitespace());
