@@ -3,7 +3,8 @@
 //! What is low may be a needle: a half-space that leans on a generator by 1e-12 has points that are as low along it, and next to it none. So the directions in
 //! which a face rises least are narrowed down. Values are f64, and no bound rests on them.
 
-use super::local::{Spot, nearest_place, on_trim, point};
+use super::local::{Spot, on_trim, point};
+use super::nearest::nearest_place;
 use super::objective::Objective;
 use super::place::ON_VERTEX;
 use crate::prepare::PreparedBrep;

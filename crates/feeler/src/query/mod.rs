@@ -23,6 +23,7 @@ mod level;
 mod line;
 mod local;
 mod near_trim;
+mod nearest;
 mod node;
 mod normal;
 mod objective;

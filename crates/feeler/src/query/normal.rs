@@ -2,7 +2,8 @@
 //! sum of the faces' normals there. It is rounded, and nothing is proven of it.
 
 use super::answer::Feature;
-use super::local::{nearest_place, on_trim};
+use super::local::on_trim;
+use super::nearest::nearest_place;
 use super::outcome::Locus;
 use super::place::Place;
 use crate::numeric::{Ball, Dd};

@@ -2,7 +2,7 @@
 
 use super::answer::{Accuracy, Contact, Feature, Probe, Separation};
 use super::continuum::CONTINUUM_REACH;
-use super::local::nearest_along;
+use super::nearest::nearest_along;
 use super::normal::{normal_of_faces, unit};
 use super::outcome::{Locus, Outcome, Rough, Settled, Source, Spread};
 use super::search::QUARTER;
