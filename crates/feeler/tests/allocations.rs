@@ -182,7 +182,7 @@ fn a_query_that_was_asked_before_allocates_no_more_than_it_does_today() {
             "native sphere",
             native_sphere(),
             2.0,
-            [1, 1, 0, 108, 1, 1, 2, 0, 2537, 2, 1, 4, 3, 0, 1, 0, 2],
+            [1, 1, 0, 109, 1, 1, 2, 0, 2538, 2, 1, 4, 3, 0, 1, 0, 2],
         ),
         (
             "cube",
@@ -194,7 +194,7 @@ fn a_query_that_was_asked_before_allocates_no_more_than_it_does_today() {
             "nurbs sphere",
             nurbs_sphere(),
             2.0,
-            [1, 1, 0, 8963, 1, 0, 2, 0, 8651, 2, 0, 245, 107, 0, 4, 0, 23],
+            [1, 1, 0, 8964, 1, 0, 2, 0, 8651, 2, 0, 245, 107, 0, 4, 0, 23],
         ),
         (
             "wavy prism",
@@ -207,7 +207,7 @@ fn a_query_that_was_asked_before_allocates_no_more_than_it_does_today() {
             bicubic(),
             0.1,
             [
-                13, 13, 12, 7545, 67, 0, 5, 4, 986, 5, 2, 25, 23, 0, 290, 0, 24,
+                13, 13, 12, 7546, 67, 0, 5, 4, 986, 5, 2, 25, 23, 0, 290, 0, 24,
             ],
         ),
         (

@@ -17,8 +17,65 @@ pub(crate) const BENT: f64 = 2.0;
 /// Room for roundings, as a part of the size.
 const ROOM: f64 = 1.0 / (1u64 << 40) as f64;
 
-/// Of each trim: a box around each of its parts.
-pub(super) type TrimBoxes = Box<[OnceLock<Box<[Box3]>>]>;
+/// So many boxes that follow each other are in one of the next level.
+const WIDTH: usize = 16;
+
+/// Of each trim: boxes around its parts.
+pub(super) type TrimBoxes = Box<[OnceLock<PartBoxes>]>;
+
+/// Boxes around the parts of a trim, and around runs of them.
+#[derive(Debug)]
+pub(crate) struct PartBoxes {
+    /// Of the parts, of [`WIDTH`] that follow each other, of as many of those, and so on.
+    levels: Vec<Box<[Box3]>>,
+}
+
+impl PartBoxes {
+    fn new(parts: Box<[Box3]>) -> Self {
+        let mut levels = vec![parts];
+        while let Some(last) = levels.last().filter(|l| l.len() > WIDTH) {
+            let next = last.chunks(WIDTH).map(around).collect();
+            levels.push(next);
+        }
+        Self { levels }
+    }
+
+    /// How many parts there are.
+    pub(crate) fn count(&self) -> usize {
+        self.levels.first().map_or(0, |l| l.len())
+    }
+
+    /// The first part from `from` on whose box is near, and its box. What is not near holds nothing that is.
+    pub(crate) fn next(&self, from: usize, near: impl Fn(&Box3) -> bool) -> Option<(usize, &Box3)> {
+        let mut part = from;
+        'runs: while part < self.count() {
+            // The longest run that begins here comes first.
+            let mut level = 0;
+            let mut run = part;
+            while level + 1 < self.levels.len() && run.is_multiple_of(WIDTH) {
+                level += 1;
+                run /= WIDTH;
+            }
+            loop {
+                let own = &self.levels[level][run];
+                if !near(own) {
+                    part = (run + 1) * WIDTH.pow(level as u32);
+                    continue 'runs;
+                }
+                if level == 0 {
+                    return Some((part, own));
+                }
+                level -= 1;
+                run *= WIDTH;
+            }
+        }
+        None
+    }
+
+    fn bytes(&self) -> usize {
+        self.levels.iter().map(|l| size_of_val(&**l)).sum()
+    }
+}
 
 impl PreparedBrep {
     /// How many parts a trim is looked at in, all as long in its parameter.
@@ -29,16 +86,16 @@ impl PreparedBrep {
         count.div_ceil(PIECES).max(1)
     }
 
-    /// A box around each of them; `image` is what the trim is in space, from 0 to 1.
-    pub(crate) fn trim_boxes(&self, trim: usize, image: impl Fn(f64) -> Point3<f64>) -> &[Box3] {
+    /// Boxes around them; `image` is what the trim is in space, from 0 to 1.
+    pub(crate) fn trim_boxes(&self, trim: usize, image: impl Fn(f64) -> Point3<f64>) -> &PartBoxes {
         let slots = || self.brep().parts().trims.iter().map(|_| OnceLock::new());
         let all = self.trim_boxes.get_or_init(|| slots().collect());
         all[trim].get_or_init(|| {
             let count = self.trim_parts(trim);
-            self.flat_boxes(trim, count).unwrap_or_else(|| {
+            PartBoxes::new(self.flat_boxes(trim, count).unwrap_or_else(|| {
                 let part = |k: usize| box_of(|s| image((k as f64 + s) / count as f64));
                 (0..count).map(part).collect()
-            })
+            }))
         })
     }
 
@@ -98,5 +155,28 @@ fn box_of(curve: impl Fn(f64) -> Point3<f64>) -> Box3 {
 /// Bytes of those that have been made.
 pub(super) fn bytes(boxes: &TrimBoxes) -> usize {
     let made = boxes.iter().filter_map(OnceLock::get);
-    size_of_val(&**boxes) + made.map(|b| size_of_val(&**b)).sum::<usize>()
+    size_of_val(&**boxes) + made.map(PartBoxes::bytes).sum::<usize>()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Of any number of boxes those are found, in order, that a look at each finds.
+    #[test]
+    fn near_boxes_are_found_in_order() {
+        for count in [0, 1, 15, 16, 17, 256, 257, 5000] {
+            let at = |k: usize| (k * 37 % 101) as f64;
+            let own = |k: usize| [[at(k), at(k) + 0.5], [k as f64, k as f64], [0.0, 1.0]];
+            let boxes = PartBoxes::new((0..count).map(own).collect());
+            assert_eq!(boxes.count(), count);
+            for [low, high] in [[3.0, 9.25], [100.0, 200.0], [50.0, 50.0], [-1.0, 1e9]] {
+                let near = |b: &Box3| b[0][0] <= high && b[0][1] >= low && b[1][1] >= 20.0;
+                let next = |from: usize| boxes.next(from, near).map(|(k, _)| k);
+                let found: Vec<usize> = std::iter::successors(next(0), |k| next(k + 1)).collect();
+                let all: Vec<usize> = (0..count).filter(|k| near(&own(*k))).collect();
+                assert_eq!(found, all, "{count} {low}");
+            }
+        }
+    }
 }

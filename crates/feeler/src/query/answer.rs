@@ -110,7 +110,8 @@ pub struct Options {
     pub prediction: f64,
     /// Which contacts to report.
     pub contacts: Contacts,
-    /// How many search nodes may be spent before the query gives up with the bound it has; a line's node counts for four.
+    /// How many search nodes may be spent before the query gives up with the bound it has; a line's node counts for four. To list all contacts
+    /// it may spend as many again, of which one looks around a place in some eight points.
     pub node_budget: usize,
 }
 

@@ -5,15 +5,14 @@ use super::answer::{
 };
 use super::continuum::is_continuum;
 use super::front::Front;
-use super::local::{Spot, Surroundings};
+use super::list::List;
 use super::objective::Objective;
-use super::objective::ball_around;
-use super::outcome::{FormulaMinimum, Goal, Locus, Outcome, Settled, Source, Width};
-use super::place::{Centre, Place, bound_contact, make_contact, place_of, trim_at};
+use super::outcome::{Goal, Outcome, Width};
+use super::place::{Centre, Place, bound_contact, make_contact};
 use super::search::minimize;
 use super::trail::Trail;
 use super::{Work, Workspace, inside, one_sphere};
-use crate::numeric::{Ball, Dd, Enclosure, Real};
+use crate::numeric::{Dd, Enclosure, Real};
 use crate::prepare::PreparedBrep;
 use crate::trim::Side;
 use nalgebra::Point3;
@@ -21,8 +20,6 @@ use std::sync::Arc;
 
 /// The floor of full accuracy, relative to the model's size (module docs of the crate).
 pub(super) const FULL_FLOOR: f64 = 1.0 / (1u128 << 96) as f64;
-/// Feet nearer to each other than this times the size are one contact.
-const SAME_CONTACT: f64 = 1.0 / (1u64 << 24) as f64;
 
 /// The separation and contacts of a sphere or half-space.
 ///
@@ -191,7 +188,7 @@ fn searched(
     }
     // Contacts may be missing where the search for all of them was cut short.
     let cut_short = found.budget_spent && options.contacts == Contacts::All;
-    let undecided = if separation.bounds.width() <= target {
+    let mut undecided = if separation.bounds.width() <= target {
         cut_short.then_some(Undecided::Budget)
     } else if material.is_none() {
         Some(Undecided::Degenerate)
@@ -217,9 +214,27 @@ fn searched(
         &mut workspace.memory,
     );
     workspace.work.nodes += nodes;
-    let mut contacts = contacts(
-        brep, probe, options, &found, &objective, separation, continuum, material,
-    );
+    // Mostly there is one.
+    let mut contacts: Vec<Contact> = Vec::with_capacity(1);
+    // Where the enclosure holds the prediction, a contact too many is better than one lost.
+    if !(separation.bounds.lo > options.prediction) {
+        let known = (separation, continuum, material);
+        contacts.extend(deepest(brep, probe, options, &found, known));
+        if options.contacts == Contacts::All {
+            let list = List {
+                brep,
+                probe,
+                options,
+                objective: &objective,
+                material,
+            };
+            let (nodes, is_whole) = list.fill(&found, &mut contacts);
+            workspace.work.nodes += nodes;
+            if !is_whole {
+                undecided = undecided.or(Some(Undecided::Budget));
+            }
+        }
+    }
     workspace.work.contacts = contacts.len();
     workspace.memory.keep(found);
     if material.is_none() {
@@ -356,249 +371,34 @@ pub(super) fn separation(
     Separation { value, bounds }
 }
 
-#[allow(clippy::too_many_arguments)] // One caller; the parts of one answer.
-fn contacts(
+/// The deepest contact.
+fn deepest(
     brep: &PreparedBrep,
     probe: &Probe,
     options: &Options,
     found: &Outcome,
-    objective: &Objective,
-    separation: Separation,
-    continuum: bool,
-    material: Option<bool>,
-) -> Vec<Contact> {
-    if separation.bounds.lo > options.prediction {
-        return Vec::new();
-    }
-    // Mostly there is one.
-    let mut out: Vec<Contact> = Vec::with_capacity(1);
-    // Where the enclosure holds the prediction, a contact too many is better than one lost.
-    if let Some(foot) = &found.foot {
-        let place = Place {
-            face: foot.face,
-            trim: foot.trim,
-            spot: foot.spot,
-            uv: foot.uv,
-        };
-        let mut c = make_contact(
-            brep,
-            probe,
-            &place,
-            separation,
-            Centre {
-                in_material: material == Some(true),
-                may_touch: !(found.lo > Dd::ZERO),
-            },
-            options.accuracy,
-            found.rough.as_deref(),
-        );
-        bound_contact(&mut c, probe, found, brep, continuum);
-        out.push(c);
-    }
-    if options.contacts == Contacts::All {
-        let with_deepest = !out.is_empty();
-        let list = List {
-            brep,
-            probe,
-            options,
-            objective,
-            material,
-            with_deepest,
-        };
-        for s in &found.settled {
-            if let Some(candidate) = list.of_node(s) {
-                list.add(candidate, &mut out);
-            }
-        }
-        for m in &found.formulas {
-            list.add(Candidate::of_formula(m), &mut out);
-        }
-        out[usize::from(with_deepest)..].sort_by(|a, b| {
-            let by_distance = nearness(a, material).total_cmp(&nearness(b, material));
-            by_distance.then(a.feature.cmp(&b.feature))
-        });
-    }
-    out
-}
-
-/// What grows with the distance of a contact's foot. In material the nearest has the largest separation; where the side is not
-/// known the bounds are those of both, and their upper end is as on the outside.
-fn nearness(c: &Contact, material: Option<bool>) -> f64 {
-    match material {
-        Some(false) => c.separation.value,
-        Some(true) => -c.separation.value,
-        None => c.separation.bounds.hi,
-    }
-}
-
-/// The separation of the nearer of two places, whichever it is: faces may be a rounding apart at an edge.
-fn nearer([a, b]: [Separation; 2], material: Option<bool>) -> Separation {
-    let ([a_lo, a_hi], [b_lo, b_hi]) = ([a.bounds.lo, a.bounds.hi], [b.bounds.lo, b.bounds.hi]);
-    let (lo, hi, value) = match material {
-        Some(false) => (a_lo.min(b_lo), a_hi.min(b_hi), a.value.min(b.value)),
-        Some(true) => (a_lo.max(b_lo), a_hi.max(b_hi), a.value.max(b.value)),
-        None => (a_lo.min(b_lo), a_hi.max(b_hi), a.value),
+    (separation, continuum, material): (Separation, bool, Option<bool>),
+) -> Option<Contact> {
+    let foot = found.foot.as_ref()?;
+    let place = Place {
+        face: foot.face,
+        trim: foot.trim,
+        spot: foot.spot,
+        uv: foot.uv,
     };
-    Separation {
-        value: value.clamp(lo, hi),
-        bounds: Enclosure { lo, hi },
-    }
-}
-
-/// What may be one of all contacts.
-struct Candidate {
-    place: Place,
-    /// Bounds of `f`.
-    range: [Dd; 2],
-    /// `f` at the place. Where all of a node is one value up to rounding its minimum is elsewhere on it, and a way falls only if it falls by more.
-    value: Ball<Dd>,
-}
-
-impl Candidate {
-    fn of_formula(m: &FormulaMinimum) -> Self {
-        let value = ball_around(m.here);
-        let place = Place {
-            face: m.face,
-            trim: m.trim,
-            spot: Locus::Closed { point: m.point },
-            uv: m.uv,
-        };
-        Self {
-            place,
-            range: m.range,
-            value,
-        }
-    }
-}
-
-/// A list of all contacts in the making.
-struct List<'a> {
-    brep: &'a PreparedBrep,
-    probe: &'a Probe,
-    options: &'a Options,
-    objective: &'a Objective,
-    material: Option<bool>,
-    /// Whether the first is the deepest of all.
-    with_deepest: bool,
-}
-
-impl List<'_> {
-    /// The local minimum of a settled node, if it has one.
-    fn of_node(&self, s: &Settled) -> Option<Candidate> {
-        // At the end of the face, or on a crease, a patch alone goes on falling: whether another is lower is tested of every candidate.
-        if !(s.local_minimum || s.on_border) {
-            return None;
-        }
-        let brep = self.brep;
-        let (mut place, index, mut local) = place_of(brep, s)?;
-        let patch = &brep.double_double(place.face).patches[index];
-        if let Some(Source::Patch { face, .. }) = s.source {
-            // A foot beside the region is none: the border's own is.
-            if brep.region(face).side(place.uv).side == Some(Side::Outside) {
-                return None;
-            }
-            let at = [place.uv.x, place.uv.y];
-            local = [0, 1].map(|k| patch.maps[k].to_local(Ball::exact(at[k])));
-            place.spot = Locus::Patch {
-                patch: index,
-                local,
-                point: None,
-            };
-        }
-        // A piece that passes the border of its patch is known to be on it there, up to a slack: the ball holds the patch's own point.
-        for x in &mut local {
-            let inside = if x.mid < Dd::ZERO {
-                Dd::ZERO
-            } else if x.mid > Dd::ONE {
-                Dd::ONE
-            } else {
-                continue;
-            };
-            x.rad = (x.rad + (x.mid - inside).magnitude()) * (1.0 + 4.0 * f64::EPSILON);
-            x.mid = inside;
-        }
-        // Below: the bound of the node. Above: f at the point itself.
-        let f = self.objective.value(&patch.net, local);
-        let hi = f.mid + Dd::from(f.rad * (1.0 + 16.0 * f64::EPSILON));
-        let more = match s.flat {
-            true => (f.mid - s.lo).magnitude(),
-            false => 0.0,
-        };
-        Some(Candidate {
-            place,
-            range: [s.lo, hi],
-            value: Ball {
-                mid: f.mid,
-                rad: f.rad + more,
-            },
-        })
-    }
-
-    /// Adds one, if it is a minimum, near enough and a new one.
-    fn add(&self, candidate: Candidate, out: &mut Vec<Contact>) {
-        let Candidate {
-            place,
-            range,
-            value,
-        } = candidate;
-        let (brep, radius) = (self.brep, self.probe.radius());
-        // In material, too, it is the distance that counts.
-        let reach = Dd::from(radius) + Dd::from(self.options.prediction);
-        let most = if self.options.prediction == f64::INFINITY {
-            // Sums and products with it are no numbers.
-            Dd::from(f64::INFINITY)
-        } else if !self.objective.is_squared() {
-            reach
-        } else if reach > Dd::ZERO {
-            reach * reach
-        } else {
-            return;
-        };
-        if value.mid - Dd::from(value.rad) > most {
-            return;
-        }
-        let near = separation(range, self.objective, radius, self.material);
-        let c = make_contact(
-            brep,
-            self.probe,
-            &place,
-            near,
-            Centre {
-                in_material: self.material == Some(true),
-                may_touch: !(range[0] > Dd::ZERO),
-            },
-            self.options.accuracy,
-            None,
-        );
-        let apart = SAME_CONTACT * brep.size();
-        // The first is the deepest of all: its separation is the answer's.
-        let same = out
-            .iter()
-            .position(|o| (o.on_brep - c.on_brep).norm() <= apart);
-        match same {
-            Some(0) if self.with_deepest => {}
-            // The lower one is the contact's foot. (With the centre in material the nearer one.)
-            Some(i) => {
-                let both = [out[i].separation, c.separation];
-                if nearness(&c, self.material) < nearness(&out[i], self.material) {
-                    out[i] = c;
-                }
-                out[i].separation = nearer(both, self.material);
-            }
-            None => {
-                let around = Surroundings {
-                    brep,
-                    objective: self.objective,
-                };
-                let own = Spot {
-                    face: place.face,
-                    uv: place.uv,
-                };
-                let trim = place.trim.or_else(|| trim_at(brep, &place));
-                if around.is_minimum(own, trim, &c.on_brep, value) {
-                    out.push(c);
-                }
-            }
-        }
-    }
+    let centre = Centre {
+        in_material: material == Some(true),
+        may_touch: !(found.lo > Dd::ZERO),
+    };
+    let mut c = make_contact(
+        brep,
+        probe,
+        &place,
+        separation,
+        centre,
+        options.accuracy,
+        found.rough.as_deref(),
+    );
+    bound_contact(&mut c, probe, found, brep, continuum);
+    Some(c)
 }

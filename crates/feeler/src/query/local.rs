@@ -8,6 +8,7 @@ use crate::numeric::{Ball, Dd};
 use crate::prepare::PreparedBrep;
 use crate::trim::Side;
 use nalgebra::{Point2, Point3, Vector3};
+use std::cell::Cell;
 
 /// A point of a face, by its parameters.
 #[derive(Clone, Copy, Debug)]
@@ -30,11 +31,21 @@ const TURN: [f64; 2] = [0.965_925_826_289_068_3, 0.258_819_045_102_520_74];
 const AROUND_POLE: usize = 24;
 
 pub(super) struct Surroundings<'a> {
-    pub(super) brep: &'a PreparedBrep,
-    pub(super) objective: &'a Objective,
+    brep: &'a PreparedBrep,
+    objective: &'a Objective,
+    /// How many values of the objective were asked for.
+    pub(super) values: Cell<usize>,
 }
 
-impl Surroundings<'_> {
+impl<'a> Surroundings<'a> {
+    pub(super) fn new(brep: &'a PreparedBrep, objective: &'a Objective) -> Self {
+        Self {
+            brep,
+            objective,
+            values: Cell::new(0),
+        }
+    }
+
     /// Whether no way leads down from a point with this value of `f`: by straight lines in uv, and along trims, from
     /// the point and from where the faces beside it have it. A way falls from its first step on, so that what
     /// is beyond a rise does not count; beyond a crack it has to come below the point itself.
@@ -287,6 +298,7 @@ impl Surroundings<'_> {
 
     /// The value of `f`.
     pub(super) fn value(&self, at: Spot) -> Option<Ball<Dd>> {
+        self.values.set(self.values.get() + 1);
         let uv = [at.uv.x, at.uv.y];
         if let Some(form) = self.brep.closed(at.face) {
             let point = form.surface.point(uv);

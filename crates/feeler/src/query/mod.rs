@@ -21,6 +21,7 @@ mod joints;
 mod leaf;
 mod level;
 mod line;
+mod list;
 mod local;
 mod near_trim;
 mod nearest;

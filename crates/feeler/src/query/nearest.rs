@@ -2,8 +2,8 @@
 
 use super::local::{on_trim, point};
 use super::search::least_squared;
-use crate::prepare::PreparedBrep;
 use crate::prepare::trim_boxes::{BENT, SAMPLES};
+use crate::prepare::{Box3, PreparedBrep};
 use nalgebra::{Point, Point3};
 
 /// How near what a trim is in space comes to a point, and where on the trim, from 0 to 1, roughly; `None` where it does not come within so much.
@@ -20,22 +20,26 @@ pub(super) fn nearest_on(
     let mut limit = within;
     // What is told as nearer than this is within the limit.
     let unknown = |limit: f64| (limit.next_up(), 0.0);
-    if boxes.len() > 1 {
+    let count = boxes.count();
+    let reaches = |b: &Box3, limit: f64| least_squared(b, to).sqrt() * DOWN <= limit;
+    if count > 1 {
         // What is no nearer than a place in the nearest box need not be looked at.
-        let all = (0..boxes.len()).map(|k| (k, least_squared(&boxes[k], to)));
-        let first = |a: (usize, f64), b: (usize, f64)| if b.1 < a.1 { b } else { a };
-        let (first, squared) = all.reduce(first)?;
-        if squared.sqrt() * DOWN <= within {
-            let mut nearest = unknown(within);
-            narrow_part(curve, (first, boxes.len()), to, &mut nearest);
-            limit = limit.min(nearest.0);
-        }
+        let after = |best: Option<(usize, f64)>| {
+            let nearer = |b: &Box3| best.is_none_or(|(_, than)| least_squared(b, to) < than);
+            let from = best.map_or(0, |(k, _)| k + 1);
+            let (k, own) = boxes.next(from, |b| reaches(b, within) && nearer(b))?;
+            Some((k, least_squared(own, to)))
+        };
+        let (first, _) = std::iter::successors(after(None), |b| after(Some(*b))).last()?;
+        let mut nearest = unknown(within);
+        narrow_part(curve, (first, count), to, &mut nearest);
+        limit = limit.min(nearest.0);
     }
     let mut nearest = unknown(limit);
-    for (k, own) in boxes.iter().enumerate() {
-        if least_squared(own, to).sqrt() * DOWN <= limit {
-            narrow_part(curve, (k, boxes.len()), to, &mut nearest);
-        }
+    let mut next = 0;
+    while let Some((k, _)) = boxes.next(next, |b| reaches(b, limit)) {
+        narrow_part(curve, (k, count), to, &mut nearest);
+        next = k + 1;
     }
     (nearest.0 <= limit && nearest.0 < f64::INFINITY).then_some(nearest)
 }

@@ -6,7 +6,9 @@ use crate::scenes::loops::{face_of, polygon, square_plane};
 use feeler::numeric::Interval;
 use feeler::nurbs::{Arc, Curve2, Line, NurbsCurve, Plane, Surface};
 use feeler::prepare::PreparedBrep;
-use feeler::query::{ContactAnswer, Contacts, Options, Probe, Sphere, Workspace, contact};
+use feeler::query::{
+    ContactAnswer, Contacts, HalfSpace, Options, Probe, Sphere, Undecided, Workspace, contact,
+};
 use feeler::trim::{Side, TrimRegion};
 use nalgebra::{Point2, Point3, Vector2, Vector3};
 
@@ -413,4 +415,49 @@ fn an_infinite_prediction_lists_what_a_large_one_does() {
         let a = ask(p);
         assert_eq!(a.contacts.len(), large.contacts.len(), "{p:e} {a:#?}");
     }
+}
+
+/// The tips of a zigzag, each a contact of a half-space: a list has them all, or says that its budget is spent, which it keeps to.
+#[test]
+fn a_list_keeps_to_its_budget() {
+    const TEETH: usize = 300;
+    /// What a place takes that is begun with a node left: some values on each face and along each trim there, of which a few make a node.
+    const LAST: usize = 64;
+    let mut corners = vec![Point2::new(1.0, 1.0), Point2::new(-1.0, 1.0)];
+    let mut depths = Vec::new();
+    for k in 0..TEETH {
+        let x = -1.0 + 2.0 * k as f64 / TEETH as f64;
+        let depth = 0.5 + (k * 7 % TEETH) as f64 / 1024.0;
+        depths.push(depth);
+        corners.push(Point2::new(x, 0.0));
+        corners.push(Point2::new(x + 1.0 / TEETH as f64, -depth));
+    }
+    corners.push(Point2::new(1.0, 0.0));
+    depths.sort_by(|a, b| b.total_cmp(a));
+    let brep = face_of(square_plane(8.0), vec![polygon(&corners)]);
+    let brep = PreparedBrep::new(brep);
+    let below = Probe::HalfSpace(HalfSpace::new(Vector3::y(), 0.0).unwrap());
+    let mut seen = [false; 2];
+    for node_budget in [0, 1, 20, 400, 1000, 3000, 200_000] {
+        let options = Options {
+            contacts: Contacts::All,
+            node_budget,
+            ..Options::default()
+        };
+        let mut workspace = Workspace::default();
+        let found = contact(&brep, &below, &options, &mut workspace);
+        let spent = workspace.work().nodes;
+        assert!(spent <= 2 * node_budget + LAST, "{node_budget}: {spent}");
+        let told: Vec<f64> = found.contacts.iter().map(|c| -c.on_brep.y).collect();
+        if found.undecided.is_none() {
+            assert_eq!(told, depths, "{node_budget}");
+            seen[0] = true;
+        } else {
+            assert_eq!(found.undecided, Some(Undecided::Budget), "{node_budget}");
+            assert!(told.len() < TEETH, "{node_budget}");
+            assert!(told.iter().all(|d| depths.contains(d)), "{node_budget}");
+            seen[1] |= told.len() > 2;
+        }
+    }
+    assert_eq!(seen, [true; 2]);
 }
