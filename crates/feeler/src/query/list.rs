@@ -2,7 +2,7 @@
 
 use super::answer::{Contact, Options, Probe, Separation};
 use super::contact::separation;
-use super::local::{Spot, Surroundings};
+use super::local::{Spot, Surroundings, point};
 use super::objective::{Objective, ball_around};
 use super::outcome::{FormulaMinimum, Locus, Outcome, Settled, Source};
 use super::place::{Centre, Place, make_contact, place_of, trim_at};
@@ -14,8 +14,6 @@ use std::collections::BTreeSet;
 
 /// Feet nearer to each other than this times the size are one contact.
 const SAME_CONTACT: f64 = 1.0 / (1u64 << 24) as f64;
-/// Where ways down from a place are looked for, so many values count for a node.
-const VALUES_A_NODE: usize = 8;
 
 /// What grows with the distance of a contact's foot. In material the nearest has the largest separation; where the side is not
 /// known the bounds are those of both, and their upper end is as on the outside.
@@ -51,6 +49,56 @@ struct Candidate {
 }
 
 impl Candidate {
+    /// The local minimum of a settled node, if it has one.
+    fn of_node(brep: &PreparedBrep, objective: &Objective, s: &Settled) -> Option<Self> {
+        // At the end of the face, or on a crease, a patch alone goes on falling: whether another is lower is tested of every candidate.
+        if !(s.local_minimum || s.on_border) {
+            return None;
+        }
+        let (mut place, index, mut local) = place_of(brep, s)?;
+        let patch = &brep.double_double(place.face).patches[index];
+        if let Some(Source::Patch { face, .. }) = s.source {
+            // A foot beside the region is none: the border's own is.
+            if brep.region(face).side(place.uv).side == Some(Side::Outside) {
+                return None;
+            }
+            let at = [place.uv.x, place.uv.y];
+            local = [0, 1].map(|k| patch.maps[k].to_local(Ball::exact(at[k])));
+            place.spot = Locus::Patch {
+                patch: index,
+                local,
+                point: None,
+            };
+        }
+        // A piece that passes the border of its patch is known to be on it there, up to a slack: the ball holds the patch's own point.
+        for x in &mut local {
+            let inside = if x.mid < Dd::ZERO {
+                Dd::ZERO
+            } else if x.mid > Dd::ONE {
+                Dd::ONE
+            } else {
+                continue;
+            };
+            x.rad = (x.rad + (x.mid - inside).magnitude()) * (1.0 + 4.0 * f64::EPSILON);
+            x.mid = inside;
+        }
+        // Below: the bound of the node. Above: f at the point itself.
+        let f = objective.value(&patch.net, local);
+        let hi = f.mid + Dd::from(f.rad * (1.0 + 16.0 * f64::EPSILON));
+        let more = match s.flat {
+            true => (f.mid - s.lo).magnitude(),
+            false => 0.0,
+        };
+        Some(Self {
+            place,
+            range: [s.lo, hi],
+            value: Ball {
+                mid: f.mid,
+                rad: f.rad + more,
+            },
+        })
+    }
+
     fn of_formula(m: &FormulaMinimum) -> Self {
         let value = ball_around(m.here);
         let place = Place {
@@ -65,6 +113,34 @@ impl Candidate {
             value,
         }
     }
+}
+
+/// Up to this degree a point of a trim takes much less than a box.
+const CHEAP_DEGREE: usize = 8;
+
+/// Whether a node may hold a minimum that is one of all contacts: not if the way along its trim leads down to below all that is on it. (Not looked
+/// at on patches of higher degree.)
+pub(super) fn may_be_contact(around: &Surroundings, s: &Settled) -> bool {
+    let is_dear = s.source.is_none_or(|source| {
+        let (Source::Patch { face, index } | Source::Piece { face, index }) = source;
+        let geometry = around.brep.double(face);
+        let patch = match source {
+            Source::Patch { .. } => index,
+            Source::Piece { .. } => geometry.piece(index).patch,
+        };
+        let degree = geometry.patches[patch].net.degree;
+        degree.u.max(degree.v) > CHEAP_DEGREE
+    });
+    if is_dear {
+        return true;
+    }
+    let flat = Settled { flat: true, ..*s };
+    let candidate = Candidate::of_node(around.brep, around.objective, &flat);
+    candidate.is_none_or(|c| {
+        let Place { face, trim, uv, .. } = c.place;
+        let point = point(around.brep, Spot { face, uv });
+        trim.is_none_or(|trim| !around.falls_on_trim(trim, &point, c.value))
+    })
 }
 
 /// What a list of all contacts is made of.
@@ -101,7 +177,10 @@ impl List<'_> {
             around: Surroundings::new(self.brep, self.objective),
             with_deepest,
         };
-        let nodes = found.settled.iter().filter_map(|s| self.of_node(s));
+        let nodes = found
+            .settled
+            .iter()
+            .filter_map(|s| Candidate::of_node(self.brep, self.objective, s));
         let formulas = found.formulas.iter().map(Candidate::of_formula);
         let (mut places, mut spent) = (0, 0);
         let mut is_whole = true;
@@ -112,64 +191,13 @@ impl List<'_> {
             }
             self.add(&candidate, &mut made);
             places += 1;
-            spent = places + made.around.values.get() / VALUES_A_NODE;
+            spent = places + made.around.nodes();
         }
         out[usize::from(with_deepest)..].sort_by(|a, b| {
             let by_distance = nearness(a, self.material).total_cmp(&nearness(b, self.material));
             by_distance.then(a.feature.cmp(&b.feature))
         });
         (spent, is_whole)
-    }
-
-    /// The local minimum of a settled node, if it has one.
-    fn of_node(&self, s: &Settled) -> Option<Candidate> {
-        // At the end of the face, or on a crease, a patch alone goes on falling: whether another is lower is tested of every candidate.
-        if !(s.local_minimum || s.on_border) {
-            return None;
-        }
-        let brep = self.brep;
-        let (mut place, index, mut local) = place_of(brep, s)?;
-        let patch = &brep.double_double(place.face).patches[index];
-        if let Some(Source::Patch { face, .. }) = s.source {
-            // A foot beside the region is none: the border's own is.
-            if brep.region(face).side(place.uv).side == Some(Side::Outside) {
-                return None;
-            }
-            let at = [place.uv.x, place.uv.y];
-            local = [0, 1].map(|k| patch.maps[k].to_local(Ball::exact(at[k])));
-            place.spot = Locus::Patch {
-                patch: index,
-                local,
-                point: None,
-            };
-        }
-        // A piece that passes the border of its patch is known to be on it there, up to a slack: the ball holds the patch's own point.
-        for x in &mut local {
-            let inside = if x.mid < Dd::ZERO {
-                Dd::ZERO
-            } else if x.mid > Dd::ONE {
-                Dd::ONE
-            } else {
-                continue;
-            };
-            x.rad = (x.rad + (x.mid - inside).magnitude()) * (1.0 + 4.0 * f64::EPSILON);
-            x.mid = inside;
-        }
-        // Below: the bound of the node. Above: f at the point itself.
-        let f = self.objective.value(&patch.net, local);
-        let hi = f.mid + Dd::from(f.rad * (1.0 + 16.0 * f64::EPSILON));
-        let more = match s.flat {
-            true => (f.mid - s.lo).magnitude(),
-            false => 0.0,
-        };
-        Some(Candidate {
-            place,
-            range: [s.lo, hi],
-            value: Ball {
-                mid: f.mid,
-                rad: f.rad + more,
-            },
-        })
     }
 
     /// Whether one is within reach.

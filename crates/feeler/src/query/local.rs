@@ -3,11 +3,11 @@
 
 use super::nearest::{nearest, nearest_on};
 use super::objective::{Objective, ball_around};
-use super::place::trims_near;
+use super::place::{rough_jet, trims_near};
 use crate::numeric::{Ball, Dd};
 use crate::prepare::PreparedBrep;
 use crate::trim::Side;
-use nalgebra::{Point2, Point3, Vector3};
+use nalgebra::{Point2, Point3};
 use std::cell::Cell;
 
 /// A point of a face, by its parameters.
@@ -30,11 +30,16 @@ const TURN: [f64; 2] = [0.965_925_826_289_068_3, 0.258_819_045_102_520_74];
 /// On a trim that is one point in space (a pole), ways start at so many of its parameters.
 const AROUND_POLE: usize = 24;
 
+/// Of a speed that is less than this part of a patch's coordinates f64 tells few digits.
+const FEW_DIGITS: f64 = 1.0 / (1u64 << 20) as f64;
+/// So many values count for a node.
+const VALUES_A_NODE: usize = 8;
+
 pub(super) struct Surroundings<'a> {
-    brep: &'a PreparedBrep,
-    objective: &'a Objective,
+    pub(super) brep: &'a PreparedBrep,
+    pub(super) objective: &'a Objective,
     /// How many values of the objective were asked for.
-    pub(super) values: Cell<usize>,
+    values: Cell<usize>,
 }
 
 impl<'a> Surroundings<'a> {
@@ -44,6 +49,11 @@ impl<'a> Surroundings<'a> {
             objective,
             values: Cell::new(0),
         }
+    }
+
+    /// What was asked so far, in nodes.
+    pub(super) fn nodes(&self) -> usize {
+        self.values.get() / VALUES_A_NODE
     }
 
     /// Whether no way leads down from a point with this value of `f`: by straight lines in uv, and along trims, from
@@ -177,9 +187,20 @@ impl<'a> Surroundings<'a> {
         let Some(here) = self.value(at) else {
             return false;
         };
-        if self.falls_from(at, here, f) {
-            return true;
-        }
+        self.falls_from(at, here, f) || self.falls_on(trim, s, here, f)
+    }
+
+    /// Whether `f` falls along a trim from where it is next to a point.
+    pub(super) fn falls_on_trim(&self, trim: usize, point: &Point3<f64>, f: Ball<Dd>) -> bool {
+        let near = nearest_on(self.brep, trim, point, FIRST_STEP * self.brep.size());
+        near.is_some_and(|(_, s)| {
+            let here = self.value(self.on_trim(trim, s));
+            here.is_some_and(|here| self.falls_on(trim, s, here, f))
+        })
+    }
+
+    /// Whether a way along a trim leads down from a place on it, with value `here`.
+    fn falls_on(&self, trim: usize, s: f64, here: Ball<Dd>, f: Ball<Dd>) -> bool {
         [-1.0, 1.0].into_iter().any(|sign| {
             let along = |length: f64| {
                 let to = self.along_trim(trim, (s, sign), length)?;
@@ -227,14 +248,12 @@ impl<'a> Surroundings<'a> {
 
     /// Whether some straight line in uv leads down from a point with value `here`.
     fn falls_from(&self, from: Spot, here: Ball<Dd>, f: Ball<Dd>) -> bool {
-        let surface = self.brep.brep().surface(from.face);
-        let domain = surface.domain();
-        let jet = surface.first_derivatives_with_bound(from.uv.x, from.uv.y);
-        let speeds: [Vector3<f64>; 2] = [jet.du, jet.dv];
+        let domain = self.brep.brep().surface(from.face).domain();
+        let speeds = self.speeds(from);
         let first = FIRST_STEP * self.brep.size();
         // In uv per unit of length; none in a direction in which the whole surface is a point.
         let per_length: [f64; 2] = std::array::from_fn(|k| {
-            let speed = speeds[k].norm();
+            let speed = speeds[k];
             if speed * (domain[k].end - domain[k].start) > GROWTH * first {
                 1.0 / speed
             } else {
@@ -294,6 +313,27 @@ impl<'a> Surroundings<'a> {
             last = value;
         }
         false
+    }
+
+    /// How fast a face goes along u and v: from its patch in f64, if the patch is not so narrow, or so slow there, that few digits are left of that.
+    fn speeds(&self, at: Spot) -> [f64; 2] {
+        let uv = [at.uv.x, at.uv.y];
+        if self.brep.closed(at.face).is_none() {
+            let patches = &self.brep.double(at.face).patches;
+            if let Some(patch) = patches.holding(uv).map(|index| &patches[index]) {
+                let local = |k: usize| patch.maps[k].to_local(Ball::exact(uv[k])).mid;
+                let [_, along_u, along_v] = rough_jet(&patch.net, [local(0), local(1)]);
+                let speeds = [along_u.norm(), along_v.norm()];
+                let [x, y, z, _] = patch.net.largest;
+                if speeds.iter().all(|s| *s >= FEW_DIGITS * x.max(y).max(z)) {
+                    let length = |k: usize| patch.maps[k].length::<f64>().mid;
+                    return [speeds[0] / length(0), speeds[1] / length(1)];
+                }
+            }
+        }
+        let surface = self.brep.brep().surface(at.face);
+        let all = surface.first_derivatives_with_bound(uv[0], uv[1]);
+        [all.du.norm(), all.dv.norm()]
     }
 
     /// The value of `f`.

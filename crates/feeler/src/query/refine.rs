@@ -1,5 +1,7 @@
 //! What f64 leaves open, again in double-double, and what that leaves open in triple-double.
 
+use super::list::may_be_contact;
+use super::local::Surroundings;
 use super::node::Node;
 use super::objective::Objective;
 use super::outcome::Source;
@@ -15,11 +17,22 @@ impl Search<'_> {
         let mut noisy = std::mem::take(&mut self.noisy);
         if !noisy.is_empty() && !self.out.budget_spent {
             self.sharpen();
-            for &(source, u, v, lo) in &noisy {
-                if !self.hopeless(lo) {
-                    self.settle_unshaped(source, u, v, lo);
+            let around = Surroundings::new(self.brep, self.objective);
+            noisy.retain(|&(source, u, v, lo)| {
+                if self.hopeless(lo) {
+                    return true;
                 }
-            }
+                self.settle_unshaped(source, u, v, lo);
+                // Of most that is no minimum, a piece's end on the border of its patch, the way down along its trim is seen from here. (Only where all minima are asked
+                // for is anything left that is not below the best.)
+                let falls = lo >= self.out.hi && { self.out.settled.last() }
+                    .is_some_and(|s| !may_be_contact(&around, s));
+                if falls {
+                    self.out.settled.pop();
+                }
+                !falls
+            });
+            self.out.nodes += around.nodes();
             self.refine::<Dd>(&mut noisy, false);
             if self.goal.all_below.is_some() {
                 for &(source, u, v, lo) in &noisy {
