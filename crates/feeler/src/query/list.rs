@@ -115,23 +115,21 @@ impl Candidate {
     }
 }
 
-/// Up to this degree a point of a trim takes much less than a box.
+/// Up to this degree of patch and piece, and so many parts, the nearest point of a trim takes much less than a box in double-double.
 const CHEAP_DEGREE: usize = 8;
+const CHEAP_PARTS: usize = 16;
 
 /// Whether a node may hold a minimum that is one of all contacts: not if the way along its trim leads down to below all that is on it. (Not looked
-/// at on patches of higher degree.)
+/// at on trims where that takes long.)
 pub(super) fn may_be_contact(around: &Surroundings, s: &Settled) -> bool {
-    let is_dear = s.source.is_none_or(|source| {
-        let (Source::Patch { face, index } | Source::Piece { face, index }) = source;
-        let geometry = around.brep.double(face);
-        let patch = match source {
-            Source::Patch { .. } => index,
-            Source::Piece { .. } => geometry.piece(index).patch,
-        };
-        let degree = geometry.patches[patch].net.degree;
-        degree.u.max(degree.v) > CHEAP_DEGREE
-    });
-    if is_dear {
+    let Some(Source::Piece { face, index }) = s.source else {
+        return true;
+    };
+    let (brep, geometry) = (around.brep, around.brep.double(face));
+    let piece = geometry.piece(index);
+    let degree = geometry.patches[piece.patch].net.degree;
+    let most = degree.u.max(degree.v).max(piece.local.len() - 1);
+    if most > CHEAP_DEGREE || piece.trim.is_none_or(|t| brep.trim_parts(t) > CHEAP_PARTS) {
         return true;
     }
     let flat = Settled { flat: true, ..*s };
