@@ -423,6 +423,8 @@ fn a_list_keeps_to_its_budget() {
     const TEETH: usize = 300;
     /// What a place takes that is begun with a node left: some values on each face and along each trim there, of which a few make a node.
     const LAST: usize = 64;
+    /// What all tips take at least: 24 ways are looked for from each, and eight points count for a node. (The search before takes a third of a node a tip.)
+    const LEAST: usize = TEETH * 24 / 8;
     let mut corners = vec![Point2::new(1.0, 1.0), Point2::new(-1.0, 1.0)];
     let mut depths = Vec::new();
     for k in 0..TEETH {
@@ -448,6 +450,10 @@ fn a_list_keeps_to_its_budget() {
         let found = contact(&brep, &below, &options, &mut workspace);
         let spent = workspace.work().nodes;
         assert!(spent <= 2 * node_budget + LAST, "{node_budget}: {spent}");
+        assert!(
+            found.undecided.is_some() || node_budget >= LEAST,
+            "{node_budget}"
+        );
         let told: Vec<f64> = found.contacts.iter().map(|c| -c.on_brep.y).collect();
         if found.undecided.is_none() {
             assert_eq!(told, depths, "{node_budget}");
