@@ -77,6 +77,24 @@ impl Bunches {
         first..(first + each).min(self.count)
     }
 
+    /// The first thing from `from` on that is in no bunch which is not near, of those that begin with it or after it.
+    pub(crate) fn next(&self, from: usize, near: impl Fn(&Box3) -> bool) -> Option<usize> {
+        let mut thing = from;
+        'things: while thing < self.count {
+            // The widest that begins here comes first.
+            for (level, boxes) in self.levels.iter().enumerate().rev() {
+                let each = WIDTH.pow(level as u32 + 1);
+                let is_far = |b: &Box3| !near(b);
+                if thing.is_multiple_of(each) && boxes[thing / each].as_ref().is_some_and(is_far) {
+                    thing += each;
+                    continue 'things;
+                }
+            }
+            return Some(thing);
+        }
+        None
+    }
+
     pub(super) fn bytes(&self) -> usize {
         let boxes = self.levels.iter().map(|l| size_of_val(&**l));
         size_of::<Self>()

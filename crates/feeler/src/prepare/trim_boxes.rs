@@ -1,6 +1,7 @@
 //! Boxes around parts of what trims are in space, which tell where a trim is not near a point. Of use for which contacts there are and how they are
 //! named; no bound rests on them.
 
+use super::bunches::{Bunches, FEW};
 use super::spline::{BezierCurve, curve_pieces};
 use super::{Box3, PreparedBrep, around, piece_count, widened};
 use crate::nurbs::Surface;
@@ -17,63 +18,46 @@ pub(crate) const BENT: f64 = 2.0;
 /// Room for roundings, as a part of the size.
 const ROOM: f64 = 1.0 / (1u64 << 40) as f64;
 
-/// So many boxes that follow each other are in one of the next level.
-const WIDTH: usize = 16;
-
 /// Of each trim: boxes around its parts.
 pub(super) type TrimBoxes = Box<[OnceLock<PartBoxes>]>;
 
-/// Boxes around the parts of a trim, and around runs of them.
+/// Boxes around the parts of a trim.
 #[derive(Debug)]
 pub(crate) struct PartBoxes {
-    /// Of the parts, of [`WIDTH`] that follow each other, of as many of those, and so on.
-    levels: Vec<Box<[Box3]>>,
+    parts: Box<[Box3]>,
+    /// Around bunches of them, where there are many.
+    bunches: Option<Bunches>,
 }
 
 impl PartBoxes {
     fn new(parts: Box<[Box3]>) -> Self {
-        let mut levels = vec![parts];
-        while let Some(last) = levels.last().filter(|l| l.len() > WIDTH) {
-            let next = last.chunks(WIDTH).map(around).collect();
-            levels.push(next);
-        }
-        Self { levels }
+        let boxes = || parts.iter().copied().map(Some);
+        let bunches = (parts.len() > FEW).then(|| Bunches::new(boxes()));
+        Self { parts, bunches }
     }
 
     /// How many parts there are.
     pub(crate) fn count(&self) -> usize {
-        self.levels.first().map_or(0, |l| l.len())
+        self.parts.len()
     }
 
     /// The first part from `from` on whose box is near, and its box. What is not near holds nothing that is.
     pub(crate) fn next(&self, from: usize, near: impl Fn(&Box3) -> bool) -> Option<(usize, &Box3)> {
         let mut part = from;
-        'runs: while part < self.count() {
-            // The longest run that begins here comes first.
-            let mut level = 0;
-            let mut run = part;
-            while level + 1 < self.levels.len() && run.is_multiple_of(WIDTH) {
-                level += 1;
-                run /= WIDTH;
+        loop {
+            if let Some(bunches) = &self.bunches {
+                part = bunches.next(part, &near)?;
             }
-            loop {
-                let own = &self.levels[level][run];
-                if !near(own) {
-                    part = (run + 1) * WIDTH.pow(level as u32);
-                    continue 'runs;
-                }
-                if level == 0 {
-                    return Some((part, own));
-                }
-                level -= 1;
-                run *= WIDTH;
+            let own = self.parts.get(part)?;
+            if near(own) {
+                return Some((part, own));
             }
+            part += 1;
         }
-        None
     }
 
     fn bytes(&self) -> usize {
-        self.levels.iter().map(|l| size_of_val(&**l)).sum()
+        size_of_val(&*self.parts) + self.bunches.as_ref().map_or(0, Bunches::bytes)
     }
 }
 
@@ -165,7 +149,7 @@ mod tests {
     /// Of any number of boxes those are found, in order, that a look at each finds.
     #[test]
     fn near_boxes_are_found_in_order() {
-        for count in [0, 1, 15, 16, 17, 256, 257, 5000] {
+        for count in [0, 1, 24, 25, 64, 65, 512, 513, 5000] {
             let at = |k: usize| (k * 37 % 101) as f64;
             let own = |k: usize| [[at(k), at(k) + 0.5], [k as f64, k as f64], [0.0, 1.0]];
             let boxes = PartBoxes::new((0..count).map(own).collect());

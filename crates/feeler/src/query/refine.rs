@@ -25,8 +25,8 @@ impl Search<'_> {
                 self.settle_unshaped(source, u, v, lo);
                 // Of most that is no minimum, a piece's end on the border of its patch, the way down along its trim is seen from here. (Only where all minima are asked
                 // for is anything left that is not below the best.)
-                let falls = lo >= self.out.hi && { self.out.settled.last() }
-                    .is_some_and(|s| !may_be_contact(&around, s));
+                let kept = self.out.settled.last().filter(|_| lo >= self.out.hi);
+                let falls = kept.is_some_and(|s| !may_be_contact(&around, s));
                 if falls {
                     self.out.settled.pop();
                 }
