@@ -333,13 +333,16 @@ mod tests {
             (state >> 40) as f64 / (1u64 << 24) as f64
         };
         let mut hits = 0;
-        for (apart, far) in [
+        /// How far feet of one contact are apart at most, and how far all are from the origin, in units of length: at the last, and where
+        /// they are 1e24 times as far out, cells are not counted any more.
+        const SCENES: [(f64, f64); 5] = [
             (1.0, 0.0),
             (0.1, 1e3),
             (1e-12, 1.0),
             (1e-9, 1e15),
             (0.0, 1.0),
-        ] {
+        ];
+        for (apart, far) in SCENES {
             let mut feet = Feet::apart(apart);
             let mut all: Vec<Point3<f64>> = Vec::new();
             for round in 0..600 {
