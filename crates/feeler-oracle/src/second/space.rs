@@ -37,11 +37,16 @@ impl Bound {
 /// Boxes in f64 and in balls, unless told otherwise.
 pub const BUDGET: [usize; 2] = [5000, 400];
 
+/// -2^4096: products of f64 are no lower.
+const BELOW_ALL: i64 = 4096;
+
 fn bound(least: &Least, of: impl Fn(&Ball) -> Ball) -> Bound {
-    let end = |x: Ball| x.center();
+    // Of what nothing is known (few boxes next to a point that is too far away for f64) there is no end.
+    let end = |x: Ball| x.is_point().then(|| x.center());
+    let low = end(of(&least.low).lower());
     Bound {
-        lo: end(of(&least.low).lower()),
-        hi: least.high.as_ref().map(|h| end(of(h).upper())),
+        lo: low.unwrap_or_else(|| Dyadic::new((-1).into(), BELOW_ALL)),
+        hi: least.high.as_ref().and_then(|h| end(of(h).upper())),
         nodes: least.nodes,
     }
 }
@@ -88,5 +93,33 @@ impl<'a> Second<'a> {
             .scene
             .least(&Goal::Plane(normal, offset), None, self.budget)?;
         Some(bound(&least, Ball::clone))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A ball without bounds has a middle all the same, which is no bound.
+    #[test]
+    fn what_is_not_known_is_no_bound() {
+        let anything = || Ball::exact(0.0).widened(f64::INFINITY);
+        let least = Least {
+            low: anything(),
+            high: Some(Ball::exact(-2.5)),
+            nodes: [1, 1],
+        };
+        let found = bound(&least, Ball::clone);
+        assert!(found.lo < Dyadic::from_f64(f64::MIN).unwrap());
+        assert_eq!(found.hi, Dyadic::from_f64(-2.5));
+        assert_eq!(found.width(), f64::INFINITY);
+        let least = Least {
+            low: Ball::exact(-3.0),
+            high: Some(anything()),
+            nodes: [1, 1],
+        };
+        let found = bound(&least, Ball::clone);
+        assert_eq!(found.lo, Dyadic::from_f64(-3.0).unwrap());
+        assert_eq!(found.hi, None);
     }
 }
