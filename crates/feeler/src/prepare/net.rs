@@ -540,7 +540,7 @@ pub(crate) struct Jet<T> {
 
 /// So many points take de Casteljau's triangle, which has fewer roundings; of more the time would go with their square.
 const MOST_SHORT: usize = 8;
-/// Of so many points all binomials, and what they are made of, are integers below 2^53.
+/// Of so many points all binomials, and what they are made of, are integers below 2^53; those of more are rounded.
 const MOST_BINOMIAL: usize = 50;
 
 /// Point and derivative of a homogeneous Bezier curve at `t`.
@@ -560,8 +560,7 @@ pub(crate) fn curve_jet<T: Real, const H: usize>(
             d.copy_from_slice(points);
             triangle(d, [s, t])
         }
-        None if n <= MOST_BINOMIAL => pair_of_points(points, [s, t]),
-        None => triangle(&mut points.to_vec(), [s, t]),
+        None => pair_of_points(points, [s, t]),
     };
     let degree = Ball::exact((n - 1) as f64);
     (
@@ -592,11 +591,18 @@ fn pair_of_points<T: Real, const H: usize>(
 ) -> [Homogeneous<T, H>; 2] {
     let degree = points.len() - 2;
     let [mut low, mut high] = [points[0], points[1]];
-    let (mut power, mut binomial) = (Ball::ONE, 1.0);
+    let is_exact = points.len() <= MOST_BINOMIAL;
+    let (mut power, mut binomial, mut rounded) = (Ball::ONE, 1.0, Ball::ONE);
     for i in 1..=degree {
         power = power * t;
-        binomial = binomial * (degree + 1 - i) as f64 / i as f64;
-        let factor = power * Ball::exact(binomial);
+        let [rest, i_th] = [degree + 1 - i, i].map(|x| x as f64);
+        let factor = if is_exact {
+            binomial = binomial * rest / i_th;
+            power * Ball::exact(binomial)
+        } else {
+            rounded = rounded * Ball::exact(rest) / Ball::exact(i_th);
+            power * rounded
+        };
         for c in 0..H {
             low[c] = low[c] * s + factor * points[i][c];
             high[c] = high[c] * s + factor * points[i + 1][c];
@@ -642,7 +648,7 @@ mod tests {
             seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
             (seed >> 40) as f64 / (1u64 << 23) as f64 - 1.0
         };
-        for degree in [1, 7, 8, 12, 25, 48, 49, 60] {
+        for degree in [1, 7, 8, 12, 25, 48, 49, 50, 60, 120, 192] {
             let values: Vec<f64> = (0..=degree).map(|_| random()).collect();
             let points: Vec<[Ball<Dd>; 1]> = values.iter().map(|x| [Ball::exact(*x)]).collect();
             for t in [0.0, 1e-20, 0.3, 0.5, 0.9375, 1.0] {

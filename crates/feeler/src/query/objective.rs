@@ -349,21 +349,13 @@ pub(crate) fn dot<T: Real>(a: &[Ball<T>; 3], b: &[Ball<T>; 3]) -> Ball<T> {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
-/// Value, `_s`, `_t`, `_ss`, `_st`, `_tt` of the homogeneous point, in plain f64.
+/// Value, `_s`, `_t`, `_ss`, `_st`, `_tt` of the homogeneous point, in plain f64, of any degree.
 fn jet2(net: &Net<f64>, s: f64, t: f64) -> [[f64; 4]; 6] {
-    let rows: Vec<[[f64; 4]; 3]> = net
-        .points
-        .chunks_exact(net.degree.v + 1)
-        .map(|r| {
-            line_jet2(
-                r.iter()
-                    .map(|p| std::array::from_fn(|c| p[c].mid))
-                    .collect(),
-                t,
-            )
-        })
+    let rows = net.points.chunks_exact(net.degree.v + 1);
+    let rows: Vec<[[f64; 4]; 3]> = rows
+        .map(|row| line_jet2(row.iter().map(|p| p.map(|x| x.mid)), t))
         .collect();
-    let column = |k: usize| line_jet2(rows.iter().map(|r| r[k]).collect(), s);
+    let column = |k: usize| line_jet2(rows.iter().map(|r| r[k]), s);
     let (value, along_t, along_tt) = (column(0), column(1), column(2));
     [
         value[0],
@@ -375,25 +367,87 @@ fn jet2(net: &Net<f64>, s: f64, t: f64) -> [[f64; 4]; 6] {
     ]
 }
 
-/// Point, first and second derivative of a Bezier curve.
-fn line_jet2(mut d: Vec<[f64; 4]>, t: f64) -> [[f64; 4]; 3] {
-    let p = d.len() - 1;
-    let mut out = [[0.0; 4]; 3];
-    for k in (0..=p).rev() {
-        // Here d[0..=k] are the points after p - k steps.
-        if k == 2 {
-            let f = (p * (p - 1)) as f64;
-            out[2] = std::array::from_fn(|c| f * (d[2][c] - 2.0 * d[1][c] + d[0][c]));
+/// Point, first and second derivative of a Bezier curve: from the last three of de Casteljau's triangle, the points of the curves without two of its first and last
+/// control points, each as `sum binomial(n, i) t^i s^(n - i) p_i` with running powers, in as many steps as there are points.
+fn line_jet2(mut points: impl ExactSizeIterator<Item = [f64; 4]>, t: f64) -> [[f64; 4]; 3] {
+    let degree = points.len() - 1;
+    let s = 1.0 - t;
+    const NONE: [f64; 4] = [0.0; 4];
+    let mut next = || points.next().unwrap_or(NONE);
+    let mut a = next();
+    if degree == 0 {
+        return [a, NONE, NONE];
+    }
+    let mix = |a: [f64; 4], b: [f64; 4]| std::array::from_fn(|c| s * a[c] + t * b[c]);
+    let less = |a: [f64; 4], b: [f64; 4]| std::array::from_fn(|c| b[c] - a[c]);
+    let mut b = next();
+    if degree == 1 {
+        return [mix(a, b), less(a, b), NONE];
+    }
+    let n = degree - 2;
+    let [mut low, mut middle, mut high] = [NONE; 3];
+    let (mut power, mut binomial) = (1.0, 1.0);
+    for i in 0..=n {
+        let c = next();
+        let factor = power * binomial;
+        for k in 0..4 {
+            low[k] = low[k] * s + factor * a[k];
+            middle[k] = middle[k] * s + factor * b[k];
+            high[k] = high[k] * s + factor * c[k];
         }
-        if k == 1 {
-            out[1] = std::array::from_fn(|c| p as f64 * (d[1][c] - d[0][c]));
-        }
-        if k == 0 {
-            out[0] = d[0];
-        }
-        for i in 0..k {
-            d[i] = std::array::from_fn(|c| (1.0 - t) * d[i][c] + t * d[i + 1][c]);
+        (a, b) = (b, c);
+        power *= t;
+        binomial = binomial * (n - i) as f64 / (i + 1) as f64;
+    }
+    let slopes = [less(low, middle), less(middle, high)];
+    let (first, second) = (degree as f64, (degree * (degree - 1)) as f64);
+    [
+        mix(mix(low, middle), mix(middle, high)),
+        mix(slopes[0], slopes[1]).map(|x: f64| first * x),
+        less(slopes[0], slopes[1]).map(|x: f64| second * x),
+    ]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::prepare::curve_jet;
+    use proptest::prelude::*;
+
+    proptest! {
+        #![proptest_config(ProptestConfig { cases: 128, failure_persistence: None, ..ProptestConfig::default() })]
+
+        /// Of curves of any degree, against de Casteljau's algorithm in double-double, the second derivative as the first one of the curve of differences.
+        #[test]
+        fn points_and_derivatives_of_any_degree(
+            points in prop::collection::vec(prop::array::uniform4(-1.0..1.0f64), 1..200),
+            t in prop_oneof![Just(0.0), Just(1.0), 0.0..1.0f64, (-40..0i32).prop_map(|e| 2f64.powi(e))],
+        ) {
+            // A factor of a sum meets 3 roundings a step and the sum itself 2, each a unit of what is added at most, of positive numbers that sum to 1; with some to spare.
+            const ROUNDINGS: f64 = 8.0;
+            let degree = points.len() - 1;
+            let exact = |p: &[f64; 4]| p.map(Ball::<Dd>::exact);
+            let fine: Vec<Homogeneous<Dd, 4>> = points.iter().map(exact).collect();
+            let scale = Ball::exact(degree as f64);
+            let differences: Vec<Homogeneous<Dd, 4>> = fine
+                .windows(2)
+                .map(|w| std::array::from_fn(|c| scale * (w[1][c] - w[0][c])))
+                .collect();
+            let (value, slope) = curve_jet(&fine, Ball::exact(t));
+            let second = match differences.is_empty() {
+                true => [Ball::ZERO; 4],
+                false => curve_jet(&differences, Ball::exact(t)).1,
+            };
+            let found = line_jet2(points.iter().copied(), t);
+            let mut unit = ROUNDINGS * (degree + 1) as f64 * f64::UNIT;
+            for (k, truth) in [value, slope, second].iter().enumerate() {
+                for c in 0..4 {
+                    let off = (truth[c].mid - Dd::from(found[k][c])).magnitude();
+                    prop_assert!(off <= unit + truth[c].rad, "{} {} {} {}", degree, t, k, off / unit);
+                }
+                // Differences of numbers that are off by as much each.
+                unit *= 2.0 * degree as f64;
+            }
         }
     }
-    out
 }
