@@ -7,14 +7,14 @@
 mod scenes;
 
 use feeler::brep::Brep;
-use feeler::nurbs::{Curve, PolyCurve};
+use feeler::nurbs::{Curve, NurbsCurve, NurbsSurface, PolyCurve, Surface};
 use feeler::prepare::PreparedBrep;
 use feeler::query::{
     Accuracy, Contacts, HalfSpace, LineKind, LineProbe, Options, Probe, Sphere, StraightWay, Way,
     Witness, Workspace, arrival_along, arrival_past, contact, contact_from, line, overlap,
 };
-use nalgebra::{Point3, Vector3};
-use scenes::loops::{Holes, comb, face_within, over_holes, perforated};
+use nalgebra::{Point3, Vector3, Vector4};
+use scenes::loops::{Holes, comb, face_of, face_within, over_holes, perforated};
 use scenes::{
     Random, bicubic, cube, native_sphere, nurbs_cylinder, nurbs_sphere, trimmed_bicubic, wavy_prism,
 };
@@ -23,7 +23,7 @@ use std::hint::black_box;
 /// One query, as a closure that keeps what it needs.
 type Query = Box<dyn FnMut()>;
 
-const NAMES: [&str; 26] = [
+const NAMES: [&str; 27] = [
     "ball_joint_native_1e-12",
     "ball_joint_native_full",
     "ball_joint_nurbs_1e-12",
@@ -44,6 +44,7 @@ const NAMES: [&str; 26] = [
     "comb_contacts",
     "cube_contact",
     "cylinder_nurbs_1e-12",
+    "high_degree_contacts",
     "native_prepare",
     "plate_arcs",
     "plate_splines",
@@ -69,6 +70,8 @@ const HOLES: usize = 32;
 /// A comb has so many cubics, and the ball over it this radius.
 const TEETH: usize = 128;
 const OVER_TEETH: f64 = 6.0;
+/// The degree of a trim.
+const OVAL: usize = 12;
 /// About the sizes of the models, of which accuracies short of full are this part: that of the table of figures to beat.
 const PART: f64 = 1e-12;
 const BALL_SIZE: f64 = 5.0;
@@ -118,19 +121,8 @@ fn query(name: &str) -> Option<Query> {
         }
         "bicubic_arrival" => arrivals(&over, &directions, false),
         "bicubic_arrival_past" => arrivals(&over, &directions, true),
-        "bicubic_contacts" => {
-            let brep = PreparedBrep::new(trimmed_bicubic());
-            let mut workspace = Workspace::default();
-            let options = Options {
-                contacts: Contacts::All,
-                ..wide()
-            };
-            Box::new(move || {
-                for at in &over {
-                    black_box(contact(&brep, &ball(*at, 0.01), &options, &mut workspace));
-                }
-            })
-        }
+        "bicubic_contacts" => lists(trimmed_bicubic(), over),
+        "high_degree_contacts" => lists(sheet_within_oval(), over),
         "comb_contacts" => {
             let teeth = comb(TEETH);
             let params = (0..=teeth.len()).map(|k| k as f64).collect();
@@ -236,6 +228,48 @@ fn balls(brep: Brep, radius: f64, accuracy: Accuracy, centers: Vec<Point3<f64>>)
             black_box(contact(&brep, &ball(*c, radius), &options, &mut workspace));
         }
     })
+}
+
+/// All contacts of balls.
+fn lists(brep: Brep, centers: Vec<Point3<f64>>) -> Query {
+    let brep = PreparedBrep::new(brep);
+    let mut workspace = Workspace::default();
+    let options = Options {
+        contacts: Contacts::All,
+        ..wide()
+    };
+    Box::new(move || {
+        for c in &centers {
+            black_box(contact(&brep, &ball(*c, 0.01), &options, &mut workspace));
+        }
+    })
+}
+
+/// A sheet of three by three parabolic patches within one Bezier curve of degree `OVAL`: on a patch that is degree `4 OVAL`.
+fn sheet_within_oval() -> Brep {
+    let knots = vec![0.0, 0.0, 0.0, 0.3, 0.7, 1.0, 1.0, 1.0];
+    // The Greville abscissas: u and v are x and y.
+    let at = |k: usize| 0.5 * (knots[k + 1] + knots[k + 2]);
+    let place = |k: usize| {
+        (
+            at(k / 5),
+            at(k % 5),
+            if k.is_multiple_of(2) { 0.2 } else { -0.2 },
+        )
+    };
+    let point = |(x, y, z): (f64, f64, f64)| Vector4::new(x, y, z, 1.0);
+    let net = (0..25).map(place).map(point).collect();
+    let sheet = NurbsSurface::new([2, 2], [5, 5], net, [knots.clone(), knots]);
+    // A convex polygon of control points: the curve is convex, too.
+    let point = |k: usize| {
+        let turn = std::f64::consts::TAU * (k % OVAL) as f64 / OVAL as f64;
+        Vector3::new(0.5 + 0.45 * turn.cos(), 0.5 + 0.45 * turn.sin(), 1.0)
+    };
+    let net = (0..=OVAL).map(point).collect();
+    let knots = [vec![0.0; OVAL + 1], vec![1.0; OVAL + 1]].concat();
+    let oval = NurbsCurve::new(OVAL, net, knots).expect("a curve");
+    let sheet = Surface::Nurbs(sheet.expect("a sheet"));
+    face_of(sheet, vec![vec![Curve::Nurbs(oval)]])
 }
 
 /// Balls that fall onto the wave; or, from where they touch it, go off along it or away from it.

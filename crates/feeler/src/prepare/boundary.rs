@@ -2,7 +2,9 @@
 //! patches of the surface and lifted onto them.
 
 use super::patch::COMPOSE_HALVINGS;
-use super::spline::{PiecePlace, curve_piece, curve_pieces, piece_count, piece_places};
+use super::spline::{
+    BezierCurve, PiecePlace, curve_piece, curve_pieces, piece_count, piece_places,
+};
 use super::{Homogeneous, Net, ParamMap, Patch, Patches, curve_jet};
 use crate::brep::{Brep, TrimCurve};
 use crate::numeric::bernstein::Bidegree;
@@ -25,6 +27,8 @@ pub struct Piece<T> {
     pub local: Vec<Homogeneous<T, 3>>,
     /// The curve in space; `None` where its degree is too high to be composed.
     pub space: Option<Net<T>>,
+    /// About the trim's own parameters at the start and at the end; of an arc those between are no linear function of the piece's.
+    pub(crate) span: [f64; 2],
 }
 
 impl Piece<f64> {
@@ -84,32 +88,50 @@ pub(crate) struct UvCurve<T> {
     /// Of a segment that joins two trims: the first.
     pub(crate) after: Option<usize>,
     pub(crate) points: Vec<Homogeneous<T, 3>>,
+    /// The trim's own parameters at the start and at the end, rounded; nothing of a segment that joins two.
+    pub(crate) span: [f64; 2],
+}
+
+impl<T: Real> UvCurve<T> {
+    /// A piece of a trim, in the direction of its loop.
+    fn of_trim(trim: usize, reversed: bool, piece: BezierCurve<T, 3>) -> Self {
+        let mut points = piece.points;
+        let mut span = [piece.map.start, piece.map.end];
+        if reversed {
+            points.reverse();
+            span.reverse();
+        }
+        Self {
+            trim: Some(trim),
+            after: None,
+            points,
+            span,
+        }
+    }
+
+    /// A segment that joins a trim to the next.
+    fn join(after: usize, points: Vec<Homogeneous<T, 3>>) -> Self {
+        Self {
+            trim: None,
+            after: Some(after),
+            points,
+            span: [0.0; 2],
+        }
+    }
 }
 
 /// The trim's Bezier pieces in uv, in the trim's own direction.
-fn trim_pieces<T: Real>(brep: &Brep, t: &TrimCurve) -> Vec<Vec<Homogeneous<T, 3>>> {
-    let curve = &brep.parts().curves2[t.curve];
+pub(super) fn trim_curves<T: Real>(brep: &Brep, trim: usize) -> impl Iterator<Item = UvCurve<T>> {
+    let t = &brep.parts().trims[trim];
+    let (curve, reversed) = (&brep.parts().curves2[t.curve], t.reversed);
     let count = piece_count(curve, t.span.start, t.span.end).pieces;
     let mut pieces = Vec::with_capacity(count);
     curve_pieces(curve, t.span.start, t.span.end, &mut pieces);
-    let mut pieces: Vec<_> = pieces.into_iter().map(|p| p.points).collect();
-    if t.reversed {
+    if reversed {
         pieces.reverse();
-        for p in &mut pieces {
-            p.reverse();
-        }
     }
-    pieces
-}
-
-/// The same as curves.
-pub(super) fn trim_curves<T: Real>(brep: &Brep, trim: usize) -> impl Iterator<Item = UvCurve<T>> {
-    let pieces = trim_pieces(brep, &brep.parts().trims[trim]);
-    pieces.into_iter().map(move |points| UvCurve {
-        trim: Some(trim),
-        after: None,
-        points,
-    })
+    let piece = move |piece| UvCurve::of_trim(trim, reversed, piece);
+    pieces.into_iter().map(piece)
 }
 
 /// The quotient of a homogeneous end point.
@@ -258,18 +280,6 @@ pub(super) fn join_source(brep: &Brep, trims: &[usize], at: usize) -> Option<Cur
     })
 }
 
-/// The points of a piece of a trim, in the trim's own direction; none where there is no such piece.
-fn piece_points<T: Real>(brep: &Brep, trim: usize, place: PiecePlace) -> Vec<Homogeneous<T, 3>> {
-    let t = &brep.parts().trims[trim];
-    let curve = &brep.parts().curves2[t.curve];
-    let piece = curve_piece(curve, t.span.start, t.span.end, place);
-    let mut points = piece.map_or(Vec::new(), |piece| piece.points);
-    if t.reversed {
-        points.reverse();
-    }
-    points
-}
-
 /// The first or the last point of a trim; `None` where it has no pieces.
 pub(super) fn trim_end<T: Real>(brep: &Brep, trim: usize, last: bool) -> Option<Homogeneous<T, 3>> {
     let mut sources = trim_sources(brep, trim);
@@ -303,19 +313,23 @@ pub(super) fn uv_box(
 /// One of the [uv curves](uv_curves), by itself: the same to the last bit.
 pub(crate) fn uv_curve<T: Real>(brep: &Brep, source: CurveSource) -> UvCurve<T> {
     match source {
-        CurveSource::Piece { trim, place } => UvCurve {
-            trim: Some(trim as usize),
-            after: None,
-            points: piece_points(brep, trim as usize, place),
-        },
+        CurveSource::Piece { trim, place } => {
+            let t = &brep.parts().trims[trim as usize];
+            let curve = &brep.parts().curves2[t.curve];
+            // No points where there is no such piece.
+            let piece = curve_piece(curve, t.span.start, t.span.end, place);
+            let piece = piece.unwrap_or_else(|| BezierCurve {
+                points: Vec::new(),
+                map: ParamMap::new(0.0, 0.0),
+                arc: None,
+            });
+            UvCurve::of_trim(trim as usize, t.reversed, piece)
+        }
         CurveSource::Join { after, next } => {
             let ends = [(after, true), (next, false)];
             let ends = ends.map(|(trim, last)| trim_end(brep, trim as usize, last));
-            UvCurve {
-                trim: None,
-                after: Some(after as usize),
-                points: ends.iter().flatten().map(end_point).collect(),
-            }
+            let points = ends.iter().flatten().map(end_point).collect();
+            UvCurve::join(after as usize, points)
         }
     }
 }
@@ -328,24 +342,17 @@ pub(crate) fn uv_curves<T: Real>(brep: &Brep, face: usize) -> Vec<UvCurve<T>> {
         let trims = &parts.loops[l].trims;
         let mut ends = Vec::with_capacity(trims.len());
         for &t in trims {
-            let pieces = trim_pieces(brep, &parts.trims[t]);
-            if let (Some(first), Some(last)) = (pieces.first(), pieces.last()) {
-                ends.push((t, first[0], last[last.len() - 1]));
+            let before = out.len();
+            out.extend(trim_curves(brep, t));
+            if let ([first, ..], [.., last]) = (&out[before..], &out[before..]) {
+                ends.push((t, first.points[0], last.points[last.points.len() - 1]));
             }
-            out.extend(pieces.into_iter().map(|points| UvCurve {
-                trim: Some(t),
-                after: None,
-                points,
-            }));
         }
         for (i, (t, _, end)) in ends.iter().enumerate() {
             let (next, start, _) = &ends[(i + 1) % ends.len()];
             if !meet(brep, &parts.trims[*t], &parts.trims[*next]) {
-                out.push(UvCurve {
-                    trim: None,
-                    after: Some(*t),
-                    points: vec![end_point(end), end_point(start)],
-                });
+                let points = vec![end_point(end), end_point(start)];
+                out.push(UvCurve::join(*t, points));
             }
         }
     }
@@ -587,6 +594,7 @@ pub(crate) fn lift<T: Real>(curve: &UvCurve<T>, cut: &Cut, surface: &Patch<T>) -
         patch: cut.patch as usize,
         local,
         space,
+        span: [cut.from, cut.to].map(|t| curve.span[0] + t * (curve.span[1] - curve.span[0])),
     }
 }
 
@@ -708,6 +716,21 @@ mod tests {
                 let alone: Vec<UvCurve<T>> = sources.map(|c| uv_curve(brep, c)).collect();
                 assert!(all.iter().any(|c| c.trim.is_none()) && all.len() > 5);
                 assert_eq!(format!("{alone:?}"), format!("{all:?}"));
+                // Each knows between which of its trim's own parameters it runs.
+                for c in &all {
+                    let Some(trim) = c.trim.map(|t| &brep.parts().trims[t]) else {
+                        continue;
+                    };
+                    let (first, last) = (&c.points[0], &c.points[c.points.len() - 1]);
+                    for (end, at) in [first, last].into_iter().zip(c.span) {
+                        let truth = brep.parts().curves2[trim.curve].point(at);
+                        for k in 0..2 {
+                            let off = (end[k] / end[2]).mid.approximate() - truth[k];
+                            // Some roundings of numbers below 1.
+                            assert!(off.abs() <= 4.0 * f64::EPSILON, "{at}: {off}");
+                        }
+                    }
+                }
             }
             check::<f64>(&brep);
             check::<Dd>(&brep);

@@ -115,29 +115,24 @@ impl Candidate {
     }
 }
 
-/// Up to this degree of patch and piece, and so many parts, the nearest point of a trim takes much less than a box in double-double.
-const CHEAP_DEGREE: usize = 8;
-const CHEAP_PARTS: usize = 16;
-
-/// Whether a node may hold a minimum that is one of all contacts: not if the way along its trim leads down to below all that is on it. (Not looked
-/// at on trims where that takes long.)
+/// Whether a node may hold a minimum that is one of all contacts: not if a way along its trim, or across the face, leads down to below all that
+/// is on it.
 pub(super) fn may_be_contact(around: &Surroundings, s: &Settled) -> bool {
     let Some(Source::Piece { face, index }) = s.source else {
         return true;
     };
-    let (brep, geometry) = (around.brep, around.brep.double(face));
-    let piece = geometry.piece(index);
-    let degree = geometry.patches[piece.patch].net.degree;
-    let most = degree.u.max(degree.v).max(piece.local.len() - 1);
-    if most > CHEAP_DEGREE || piece.trim.is_none_or(|t| brep.trim_parts(t) > CHEAP_PARTS) {
+    let piece = around.brep.double(face).piece(index);
+    let Some(trim) = piece.trim else {
         return true;
-    }
+    };
     let flat = Settled { flat: true, ..*s };
     let candidate = Candidate::of_node(around.brep, around.objective, &flat);
     candidate.is_none_or(|c| {
-        let Place { face, trim, uv, .. } = c.place;
+        let Place { face, uv, .. } = c.place;
         let point = point(around.brep, Spot { face, uv });
-        trim.is_none_or(|trim| !around.falls_on_trim(trim, &point, c.value))
+        let [start, end] = piece.span;
+        let parameter = start + s.at[0] * (end - start);
+        !around.falls_about((trim, parameter), &point, c.value)
     })
 }
 

@@ -1,7 +1,7 @@
 //! Whether a point is a local minimum of the objective over all faces around it: of use for which contacts there
 //! are. No separation rests on it.
 
-use super::nearest::{nearest, nearest_on};
+use super::nearest::{nearest, nearest_from, nearest_on};
 use super::objective::{Objective, ball_around};
 use super::place::{rough_jet, trims_near};
 use crate::numeric::{Ball, Dd};
@@ -187,16 +187,26 @@ impl<'a> Surroundings<'a> {
         let Some(here) = self.value(at) else {
             return false;
         };
-        self.falls_from(at, here, f) || self.falls_on(trim, s, here, f)
+        self.falls_on(trim, s, here, f) || self.falls_from(at, here, f)
     }
 
-    /// Whether `f` falls along a trim from where it is next to a point.
-    pub(super) fn falls_on_trim(&self, trim: usize, point: &Point3<f64>, f: Ball<Dd>) -> bool {
-        let near = nearest_on(self.brep, trim, point, FIRST_STEP * self.brep.size());
-        near.is_some_and(|(_, s)| {
-            let here = self.value(self.on_trim(trim, s));
-            here.is_some_and(|here| self.falls_on(trim, s, here, f))
-        })
+    /// Whether a way leads down from where a trim is next to a point, about a parameter of its curve. (No, where it is not next to that point thereabouts.)
+    pub(super) fn falls_about(
+        &self,
+        (trim, about): (usize, f64),
+        point: &Point3<f64>,
+        f: Ball<Dd>,
+    ) -> bool {
+        let near = FIRST_STEP * self.brep.size();
+        let span = self.brep.brep().parts().trims[trim].span;
+        let guess = ((about - span.start) / (span.end - span.start)).clamp(0.0, 1.0);
+        let away = |s: f64| (self.point(self.on_trim(trim, s)) - point).norm();
+        let s = if away(guess) <= near {
+            guess
+        } else {
+            nearest_from(self.brep, trim, point, guess)
+        };
+        away(s) <= near && self.falls_along(trim, s, f)
     }
 
     /// Whether a way along a trim leads down from a place on it, with value `here`.
@@ -224,6 +234,10 @@ impl<'a> Surroundings<'a> {
         let first = PROBE * length / away(PROBE.min(room));
         if first <= room && (0.5..=2.0).contains(&(away(first) / length)) {
             return Some(s + sign * first);
+        }
+        // As fast as it is here it would not come so far; nor does it.
+        if first > room && away(room) < length {
+            return None;
         }
         let mut far = LEAST;
         while far < room && away(far) < length {

@@ -49,6 +49,15 @@ pub(super) fn nearest_place(brep: &PreparedBrep, trim: usize, to: &Point3<f64>) 
     nearest_on(brep, trim, to, f64::INFINITY).map_or(0.0, |(_, s)| s)
 }
 
+/// Where what a trim is in space comes nearest to a point, from a place on it on.
+pub(super) fn nearest_from(brep: &PreparedBrep, trim: usize, to: &Point3<f64>, from: f64) -> f64 {
+    let curve = |s: f64| point(brep, on_trim(brep, trim, s));
+    let part = 1.0 / SAMPLES as f64;
+    let beside = if from < 0.5 { from + part } else { from - part };
+    let speed = (curve(beside) - curve(from)).norm() / part;
+    descend(|s| (curve(s) - to).norm_squared(), from, speed).1
+}
+
 /// How near a curve over [0, 1] comes to a point, and where, roughly: what is nearest among samples and their neighbours, each
 /// narrowed down. (On a closed curve both ends may be near a point, and one of them is the wrong one.)
 pub(super) fn nearest<const D: usize>(

@@ -348,6 +348,7 @@ fn borders(domain: [Interval; 2]) -> Vec<UvCurve<Dd>> {
             trim: None,
             after: None,
             points: vec![point(corners[i]), point(corners[(i + 1) % 4])],
+            span: [0.0; 2],
         })
         .collect()
 }
