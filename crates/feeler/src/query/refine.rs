@@ -23,7 +23,7 @@ impl Search<'_> {
                     return true;
                 }
                 self.settle_unshaped(source, u, v, lo);
-                // Of most that is no minimum, a piece's end on the border of its patch, the way down along its trim is seen from here. (Only where all minima are asked
+                // Of most that is no minimum, a piece's end on the border of its patch, the way down is seen from here. (Only where all minima are asked
                 // for is anything left that is not below the best.)
                 let kept = self.out.settled.last().filter(|_| lo >= self.out.hi);
                 let falls = kept.is_some_and(|s| !may_be_contact(&around, s));
