@@ -587,7 +587,8 @@ impl<'a> Edge<'a> {
                 let long = (place.length + 2.0 * slack) * UP > short;
                 // What the slack makes long stays so.
                 let far = local && place.length > LOCAL * slack;
-                if long && depth < DEPTH && (2.0 * slack * UP <= short || far) {
+                let shrinks = depth < DEPTH && place.length > ROUNDED * place.rounding;
+                if long && shrinks && (2.0 * slack * UP <= short || far) {
                     *budget = budget.checked_sub(1)?;
                     stack.extend(node.halves(true).map(|half| (half, depth + 1)));
                     continue;
@@ -618,6 +619,8 @@ const FIRST: usize = 2 * FEW;
 const FEW: usize = 1 << 11;
 /// Parts of a circle whose slack is more than what is short are halved to this many slacks.
 const LOCAL: f64 = 64.0;
+/// Nor parts that are no longer than so many of their roundings: there would be more and more of them, none of them shorter.
+const ROUNDED: f64 = 4.0;
 /// Parts are not halved more often than this.
 pub(super) const DEPTH: u32 = 100;
 
@@ -652,6 +655,8 @@ pub(super) struct Place {
     pub(super) away: [f64; 2],
     /// A bound of how far two of its points can be from each other.
     pub(super) length: f64,
+    /// How much of that is roundings, which no halving makes less.
+    rounding: f64,
     /// Holds the projection to the line.
     pub(super) t: [Dd; 2],
     /// Ranges of the coordinates of the cross product with the direction, up to sign: along the two others than the longest of that, then along this.
@@ -712,6 +717,7 @@ impl Place {
             times(q, d[c] / (d[a] * norm * norm)),
         ));
         let mut t: Option<[Dd; 2]> = None;
+        let mut most_off = 0.0f64;
         for (x, w) in node.c[2].iter().zip(&node.c[3]) {
             let x = Ball {
                 mid: *x,
@@ -722,7 +728,9 @@ impl Place {
                 rad: node.error[3],
             };
             let value = x / w / Ball::exact(d[a]);
-            let off = Dd::from(value.rad * UP + 4.0 * Dd::UNIT * value.mid.magnitude());
+            let off = value.rad * UP + 4.0 * Dd::UNIT * value.mid.magnitude();
+            most_off = most_off.max(off);
+            let off = Dd::from(off);
             let (low, high) = (value.mid - off, value.mid + off);
             t = Some(match t {
                 None => [low, high],
@@ -739,6 +747,7 @@ impl Place {
         good.then_some(Self {
             away: [away[0] / UP, away[1] * UP],
             length: length * UP,
+            rounding: 2.0 * most_off * norm,
             t,
             across: parts,
         })

@@ -254,3 +254,39 @@ fn lines_beside_a_rim() {
         }
     }
 }
+
+/// Lines in the plane of a cap along short chords: the crack is passed at both ends, and each end has its hit.
+#[test]
+fn short_chords_in_the_plane_of_a_cap() {
+    let part = cylinder([0.; 3], 5., 8., 1.);
+    for depth in 1..=24 {
+        // No round number: it is no quotient where the line meets the circle.
+        let y = 5.0 - 0.9371 * 0.5f64.powi(depth);
+        let answer = ask(&part, [-10., y, 8.], [1., 0., 0.]);
+        let half = ((5.0 - y) * (5.0 + y)).sqrt();
+        let (first, last) = (10.0 - half, 10.0 + half);
+        let found = hits(&answer);
+        let expected = [
+            (0, first, None, false),
+            (0, last, None, false),
+            (2, first, Some(last), true),
+        ];
+        // `half` and the sums are off by some roundings of numbers up to 16.
+        const NEAR: f64 = 16.0 * f64::EPSILON;
+        let near = |a: f64, b: f64| (a - b).abs() <= NEAR;
+        let is_met = found.len() == expected.len()
+            && found.iter().zip(expected).all(|(a, b)| {
+                let ends = match (a.2, b.2) {
+                    (Some(a), Some(b)) => near(a, b),
+                    (a, b) => a == b,
+                };
+                a.0 == b.0 && near(a.1, b.1) && ends && a.3 == b.3
+            });
+        assert!(is_met, "{depth} {answer:?}");
+        assert_eq!(
+            (answer.undecided, answer.in_crack),
+            (None, false),
+            "{depth} {answer:?}"
+        );
+    }
+}
