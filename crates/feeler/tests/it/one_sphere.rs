@@ -266,3 +266,67 @@ fn lines_next_to_the_poles_of_a_part() {
     }
     assert_eq!(counts, [144; 2]);
 }
+
+/// How far a profile reaches past a pole, as an angle: half of what a hole about a pole may be of the radius, 2^-24.
+const PAST: f64 = 1.0 / (1u64 << 25) as f64;
+
+/// A part of the unit sphere about the origin that goes past the pole by `PAST`: its azimuths are half a radian at most to either side of `x`,
+/// and past the pole it is on the other side of the axis. Its frame is exact.
+fn past_the_pole(transposed: bool) -> Brep {
+    let latitudes = [-1.0, FRAC_PI_2 + PAST];
+    let frame = Rotation3::identity();
+    sphere(
+        Point3::origin(),
+        1.0,
+        frame,
+        latitudes,
+        [-0.5, 0.5],
+        transposed,
+    )
+}
+
+/// Up along the axis, through a point so far from it.
+fn beside_the_axis(x: f64) -> LineProbe {
+    LineProbe {
+        origin: Point3::new(x, 0.0, 0.5),
+        direction: Vector3::z(),
+        kind: LineKind::Ray,
+    }
+}
+
+/// What a profile reaches past the axis stands half a turn off its azimuths: it is there all the same, for a ray and for a ball.
+#[test]
+fn what_is_past_a_pole_is_there() {
+    // Of a ball's centre from the sphere. The border is farther from the foot than 2^-30, by `PAST sin(1/2) / 8` at least, so its distance is greater by
+    // 2^-60 / (2 GAP) = 2^-41: far more than bounds are wide, 2^-52 of the gap.
+    const GAP: f64 = 1.0 / (1u64 << 20) as f64;
+    let slack = Dd::from(FINE);
+    let full = Options {
+        accuracy: Accuracy::Full,
+        prediction: f64::INFINITY,
+        ..Options::default()
+    };
+    for transposed in [false, true] {
+        let brep = PreparedBrep::new(past_the_pole(transposed));
+        let mut workspace = Workspace::default();
+        for k in 1..8 {
+            let x = -PAST * f64::from(k) / 8.0;
+            let square = Dd::from(x) * Dd::from(x);
+
+            let answer = line(&brep, &beside_the_axis(x), &full, &mut workspace);
+            assert!(answer.undecided.is_none() && answer.hits.len() == 1, "{k}");
+            let height = (Dd::ONE - square).sqrt();
+            let (t, truth) = (answer.hits[0].t.bounds, height - Dd::from(0.5));
+            let holds = Dd::from(t.lo) <= truth + slack && truth - slack <= Dd::from(t.hi);
+            assert!(holds, "{k}: {t:?} {truth:?}");
+
+            let z = 1.0 + GAP;
+            let point = Sphere::new(Point3::new(x, 0.0, z), 0.0).unwrap();
+            let answer = contact(&brep, &Probe::Sphere(point), &full, &mut workspace);
+            let from_center = (square + Dd::from(z) * Dd::from(z)).sqrt();
+            let (s, truth) = (answer.separation.bounds, from_center - Dd::ONE);
+            let holds = Dd::from(s.lo) <= truth + slack && truth - slack <= Dd::from(s.hi);
+            assert!(holds, "{k}: {s:?} {truth:?}");
+        }
+    }
+}
