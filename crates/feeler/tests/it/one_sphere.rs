@@ -1,6 +1,6 @@
 //! Balls against one native sphere, or a part of it: the formula's answers against those of the search on patches.
 
-use crate::scenes::{Random, with_and_without_formulas};
+use crate::scenes::{Random, polygon_face, with_and_without_formulas};
 use feeler::brep::Brep;
 use feeler::numeric::{Dd, Interval};
 use feeler::nurbs::{Arc, Curve, Revolution, Surface};
@@ -8,7 +8,7 @@ use feeler::prepare::PreparedBrep;
 use feeler::query::{
     Accuracy, LineKind, LineProbe, Options, Probe, Sphere, Workspace, contact, line,
 };
-use nalgebra::{Point3, Rotation3, Vector3};
+use nalgebra::{Point2, Point3, Rotation3, Vector3};
 use std::f64::consts::{FRAC_PI_2, TAU};
 
 /// What is computed in double-double is off by no more.
@@ -328,5 +328,32 @@ fn what_is_past_a_pole_is_there() {
             let holds = Dd::from(s.lo) <= truth + slack && truth - slack <= Dd::from(s.hi);
             assert!(holds, "{k}: {s:?} {truth:?}");
         }
+    }
+}
+
+/// Past a pole profile parameters are not those of points as far from the axis before it: a face that is all past the pole is hit where it is.
+#[test]
+fn a_face_past_a_pole_is_hit() {
+    let brep = past_the_pole(false);
+    let surface = brep.surface(0);
+    let [us, vs] = surface.domain();
+    // From a quarter to three quarters of what is past the pole: parameters are linear in the angle from the pole, which is the distance from the
+    // axis but for its cube.
+    let past = vs.length() * PAST / (1.0 + FRAC_PI_2 + PAST);
+    let [low, high] = [0.75, 0.25].map(|part| vs.end - part * past);
+    let corners = [
+        [us.start, low],
+        [us.end, low],
+        [us.end, high],
+        [us.start, high],
+    ];
+    let brep = polygon_face(surface, &corners.map(|[u, v]| Point2::new(u, v)));
+    let mut workspace = Workspace::default();
+    for k in [1, 3, 4, 5, 7] {
+        let probe = beside_the_axis(-PAST * f64::from(k) / 8.0);
+        let answer = line(&brep, &probe, &Options::default(), &mut workspace);
+        let is_on = (3..=5).contains(&k);
+        assert!(answer.undecided.is_none(), "{k}");
+        assert_eq!(answer.hits.len(), usize::from(is_on), "{k}");
     }
 }
