@@ -1,6 +1,6 @@
 //! Where a query of a probe that moves looks first.
 
-use super::outcome::{Foot, Locus};
+use super::outcome::{Foot, Locus, Source};
 use nalgebra::{Point2, Point3, Vector3};
 
 /// A place to start from: a seed, of which nothing is believed.
@@ -12,6 +12,8 @@ pub(crate) struct Hint {
     pub(crate) local: Option<(usize, [f64; 2])>,
     /// Where in that patch the next foot seems to be.
     pub(crate) ahead: Option<[f64; 2]>,
+    /// The boundary piece that it was found on, if it was, and the parameter.
+    pub(crate) piece: Option<(usize, f64)>,
 }
 
 /// Where the last foot was, and where the feet of a ball that goes straight on lead to.
@@ -29,6 +31,7 @@ impl Trail {
             uv,
             local: None,
             ahead: None,
+            piece: None,
         };
         Self {
             last: Some(hint),
@@ -45,11 +48,16 @@ impl Trail {
                 }
                 Locus::Closed { .. } => None,
             };
+            let piece = match foot.found {
+                Some((Source::Piece { index, .. }, [t, _])) => Some((index, t)),
+                _ => None,
+            };
             Hint {
                 face: foot.face,
                 uv: foot.uv,
                 local,
                 ahead: None,
+                piece,
             }
         });
         let place = self

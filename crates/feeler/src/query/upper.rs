@@ -81,6 +81,13 @@ impl Search<'_> {
             });
         }
         self.try_rough_point(source, p);
+        let pieces = self.brep.double(face).piece_count();
+        if let Some((index, t)) = hint.piece.filter(|(index, _)| *index < pieces) {
+            // On the border the next one mostly is, too.
+            let source = Source::Piece { face, index };
+            let p = self.descend(source, [t, 0.0], [[0.0, 1.0], [0.0; 2]]);
+            self.try_rough_point(source, p);
+        }
         if self.out.foot.is_none() {
             // The way down left the region: the place itself was on its border.
             self.try_rough_point(source, local);
@@ -186,11 +193,15 @@ impl Search<'_> {
     pub(super) fn try_rough_point(&mut self, source: Source, p: [f64; 2]) {
         if let (Source::Patch { face, index }, Some(net)) = (source, self.net(source))
             && jet::fits(net.degree)
-            && self.classify(face, index, [p[0]; 2], [p[1]; 2]) == BoxSide::Inside
         {
-            let value = match self.out.rough_at(source, p) {
-                Some(rough) => rough.sample.value(),
-                None => self.objective.rough_value(net, p),
+            let side = self.classify(face, index, [p[0]; 2], [p[1]; 2]);
+            if side == BoxSide::Outside {
+                return;
+            }
+            let value = match (side, self.out.rough_at(source, p)) {
+                (BoxSide::Mixed, _) => None,
+                (_, Some(rough)) => Some(rough.sample.value()),
+                (_, None) => Some(self.objective.rough_value(net, p)),
             };
             let size = self.brep.size();
             let scale = if self.objective.is_squared() {
@@ -199,7 +210,7 @@ impl Search<'_> {
                 size
             };
             // Weights of very different sizes leave f64 without a bound.
-            if value.rad <= ROUGH_SLACK * scale {
+            if let Some(value) = value.filter(|v| v.rad <= ROUGH_SLACK * scale) {
                 let foot = self.patch_foot(face, index, p.map(Ball::exact), None);
                 return self.keep(value, foot);
             }
