@@ -316,12 +316,15 @@ mod tests {
     use super::*;
     use crate::numeric::Interval;
     use crate::nurbs::{Arc, Curve, Revolution};
+    use dashu_ratio::RBig as Q;
     use nalgebra::{Point3, Rotation3, Vector3};
 
     /// Some roundings of points up to 8 from the origin, over a cosine of 2^-8.
     const NEAR: f64 = 1e-12;
     /// A skew of some 1e-15 over that cosine is how far off places are at first; its square over the cosine again, for a radius of 4.
     const FINE: f64 = 1e-20;
+    /// A slope is taken for smaller by [`NARROW`] times the bend: 2^-30 times 35 at most over 0.04 at least, for the roots below. What curves up to 2^-34 from them is less.
+    const LONGER: f64 = 1.0 + 1.0 / (1u64 << 20) as f64;
 
     /// The quartic with these roots, by powers.
     fn with_roots(roots: [f64; 4]) -> Quartic {
@@ -352,6 +355,29 @@ mod tests {
         assert!(found([-1.0, -0.5, 1.5, 2.0]).unwrap().is_empty());
         assert_eq!(found([-1.0, 0.25, 1.5, 2.0]).unwrap().len(), 1);
         assert!(found([0.25, 0.5, 0.5, 0.75]).is_none());
+    }
+
+    /// In rationals: what has a value of no more than `error` beside a root is no farther from it than is told.
+    #[test]
+    fn roots_with_an_error_hold_all_values_up_to_it() {
+        let q = |x: f64| Q::try_from(x).expect("a number");
+        let exact = |x: Dd| q(x.hi) + q(x.lo);
+        let magnitude = |x: Q| if x < Q::ZERO { -x } else { x };
+        // Sums and products of these have few bits.
+        let roots = [0.125, 0.4375, 0.75, 0.96875];
+        let value = |s: &Q| roots.iter().fold(Q::ONE, |x, r| x * (s - q(*r)));
+        for root in roots {
+            for away in [-1.0, 1.0, -1024.0, 1024.0].map(|x| x / (1u64 << 44) as f64) {
+                let place = q(root + away);
+                let value = magnitude(value(&place));
+                let error = value.to_f64().value().next_up();
+                assert!(value <= q(error));
+                let (s, off) = with_roots(roots).root(root, error).unwrap();
+                let apart = magnitude(place - exact(s));
+                assert!(apart <= q(off), "{root} {away:e}: {off:e}");
+                assert!(off <= LONGER * away.abs(), "{root} {away:e}: {off:e}");
+            }
+        }
     }
 
     /// A line through two points of a torus has hits there, and as many in all as it has ends outside: an even number. Few of these lines are nearly tangents.
