@@ -357,6 +357,62 @@ mod tests {
         assert!(found([0.25, 0.5, 0.5, 0.75]).is_none());
     }
 
+    /// In rationals: lines along the axis of a torus whose circle's plane leans. With `x` the way from the axis to its centre and `v` the profile's parameter, the circle's point is
+    /// `(c + R cos v) x + R sin v (s y + z) / sqrt(1 + s^2)`: with its distance `r` from the axis, its height `h` and `q = r^2 - s^2 h^2 = (c + R cos v)^2` it is
+    /// `(sqrt q - c)^2 + (1 + s^2) h^2 = R^2`, without roots `(q + c^2 + (1 + s^2) h^2 - R^2)^2 = 4 c^2 q`.
+    #[test]
+    fn hits_with_a_torus_whose_profile_leans() {
+        let q = |x: f64| Q::try_from(x).expect("a number");
+        let whole = Interval::new(0.0, std::f64::consts::TAU).unwrap();
+        let (center, radius) = (3.0, 0.75);
+        for lean in [-1.0, 1.0, 0.125].map(|x| x / (1u64 << 46) as f64) {
+            let circle = Arc {
+                center: Point3::new(center, 0.0, 0.0),
+                x: Vector3::x(),
+                y: Vector3::new(0.0, lean, 1.0),
+                z: Vector3::new(0.0, -1.0, lean),
+                radius,
+                angle: whole,
+                domain: whole,
+            };
+            let revolution = Revolution {
+                origin: Point3::origin(),
+                axis: Vector3::z(),
+                angle: whole,
+                angle_domain: whole,
+                profile: Curve::Arc(Arc::new(circle).unwrap()),
+                transposed: false,
+            };
+            let form = RevolutionForm::new(&Revolution::new(revolution).unwrap(), 8.0).unwrap();
+            assert!(form.is_ring());
+            let value = |square: &Q, h: &Q| {
+                let (s2, h2) = (q(lean) * q(lean), h * h);
+                let c2 = q(center) * q(center);
+                let r2 = square - &s2 * &h2;
+                let sum = &r2 + &c2 + (Q::ONE + s2) * h2 - q(radius) * q(radius);
+                &sum * &sum - Q::from(4) * c2 * r2
+            };
+            for [x, y] in [[2.5, 0.25], [3.25, 0.125], [-3.0, 1.75], [0.5, -2.5]] {
+                let line = ClosedLine {
+                    origin: exact(&[x, y, 0.0]),
+                    direction: exact(&[0.0, 0.0, 1.0]),
+                    middle: 0.0,
+                    reach: 1.0,
+                };
+                let square = q(x) * q(x) + q(y) * q(y);
+                let found = hits(&form, &line).unwrap();
+                assert_eq!(found.len(), 2, "{x} {y}");
+                for hit in found {
+                    let Dd { hi, lo } = hit.t.mid;
+                    let [from, to] = [-hit.t.rad, hit.t.rad]
+                        .map(|off| value(&square, &(q(hi) + q(lo) + q(off))) < Q::ZERO);
+                    assert!(from != to, "{x} {y}: {:?}", hit.t);
+                    assert!(hit.t.rad < FINE, "{x} {y}: {:?}", hit.t);
+                }
+            }
+        }
+    }
+
     /// In rationals: what has a value of no more than `error` beside a root is no farther from it than is told.
     #[test]
     fn roots_with_an_error_hold_all_values_up_to_it() {
