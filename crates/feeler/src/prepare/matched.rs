@@ -314,6 +314,7 @@ mod tests {
     use super::*;
     use crate::numeric::Dd;
     use crate::numeric::bernstein::evaluate;
+    use dashu_ratio::RBig as Q;
     use proptest::prelude::*;
 
     /// Control points `(X, w)` of a curve some way from the origin: far, that of two nearly equal ones little is left.
@@ -355,6 +356,36 @@ mod tests {
         { 0..both.len() }
             .map(|k| std::array::from_fn(|c| differences[c][k] / both[k]))
             .collect()
+    }
+
+    fn q(x: f64) -> Q {
+        Q::try_from(x).expect("a number")
+    }
+
+    fn magnitude(x: Q) -> Q {
+        if x < Q::ZERO { -x } else { x }
+    }
+
+    /// In rationals: a curve that is zero where it is cut last. Its part's points, and so what their own roundings are, are small beside how far the curve goes, with which the quotient's
+    /// error is multiplied.
+    #[test]
+    fn a_cut_at_a_quotient_is_off_by_what_the_quotient_is() {
+        let mut noticed = 0;
+        for k in 1..64u16 {
+            // Quotients by 4093 have no end in binary digits.
+            let (part_of_one, small) = (1.0 / 4096.0, 3.0 / 4096.0);
+            let (from, to) = (1.0 - small - f64::from(k) * part_of_one, 1.0 - small);
+            // `x(s) = to - s`.
+            let points = [[to, 0.0, 0.0, 1.0], [-small, 0.0, 0.0, 1.0]];
+            let (found, slack) = part(&points, [from, to]).unwrap();
+            let off = |p: &[f64; 4], s: f64| magnitude(q(p[0]) / q(p[3]) - (q(to) - q(s)));
+            let off = off(&found[0], from).max(off(&found[1], to));
+            assert!(off <= q(slack), "{k}: {slack:e}");
+            // Without the quotient's: six units of numbers up to `k part_of_one + 2 small`, and of weights of one no farther out.
+            let rest = 12.0 * f64::UNIT * (f64::from(k) * part_of_one + 2.0 * small);
+            noticed += usize::from(off > q(rest));
+        }
+        assert!(noticed > 0);
     }
 
     /// Double-double is off by so much at most: its unit, 1e-32, of numbers up to 4000, a few dozen times, over weights from 1/4.
