@@ -388,6 +388,47 @@ mod tests {
         assert!(noticed > 0);
     }
 
+    /// In rationals: of a coefficient the first and the last term cancel, and what is between is lost in the first, each by less than half a digit, but more of them than products are
+    /// rounded.
+    #[test]
+    fn sums_of_products_are_off_by_their_additions() {
+        const ORDER: usize = 16;
+        let degree = ORDER - 1;
+        let row = |n: usize| {
+            let mut row = vec![Q::ONE];
+            for k in 1..=n {
+                row.push(&row[k - 1] * Q::from(n + 1 - k) / Q::from(k));
+            }
+            row
+        };
+        let (single, double) = (row(degree), row(2 * degree));
+        let share = |i: usize, j: usize| &single[i] * &single[j] / &double[i + j];
+        let weight = |i: usize| share(i, degree - i);
+        // Times its share each is 5/4, -5/4 or 9/10 of half a digit of that.
+        let x: Vec<f64> = { 0..ORDER }
+            .map(|i| {
+                let term = match i {
+                    0 => 1.25,
+                    _ if i == degree => -1.25,
+                    _ => 0.9 * f64::UNIT,
+                };
+                (q(term) / weight(i)).to_f64().value()
+            })
+            .collect();
+        let a: Vec<[f64; 4]> = x.iter().map(|x| [*x, 0.0, 0.0, 1.0]).collect();
+        let b = [[0.0, 0.0, 0.0, 1.0]; ORDER];
+        let origin = [0.0; 3];
+        let factors = Factors::new([ORDER; 2]);
+        let found = differences([&a, &b], [&origin, &origin], &factors).unwrap();
+        for (k, (e, radius)) in found.iter().enumerate() {
+            let terms =
+                { k.saturating_sub(degree)..=k.min(degree) }.map(|i| q(x[i]) * share(i, k - i));
+            let truth = terms.fold(Q::ZERO, |sum, term| sum + term);
+            let off = magnitude(q(e[0]) - truth);
+            assert!(off <= q(*radius), "{k}: {radius:e}");
+        }
+    }
+
     /// Double-double is off by so much at most: its unit, 1e-32, of numbers up to 4000, a few dozen times, over weights from 1/4.
     const FINE: f64 = 1e-24;
     /// How far curves that are nearly equal are apart.
