@@ -76,6 +76,10 @@ pub(super) fn place_of(brep: &PreparedBrep, s: &Settled) -> Option<(Place, usize
 /// Of the distance of a ball's centre: where a foot is known to so little, the normal is good to twelve digits. (Full accuracy has all of them.)
 const SHARP_FOOT: f64 = 1.0 / (1u64 << 42) as f64;
 
+/// A height over a half-space's plane is rounded a few times, each by half a unit of numbers up to three times the largest coordinate or the offset: three products, three sums, and
+/// the foot's own coordinates.
+const HEIGHT_ROUNDED: f64 = 16.0 * f64::EPSILON;
+
 /// The point of a place in f64, where that is known within `enough`, and in the direction of a ball's centre within [`SHARP_FOOT`].
 ///
 /// The place's parameters are rounded, each by half a unit of one at most, besides what they are known to.
@@ -207,10 +211,14 @@ pub(super) fn make_contact(
             (normal, is_choice, s.center - normal * s.radius)
         }
         Probe::HalfSpace(h) => {
+            // A foot may be higher than the least by the accuracy, or by more where that is not decided: its own height leads to the plane. Where the separation
+            // is the same but for roundings of that, it has more digits.
+            let own = h.normal.dot(&on_brep.coords) - h.offset;
+            let size = on_brep.coords.amax().max(h.offset.abs());
+            let is_same = (own - separation.value).abs() <= HEIGHT_ROUNDED * size;
             let height = match accuracy {
-                Accuracy::Full => separation.value,
-                // A foot may be higher than the least by that much; its own height leads to the plane.
-                Accuracy::Length(_) => h.normal.dot(&on_brep.coords) - h.offset,
+                Accuracy::Full if is_same => separation.value,
+                _ => own,
             };
             (-h.normal, false, on_brep - h.normal * height)
         }

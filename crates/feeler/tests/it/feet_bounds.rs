@@ -196,3 +196,30 @@ fn of_two_ends_that_are_equally_near_none_is_the_foot() {
         }
     }
 }
+
+/// Where the budget is spent before the separation is known the point on a half-space is in its plane all the same, straight below the foot.
+#[test]
+fn the_point_on_a_half_space_is_on_it() {
+    let brep = PreparedBrep::new(crate::scenes::bicubic());
+    let normal = nalgebra::Vector3::new(2.0, 3.0, 6.0) / 7.0;
+    // Products and sums of numbers below 2, some ten of them.
+    const ROUNDED: f64 = 16.0 * f64::EPSILON;
+    let mut undecided = 0;
+    for budget in 1..40 {
+        let options = Options {
+            prediction: f64::INFINITY,
+            node_budget: budget,
+            ..Options::default()
+        };
+        let probe = Probe::HalfSpace(HalfSpace::new(normal, 0.125).unwrap());
+        let answer = contact(&brep, &probe, &options, &mut Workspace::default());
+        undecided += usize::from(answer.undecided.is_some());
+        for c in &answer.contacts {
+            let height = normal.dot(&c.on_probe.coords) - 0.125;
+            assert!(height.abs() <= ROUNDED, "{budget}: {height:e} {c:?}");
+            let along = (c.on_brep - c.on_probe).cross(&normal).norm();
+            assert!(along <= ROUNDED, "{budget}: {along:e} {c:?}");
+        }
+    }
+    assert!(undecided > 0);
+}
