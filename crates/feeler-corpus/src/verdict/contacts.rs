@@ -89,7 +89,8 @@ pub(super) fn standing_verdict(
     continuum: Option<bool>,
 ) -> Judgement {
     let continuum = continuum == Some(true);
-    let (Some(probe), Some(_)) = (asked.probe, claim.separation.lo) else {
+    let own = &claim.separation;
+    let (Some(probe), Some(own_lo), Some(own_hi)) = (asked.probe, own.lo, own.hi) else {
         // Without bounds nothing is claimed that is as narrow as this.
         return Judgement::right();
     };
@@ -130,7 +131,8 @@ pub(super) fn standing_verdict(
             (CONTINUUM_SLACK * asked.size).max(2.0 * ulp(lo.abs().max(hi.abs())))
         }
     };
-    if !(height <= least + slack + rounded) {
+    // What is not decided tells of a foot no more than its bounds.
+    if !(height <= least + slack.max(own_hi - own_lo) + rounded) {
         let by = height - least;
         return wrong(format!("the foot is farther away than the BREP, by {by:e}"));
     }

@@ -764,6 +764,19 @@ fn a_contact_stands_on_its_own() {
         };
         wrong(off(1.0 + OFF, None), true, "farther away");
         wrong(off(1.0 + OFF, Some(NARROW)), false, "farther away");
+        // Bounds that are wider than the accuracy leave a foot room, of a continuum too, but no more.
+        let undecided = |by: f64| {
+            let mut claim = off(by, None);
+            if let Probe::HalfSpace(_) = probe {
+                claim.on_probe = [claim.on_brep[0], claim.on_brep[1], right.on_probe[2]];
+            }
+            let own = &mut claim.separation;
+            own.lo = own.lo.map(|x| x - WIDE);
+            claim
+        };
+        let verdict = judged(probe, truth, &undecided(1.0 + OFF), true);
+        assert_eq!(verdict.verdict, Verdict::Undecided, "{:?}", verdict.reason);
+        wrong(undecided(1.0 + 2.0 * WIDE), true, "farther away");
         wrong(off(1.0 - OFF, None), true, "nearer");
         wrong(off(1.0 - OFF, Some(WIDE)), false, "nearer");
         wrong(off(f64::NAN, None), true, "nearer");
