@@ -207,8 +207,7 @@ fn question_ball_joint_nurbs(bencher: Bencher, question: &str) {
 }
 
 /// Balls that move over the wave, each asked from scratch or with what those before have learnt: to and fro on lines between some places, in so many steps each.
-fn path(bencher: Bencher, name: &str, steps: u32, warm: bool) {
-    let brep = bicubic();
+fn path(bencher: Bencher, brep: Brep, name: &str, steps: u32, warm: bool) {
     let brep = PreparedBrep::new(brep);
     let options = Options {
         accuracy: accuracy(name).map_or(Accuracy::Full, |a| Accuracy::Length(a * brep.size())),
@@ -248,15 +247,26 @@ const PLACES: u32 = 2000;
 
 #[divan::bench(args = NAMES)]
 fn path_cold(bencher: Bencher, name: &str) {
-    path(bencher, name, STEPS, false);
+    path(bencher, bicubic(), name, STEPS, false);
 }
 
 #[divan::bench(args = NAMES)]
 fn path_warm(bencher: Bencher, name: &str) {
-    path(bencher, name, STEPS, true);
+    path(bencher, bicubic(), name, STEPS, true);
 }
 
 #[divan::bench(args = NAMES)]
 fn path_warm_slow(bencher: Bencher, name: &str) {
-    path(bencher, name, SLOW_STEPS, true);
+    path(bencher, bicubic(), name, SLOW_STEPS, true);
+}
+
+/// One foot in six is on the trim.
+#[divan::bench(args = NAMES)]
+fn path_warm_trimmed(bencher: Bencher, name: &str) {
+    path(bencher, trimmed_bicubic(), name, STEPS, true);
+}
+
+#[divan::bench(args = NAMES)]
+fn path_warm_slow_trimmed(bencher: Bencher, name: &str) {
+    path(bencher, trimmed_bicubic(), name, SLOW_STEPS, true);
 }

@@ -682,13 +682,13 @@ impl Search<'_> {
         }
         let wide = (node.u[1] - node.u[0]).max(node.v[1] - node.v[0]);
         let noise = shape.g_largest <= NOISE_FACTOR * shape.g_error;
-        let is_cut = !(mixed || !room || noise || wide <= NARROW);
+        let is_cut = room && !noise && wide > NARROW;
         let (true, Some(along_u)) = (is_cut, split_along_u(node, &shape)) else {
             kept.barren = true;
             return Insight::Done;
         };
-        // Where a whole lies its halves do.
-        let whole = kept.side;
+        // Where a whole lies its halves do, unless a trim crosses it.
+        let whole = kept.side.filter(|_| !mixed);
         let mut low = products.clone();
         let high = low.split(along_u);
         let halves = [(false, low), (true, high)].map(|(high, own)| {
