@@ -16,7 +16,7 @@ pub struct Second<'a> {
 /// What the second method proved of a minimum.
 #[derive(Clone, Debug)]
 pub struct Bound {
-    /// Not above it.
+    /// Not above it; -2^4096, below all that can be asked for, where nothing is known.
     pub lo: Dyadic,
     /// Not below it; `None` if no point was proven to belong to a face.
     pub hi: Option<Dyadic>,

@@ -417,7 +417,7 @@ mod tests {
     proptest! {
         #![proptest_config(ProptestConfig { cases: 128, failure_persistence: None, ..ProptestConfig::default() })]
 
-        /// Of curves of any degree, against de Casteljau's algorithm in double-double, the second derivative as the first one of the curve of differences.
+        /// Of curves of any degree, against `curve_jet` in double-double, which rationals hold, the second derivative as the first one of the curve of differences.
         #[test]
         fn points_and_derivatives_of_any_degree(
             points in prop::collection::vec(prop::array::uniform4(-1.0..1.0f64), 1..200),

@@ -196,6 +196,7 @@ impl Search<'_> {
         {
             let side = self.classify(face, index, [p[0]; 2], [p[1]; 2]);
             if side == BoxSide::Outside {
+                // Nor do its neighbours count, which an exact test would be asked about: what is on a trim is found along its pieces.
                 return;
             }
             let value = match (side, self.out.rough_at(source, p)) {

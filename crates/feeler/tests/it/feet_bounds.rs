@@ -201,7 +201,7 @@ fn of_two_ends_that_are_equally_near_none_is_the_foot() {
 #[test]
 fn the_point_on_a_half_space_is_on_it() {
     let brep = PreparedBrep::new(crate::scenes::bicubic());
-    let normal = nalgebra::Vector3::new(2.0, 3.0, 6.0) / 7.0;
+    let normal = Vector3::new(2.0, 3.0, 6.0) / 7.0;
     // Products and sums of numbers below 2, some ten of them.
     const ROUNDED: f64 = 16.0 * f64::EPSILON;
     let mut undecided = 0;

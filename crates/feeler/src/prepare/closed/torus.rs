@@ -357,6 +357,22 @@ mod tests {
         assert!(found([0.25, 0.5, 0.5, 0.75]).is_none());
     }
 
+    /// A circle turned all round an axis, of which no part is next to that.
+    fn ring(origin: Point3<f64>, axis: Vector3<f64>, circle: Arc<3>) -> RevolutionForm {
+        let whole = circle.angle;
+        let revolution = Revolution {
+            origin,
+            axis,
+            angle: whole,
+            angle_domain: whole,
+            profile: Curve::Arc(Arc::new(circle).unwrap()),
+            transposed: false,
+        };
+        let form = RevolutionForm::new(&Revolution::new(revolution).unwrap(), 8.0).unwrap();
+        assert!(form.is_ring());
+        form
+    }
+
     /// In rationals: lines along the axis of a torus whose circle's plane leans. With `x` the way from the axis to its centre and `v` the profile's parameter, the circle's point is
     /// `(c + R cos v) x + R sin v (s y + z) / sqrt(1 + s^2)`: with its distance `r` from the axis, its height `h` and `q = r^2 - s^2 h^2 = (c + R cos v)^2` it is
     /// `(sqrt q - c)^2 + (1 + s^2) h^2 = R^2`, without roots `(q + c^2 + (1 + s^2) h^2 - R^2)^2 = 4 c^2 q`.
@@ -375,16 +391,7 @@ mod tests {
                 angle: whole,
                 domain: whole,
             };
-            let revolution = Revolution {
-                origin: Point3::origin(),
-                axis: Vector3::z(),
-                angle: whole,
-                angle_domain: whole,
-                profile: Curve::Arc(Arc::new(circle).unwrap()),
-                transposed: false,
-            };
-            let form = RevolutionForm::new(&Revolution::new(revolution).unwrap(), 8.0).unwrap();
-            assert!(form.is_ring());
+            let form = ring(Point3::origin(), Vector3::z(), circle);
             let value = |square: &Q, h: &Q| {
                 let (s2, h2) = (q(lean) * q(lean), h * h);
                 let c2 = q(center) * q(center);
@@ -459,16 +466,7 @@ mod tests {
                 angle: whole,
                 domain: whole,
             };
-            let revolution = Revolution {
-                origin,
-                axis: z,
-                angle: whole,
-                angle_domain: whole,
-                profile: Curve::Arc(Arc::new(circle).unwrap()),
-                transposed: false,
-            };
-            let form = RevolutionForm::new(&Revolution::new(revolution).unwrap(), 8.0).unwrap();
-            assert!(form.is_ring());
+            let form = ring(origin, z, circle);
             let at = |k: usize| form.point([6.2 * unit(k), 6.2 * unit(k + 1)]);
             let [a, b] = [at(4), at(6)].map(|p| p.map(|x| x.mid.hi));
             let direction: [f64; 3] = std::array::from_fn(|c| b[c] - a[c]);
