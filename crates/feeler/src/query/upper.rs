@@ -398,11 +398,19 @@ impl Search<'_> {
         }
     }
 
-    /// On the border of the patch, or past it by a rounding: the nearest point of the patch
-    /// counts if the exact test finds it in the region.
+    /// On the border of the patch, or past it: the nearest point of the patch counts if the exact test finds it in the region. Past it by more than
+    /// roundings of native parameters (next to a patch a few ulps wide, where its pieces are cut) that point is not told to be on the piece's trim.
     fn try_beside_piece(&mut self, face: usize, index: usize, local: [Dd; 2]) {
-        let piece = self.brep.double_double(face).piece(index);
-        self.try_patch_point(face, piece.patch, local, piece.trim);
+        let geometry = self.brep.double_double(face);
+        let piece = geometry.piece(index);
+        let maps = geometry.patches.maps_of(piece.patch);
+        let is_beside = (0..2).all(|k| {
+            let past = (local[k].hi - local[k].hi.clamp(0.0, 1.0)).abs();
+            let [start, end] = [maps[k].start, maps[k].end];
+            past * (end - start) <= BESIDE * start.abs().max(end.abs())
+        });
+        let trim = piece.trim.filter(|_| is_beside);
+        self.try_patch_point(face, piece.patch, local, trim);
     }
 
     fn keep(&mut self, f: Ball<Dd>, foot: Foot) {
@@ -458,6 +466,8 @@ const MOST_BLIND: f64 = 1.0 / (1u64 << 12) as f64;
 const LAST_STEPS: usize = 3;
 /// Rough values are compared with this relative slack.
 const ROUGH_SLACK: f64 = 1e-9;
+/// A foot is moved onto its patch by so much of the native parameters, a few ulps, and is still that of its piece.
+const BESIDE: f64 = 8.0 * f64::EPSILON;
 /// A point and its neighbours in ulps of uv.
 pub(super) const NEIGHBOURS: [(i32, i32); 9] = [
     (0, 0),

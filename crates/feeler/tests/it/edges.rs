@@ -1,12 +1,13 @@
 //! Lines next to where faces end: beside the cracks of edges, and beside trims by less than f64 tells; balls next to where a trim leaves its surface.
 
-use crate::scenes::loop_face;
+use crate::scenes::{loop_face, polygon_face};
 use feeler::brep::{BrepBuilder, TrimSpec};
 use feeler::numeric::Interval;
 use feeler::nurbs::{Curve, Line, NurbsCurve, NurbsSurface, Plane, Surface};
 use feeler::prepare::PreparedBrep;
 use feeler::query::{
-    Accuracy, LineAnswer, LineKind, LineProbe, Options, Probe, Sphere, Workspace, contact, line,
+    Accuracy, Feature, HalfSpace, LineAnswer, LineKind, LineProbe, Options, Probe, Sphere,
+    Workspace, contact, line,
 };
 use nalgebra::{Point2, Point3, Vector3, Vector4};
 
@@ -246,5 +247,50 @@ fn a_trim_of_a_high_degree_on_a_surface_of_a_high_degree() {
         );
         let (a, b) = (a.separation.bounds, b.separation.bounds);
         assert!(a.lo <= b.hi && b.lo <= a.hi, "{a:?} {b:?}");
+    }
+}
+
+/// A plane's patch three ulps wide, which a side of a triangle crosses: that side's piece is cut next to the patch, not on it. Every point of the triangle is as
+/// near as any other, and so is the one of the patch nearest to where the piece ends, which is not on the side.
+#[test]
+fn a_foot_on_a_narrow_patch_is_not_called_one_of_a_side_that_it_is_beside() {
+    let narrow = -7.0 - 16.0 * f64::EPSILON;
+    let inner = -3.0 - 8.0 * f64::EPSILON;
+    let u = [-8.0, -8.0, -8.0, inner, inner, 8.0, 8.0, 8.0];
+    let v = [
+        -8.0, -8.0, -8.0, -8.0, narrow, -7.0, 1.0, 8.0, 8.0, 8.0, 8.0,
+    ];
+    let third = |j: usize| j as f64 / 3.0;
+    let points = (0..5).flat_map(|i| {
+        (0..7).map(move |j| {
+            let i = i as f64;
+            let [x, y] = [-8.0 + 4.0 * i, -8.0 + 8.0 * third(j)];
+            Vector4::new(x, y, 2.0 + i - 4.0 * third(j), 1.0)
+        })
+    });
+    let surface = NurbsSurface::new([2, 3], [5, 7], points.collect(), [u.to_vec(), v.to_vec()]);
+    let surface = Surface::Nurbs(surface.expect("a plane"));
+    let from = Point2::new(0.0, 0.0);
+    let to = Point2::new(-1.6250000186264515, -7.0625);
+    let corners = [
+        from,
+        to,
+        Point2::new(-1.375, -0.125),
+        Point2::new(0.0, 1.4375),
+    ];
+    let brep = polygon_face(&surface, &corners);
+    let normal = Vector3::new(-1.0, 2.0, 4.0).normalize();
+    let ask = Probe::HalfSpace(HalfSpace::new(normal, 0.0).expect("a half-space"));
+    let options = Options {
+        prediction: f64::INFINITY,
+        ..Options::default()
+    };
+    let answer = contact(&brep, &ask, &options, &mut Workspace::default());
+    let foot = answer.contacts.first().expect("a foot");
+    if let Feature::Edge(0) = foot.feature {
+        let [side, own] = [to - from, foot.uv - from];
+        let off = (side.x * own.y - side.y * own.x).abs() / side.norm();
+        // A uv is rounded, to 2^-51 at most where coordinates are below 8.
+        assert!(off <= 8.0 * f64::EPSILON, "{off:e} beside the side");
     }
 }
