@@ -18,6 +18,11 @@ pub enum ProbeError {
     /// The direction is zero.
     #[error("the direction is zero: give a vector that points somewhere")]
     ZeroDirection,
+    /// The direction is so short that parameters of hits might be too large for an f64.
+    #[error(
+        "the direction is shorter than 1e-60: multiply it (parameters of hits are divided by the same)"
+    )]
+    ShortDirection,
     /// The normal of a half-space is not of unit length: `|n|^2` must be within 2^-50 of 1.
     #[error(
         "the normal is not a unit vector: divide it by its length (|n|^2 must be within 2^-50 of 1)"
@@ -353,7 +358,7 @@ impl HalfSpace {
 }
 
 impl LineProbe {
-    /// A line; refuses a zero direction and what is not finite.
+    /// A line; refuses what is not finite, and a direction that is zero or has no component of 1e-60 or more (parameters of hits are distances over its length).
     pub fn new(
         origin: Point3<f64>,
         direction: Vector3<f64>,
@@ -363,6 +368,9 @@ impl LineProbe {
         in_range("the direction", direction.as_slice())?;
         if direction == Vector3::zeros() {
             return Err(ProbeError::ZeroDirection);
+        }
+        if direction.amax() < 1.0 / LARGEST_COORDINATE {
+            return Err(ProbeError::ShortDirection);
         }
         Ok(Self {
             origin,

@@ -6,7 +6,9 @@ use feeler::nurbs::{
     Arc, Curve, Line, NurbsCurve, NurbsSurface, Plane, Polyline, Revolution, Surface,
 };
 use feeler::prepare::PreparedBrep;
-use feeler::query::{Accuracy, LineAnswer, LineKind, LineProbe, Options, Workspace, any_hit, line};
+use feeler::query::{
+    Accuracy, LineAnswer, LineKind, LineProbe, Options, ProbeError, Workspace, any_hit, line,
+};
 use nalgebra::{Point2, Point3, Vector2, Vector3, Vector4};
 
 fn sheet(surface: NurbsSurface) -> PreparedBrep {
@@ -971,4 +973,30 @@ fn a_line_that_touches_the_corner_of_a_ring_does_not_cross() {
     // Through it.
     let answer = ask(&brep, [1.0, -0.5, -0.25], [1.0, 0.25, 0.125]);
     assert_eq!(answer.crossings, Some(4), "{answer:?}");
+}
+
+/// A direction times a power of two divides the parameters of hits by it, exactly: of the shortest and the longest that are taken, too. Shorter ones are refused.
+#[test]
+fn the_length_of_a_direction_divides_the_parameters() {
+    let breps: Vec<PreparedBrep> = [unit_cube(), tube()].into_iter().chain(round()).collect();
+    let direction = Vector3::new(0.5, 0.3, -0.2);
+    for (index, brep) in breps.iter().enumerate() {
+        let plain = ask(brep, [0.3, 0.2, 0.4], direction.into());
+        assert!(!plain.hits.is_empty(), "BREP {index}");
+        for power in [-198, -30, 30, 198] {
+            let scale = 2f64.powi(power);
+            let own = ask(brep, [0.3, 0.2, 0.4], (direction * scale).into());
+            let parameters = |a: &LineAnswer, scale: f64| -> Vec<[f64; 3]> {
+                let ends = |h: &feeler::query::Hit| {
+                    [h.t.bounds.lo, h.t.value, h.t.bounds.hi].map(|t| t * scale)
+                };
+                a.hits.iter().map(ends).collect()
+            };
+            let (own, plain) = (parameters(&own, scale), parameters(&plain, 1.0));
+            assert_eq!(own, plain, "BREP {index}, 2^{power}");
+        }
+    }
+    let short = Vector3::new(0.0, 1.5e-323, 0.0);
+    let probe = LineProbe::new(Point3::origin(), short, LineKind::Line);
+    assert_eq!(probe, Err(ProbeError::ShortDirection));
 }
