@@ -20,7 +20,7 @@ pub enum ProbeError {
     ZeroDirection,
     /// The direction is so short that parameters of hits might be too large for an f64.
     #[error(
-        "the direction is shorter than 1e-60: multiply it (parameters of hits are divided by the same)"
+        "the direction is shorter than 1e-240: multiply it (parameters of hits are divided by the same)"
     )]
     ShortDirection,
     /// The normal of a half-space is not of unit length: `|n|^2` must be within 2^-50 of 1.
@@ -308,6 +308,9 @@ pub struct SideAnswer {
     pub undecided: Option<Undecided>,
 }
 
+/// What the largest component of a line's direction is at least.
+const LEAST_DIRECTION: f64 = 1e-240;
+
 pub(super) fn in_range(what: &'static str, values: &[f64]) -> Result<(), ProbeError> {
     for x in values {
         if !x.is_finite() {
@@ -358,7 +361,8 @@ impl HalfSpace {
 }
 
 impl LineProbe {
-    /// A line; refuses what is not finite, and a direction that is zero or has no component of 1e-60 or more (parameters of hits are distances over its length).
+    /// A line; refuses what is not finite, and a direction that is zero or has no component of 1e-240 or more: parameters of hits are
+    /// distances, of no more than some 1e60, over its length. (Where its square is lost in f64, from some 1e-150 on, most of what is not flat is undecided.)
     pub fn new(
         origin: Point3<f64>,
         direction: Vector3<f64>,
@@ -369,7 +373,7 @@ impl LineProbe {
         if direction == Vector3::zeros() {
             return Err(ProbeError::ZeroDirection);
         }
-        if direction.amax() < 1.0 / LARGEST_COORDINATE {
+        if direction.amax() < LEAST_DIRECTION {
             return Err(ProbeError::ShortDirection);
         }
         Ok(Self {

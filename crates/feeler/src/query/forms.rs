@@ -664,7 +664,12 @@ mod tests {
             let (d, w) = (1.1 * 10f64.powi(-230 - k), 1e-60);
             let direction = Vector3::new(d, 0.7 * d, -0.3 * d);
             let origin = Point3::new(0.1 * step, 0.0, 1.0);
-            let probe = LineProbe::new(origin, direction, LineKind::Line).unwrap();
+            // (Shorter than what `LineProbe::new` takes.)
+            let probe = LineProbe {
+                origin,
+                direction,
+                kind: LineKind::Line,
+            };
             let stab = Stabber::new(&probe);
             let points: Vec<[f64; 4]> = [[0.3, 0.1], [1.7, -0.2], [0.9, 1.3], [2.1, 1.9]]
                 .map(|[x, y]| [x * w, y * w, (x + 1.1 * y) * w, w])
