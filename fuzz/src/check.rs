@@ -263,6 +263,7 @@ fn exact(subject: &mut Subject<'_>, query: &Query, effort: Effort) -> Found {
         size: subject.prepared.size(),
         prediction: query.prediction.unwrap_or(0.0),
         contacts: false,
+        hits: query.hits,
         scale: 1.0,
         tolerance: 0.0,
         probe: None,

@@ -6,6 +6,7 @@
 mod contacts;
 
 use crate::answer::{AxisSplitLine, Body, Claim, ContactLine, HitLine};
+use crate::query::Hits;
 use crate::truth::{AxisSplitTruth, HitTruth, Truth, TruthEnclosure};
 pub use contacts::CONTINUUM_SLACK;
 use contacts::{contacts_verdict, foot_verdict, normal_verdict, standing_verdict};
@@ -81,6 +82,8 @@ pub struct Asked {
     pub prediction: f64,
     /// Whether contacts were asked for.
     pub contacts: bool,
+    /// Which hits were.
+    pub hits: Hits,
     /// Length of a line's direction; 1 for other queries.
     pub scale: f64,
     /// A value without bounds of its own, as of an engine without certificates, is taken to claim that it is
@@ -283,7 +286,10 @@ pub fn judge(asked: &Asked, answer: &Body, truth: &Truth) -> Judgement {
             if let Some(why) = undecided {
                 Judgement::new(Verdict::Undecided, why)
             } else {
-                let mut all = hits_verdict(asked, hits, true_hits);
+                let mut all = match asked.hits {
+                    Hits::All => hits_verdict(asked, hits, true_hits),
+                    Hits::First | Hits::Any => one_hit_verdict(asked, hits, true_hits),
+                };
                 let differences = [
                     differ("crossings", *crossings, *true_crossings),
                     differ("in_crack", *in_crack, *true_crack),
@@ -462,6 +468,38 @@ fn contact_verdict(
         }
     }
     all
+}
+
+/// The one hit that was asked for, of all true ones in the order of t: the first, or any.
+fn one_hit_verdict(asked: &Asked, claims: &[HitLine], truths: &[HitTruth]) -> Judgement {
+    let [_] = claims else {
+        let expected = truths.len().min(1);
+        if claims.len() == expected {
+            return Judgement::right();
+        }
+        let reason = format!(
+            "{} hits for one, and the truth is {}",
+            claims.len(),
+            truths.len()
+        );
+        return Judgement::wrong(Fault::Hits, reason);
+    };
+    let Some(first) = truths.first() else {
+        return Judgement::wrong(Fault::Hits, "a hit, and the truth is none".to_owned());
+    };
+    let may_be = |t: &&HitTruth| asked.hits == Hits::Any || t.t.lo <= first.t.hi;
+    let each = truths
+        .iter()
+        .filter(may_be)
+        .map(|t| hits_verdict(asked, claims, std::slice::from_ref(t)));
+    let order = |own: &Judgement| match own.verdict {
+        Verdict::Right => 0,
+        Verdict::Undecided => 1,
+        Verdict::Indeterminate => 2,
+        Verdict::Wrong => 3,
+    };
+    let best = each.min_by_key(order);
+    best.unwrap_or_else(|| Judgement::wrong(Fault::Hits, "no hit to hold it against".to_owned()))
 }
 
 /// Hits in the order of t. Two faces that meet at an edge may give one parameter or two; a claim must

@@ -422,7 +422,7 @@ mod tests {
     use super::*;
     use feeler::numeric::Dyadic;
     use feeler::query::{HalfSpace, Options, Sphere, Workspace, contact};
-    use feeler_corpus::{MODELS, TruthEnclosure, judge};
+    use feeler_corpus::{Hits, MODELS, TruthEnclosure, judge};
     use nalgebra::{Unit, UnitQuaternion, Vector3};
     use std::path::Path;
 
@@ -580,6 +580,7 @@ mod tests {
             size: loaded.size,
             prediction: f64::INFINITY,
             contacts: false,
+            hits: Hits::All,
             scale: 1.0,
             tolerance: 0.0,
             probe: Some(*probe),

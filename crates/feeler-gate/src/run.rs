@@ -51,6 +51,7 @@ pub fn asked(query: &Query, size: f64, tolerance: f64) -> Asked {
         size,
         prediction: query.prediction.unwrap_or(0.0),
         contacts: query.contacts != Some(Contacts::None),
+        hits: query.hits,
         scale: match query.ask {
             Ask::Line(line) => line.direction.norm(),
             _ => 1.0,

@@ -117,7 +117,7 @@ mod with_oracle {
 mod tests {
     use super::*;
     use feeler::query::Accuracy;
-    use feeler_corpus::{Asked, Body, Claim, Truth, TruthEnclosure, judge};
+    use feeler_corpus::{Asked, Body, Claim, Hits, Truth, TruthEnclosure, judge};
 
     /// 1/3 lies a third of an ulp above the next f64, two thirds below the one after.
     #[test]
@@ -127,6 +127,7 @@ mod tests {
             size: 10.0,
             prediction: 0.0,
             contacts: false,
+            hits: Hits::All,
             scale: 1.0,
             tolerance: 0.0,
             probe: None,

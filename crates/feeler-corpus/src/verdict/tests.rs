@@ -15,6 +15,7 @@ const ASKED: Asked = Asked {
     size: 10.0,
     prediction: 0.0,
     contacts: false,
+    hits: Hits::All,
     scale: 1.0,
     tolerance: 0.0,
     probe: None,
@@ -794,4 +795,41 @@ fn a_contact_stands_on_its_own() {
         };
         wrong(beside, true, "on the probe");
     }
+}
+
+/// One hit may be asked for: the first, or whichever.
+#[test]
+fn one_hit_of_many() {
+    let at = |t: &str| hit(&truth(t, t), 0);
+    let none = Truth::Line {
+        hits: vec![],
+        crossings: Some(0),
+        in_crack: Some(false),
+    };
+    let many = Truth::Line {
+        hits: vec![at("1p0"), at("3p0")],
+        crossings: Some(2),
+        in_crack: Some(false),
+    };
+    let verdict = |hits, claims: &[(f64, bool)], t: &Truth| {
+        let asked = Asked { hits, ..ASKED };
+        let mut body = line(claims);
+        if let Body::Line { crossings, .. } = &mut body {
+            *crossings = None;
+        }
+        judge(&asked, &body, t).verdict
+    };
+    for hits in [Hits::First, Hits::Any] {
+        assert_eq!(verdict(hits, &[(1.0, false)], &many), Verdict::Right);
+        assert_eq!(verdict(hits, &[(2.0, false)], &many), Verdict::Wrong);
+        assert_eq!(verdict(hits, &[(1.0, true)], &many), Verdict::Wrong);
+        assert_eq!(verdict(hits, &[], &many), Verdict::Wrong);
+        let two = [(1.0, false), (3.0, false)];
+        assert_eq!(verdict(hits, &two, &many), Verdict::Wrong);
+        assert_eq!(verdict(hits, &[(1.0, false)], &none), Verdict::Wrong);
+        assert_eq!(verdict(hits, &[], &none), Verdict::Right);
+    }
+    assert_eq!(verdict(Hits::First, &[(3.0, false)], &many), Verdict::Wrong);
+    assert_eq!(verdict(Hits::Any, &[(3.0, false)], &many), Verdict::Right);
+    assert_eq!(verdict(Hits::All, &[(1.0, false)], &many), Verdict::Wrong);
 }

@@ -213,6 +213,17 @@ impl FeelerEngine {
         first
     }
 
+    /// The hit of least t, which all of them tell; of the answer to a line, only that.
+    fn first_hit(&mut self, line: &LineProbe, options: &Options) -> Body {
+        let all = self.line(line, options);
+        Body::Line {
+            hits: all.hits.first().map(HitLine::from).into_iter().collect(),
+            crossings: None,
+            in_crack: None,
+            undecided: why_at(all.undecided, all.unsettled),
+        }
+    }
+
     /// A certain hit with any BREP; of the answer to a line, only that.
     fn any_hit(&mut self, line: &LineProbe, options: &Options) -> Body {
         let (mut undecided, mut unsettled) = (None, None);
@@ -407,8 +418,11 @@ impl Engine for FeelerEngine {
             Ask::Contact(probe) if self.way.nurbs => self.as_nurbs(&probe, options),
             Ask::Contact(probe) => Body::from(&self.contact(&probe, &options)),
             Ask::Arrival(probe, motion) => Body::from(&self.arrival(&probe, &motion, &options)),
-            Ask::Line(line) if query.hits != Hits::All => self.any_hit(&line, &options),
-            Ask::Line(line) => Body::from(&self.line(&line, &options)),
+            Ask::Line(line) => match query.hits {
+                Hits::All => Body::from(&self.line(&line, &options)),
+                Hits::First => self.first_hit(&line, &options),
+                Hits::Any => self.any_hit(&line, &options),
+            },
             Ask::Side(face, uv) => match self.side(face, uv) {
                 Some(side) => Body::Side {
                     side: side.side,
@@ -481,7 +495,7 @@ fn about_native(mut body: Body, bounds: bool, size: f64) -> Body {
 mod tests {
     use super::*;
     use feeler::brep::{Brep, BrepBuilder};
-    use feeler::query::Sphere;
+    use feeler::query::{LineKind, Sphere};
     use nalgebra::Vector3;
     use std::path::PathBuf;
 
@@ -528,5 +542,38 @@ mod tests {
         assert_eq!(deepest.time, all.time);
         let faces: Vec<usize> = deepest.contacts.iter().map(|c| c.face).collect();
         assert_eq!(faces, [1]);
+    }
+
+    /// A line down through three plates: the first hit is the one of least t, of whichever BREP.
+    #[test]
+    fn the_first_hit_is_of_least_t() {
+        let model = Model {
+            path: PathBuf::from("plates"),
+            breps: vec![plate(0.0, 0.0), plate(0.0, 3.0), plate(0.0, 1.0)],
+        };
+        let mut engine = FeelerEngine::new(Options::default());
+        engine.open(&model).unwrap();
+        let mut ask = |origin: Point3<f64>, hits| {
+            let line = LineProbe::new(origin, -Vector3::z(), LineKind::Line).unwrap();
+            let query = Query {
+                id: None,
+                ask: Ask::Line(line),
+                prediction: None,
+                contacts: None,
+                hits,
+                accuracy: None,
+                overlap: false,
+            };
+            match engine.answer(&query).body {
+                Body::Line { hits, .. } => hits.iter().map(|h| h.t.value).collect::<Vec<f64>>(),
+                other => panic!("{other:?}"),
+            }
+        };
+        let above = Point3::new(0.5, 0.25, 5.0);
+        assert_eq!(ask(above, Hits::All), [2.0, 4.0, 5.0]);
+        assert_eq!(ask(above, Hits::First), [2.0]);
+        assert_eq!(ask(above, Hits::Any).len(), 1);
+        let beside = Point3::new(1.5, 0.25, 5.0);
+        assert!(ask(beside, Hits::First).is_empty());
     }
 }

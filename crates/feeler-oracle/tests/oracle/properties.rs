@@ -15,7 +15,7 @@ use feeler::query::{
     Workspace, contact,
 };
 use feeler::trim::{Side, TrimRegion};
-use feeler_corpus::{Asked, Body, Truth, TruthEnclosure, Verdict, judge};
+use feeler_corpus::{Asked, Body, Hits, Truth, TruthEnclosure, Verdict, judge};
 use feeler_oracle::{DistanceStatus, Oracle};
 use nalgebra::{Point2, Point3, Vector3, Vector4};
 use near::{Aim, Spline, aim, cases, loops, one_loop, stepped};
@@ -417,6 +417,7 @@ fn held(shape: &Shape, drawn: &Drawn, told: &Told) -> Result<(), TestCaseError> 
         size,
         prediction: PREDICTION,
         contacts: true,
+        hits: Hits::All,
         scale: 1.0,
         tolerance: 0.0,
         probe: Some(probe),
