@@ -3,7 +3,7 @@
 use super::boundary::{self, CurveSource, Cut, Piece};
 use super::bunches::{self, Bunches};
 use super::net::{Net, Products};
-use super::{Box3, Patches, jet};
+use super::{Box3, Homogeneous, Patches, jet};
 use crate::brep::Brep;
 use crate::numeric::Real;
 use nalgebra::Point3;
@@ -38,6 +38,8 @@ pub(super) struct KeptPiece<T> {
     pub(super) piece: Piece<T>,
     pub(super) products: OnceLock<Box<Products<T>>>,
     speeds: OnceLock<[f64; 2]>,
+    /// Whether it leaves its patch, once that was asked.
+    leaves: OnceLock<bool>,
 }
 
 /// A point of a patch: where a descent may start.
@@ -130,6 +132,7 @@ impl<T: Real> FaceGeometry<T> {
                 piece: boundary::lift(&curve, cut, &patch),
                 products: OnceLock::new(),
                 speeds: OnceLock::new(),
+                leaves: OnceLock::new(),
             })
         })
     }
@@ -149,6 +152,16 @@ impl<T: Real> FaceGeometry<T> {
         let space = kept.piece.space.as_ref();
         let make = || space.map_or([f64::INFINITY; 2], Net::speeds);
         *kept.speeds.get_or_init(make)
+    }
+
+    /// Whether a boundary piece leaves its patch: asked of its curve there at the first call.
+    pub(crate) fn piece_leaves(
+        &self,
+        index: usize,
+        ask: impl FnOnce(&[Homogeneous<T, 3>]) -> bool,
+    ) -> bool {
+        let kept = self.kept_piece(index);
+        *kept.leaves.get_or_init(|| ask(&kept.piece.local))
     }
 
     /// `None` where the piece's degree is too high to be composed.

@@ -22,18 +22,13 @@ impl Search<'_> {
             };
         }
         let geometry = self.brep.double_double(face);
-        let local = &geometry.piece(index).local;
-        let slack = border_slack(local);
-        let part = part_of(local, range.map(Dd::from));
-        let off = is_off(&part, slack);
-        let twice = 2.0 * slack;
-        let leaves = !twice.is_finite()
-            || part.iter().any(|p| {
-                // Negated: what is no number may be anywhere.
-                let near = twice * p[2].mid.hi;
-                !(0..2).all(|c| (p[c].mid - p[2].mid).hi <= near && p[c].mid.hi >= -near)
-            });
-        PiecePlace { off, leaves }
+        place_of(&geometry.piece(index).local, range)
+    }
+
+    /// Whether a boundary piece [leaves](PiecePlace::leaves) its patch anywhere: what is asked of it at most, and kept.
+    pub(super) fn piece_leaves(&self, face: usize, index: usize) -> bool {
+        let ask = |local: &[Homogeneous<Dd, 3>]| place_of(local, [0.0, 1.0]).leaves;
+        self.brep.double_double(face).piece_leaves(index, ask)
     }
 
     /// Of a boundary piece that is beside its patch all along, and may only touch it at its own ends: at which; `None` of any other. (Trims that bulge by roundings
@@ -137,6 +132,21 @@ impl Search<'_> {
         let on = depth_at(local, at) >= -slack;
         Some((if on { at } else { part[0] }, part))
     }
+}
+
+/// How the part of a curve over a range lies to the patch's square.
+fn place_of(local: &[Homogeneous<Dd, 3>], range: [f64; 2]) -> PiecePlace {
+    let slack = border_slack(local);
+    let part = part_of(local, range.map(Dd::from));
+    let off = is_off(&part, slack);
+    let twice = 2.0 * slack;
+    let leaves = !twice.is_finite()
+        || part.iter().any(|p| {
+            // Negated: what is no number may be anywhere.
+            let near = twice * p[2].mid.hi;
+            !(0..2).all(|c| (p[c].mid - p[2].mid).hi <= near && p[c].mid.hi >= -near)
+        });
+    PiecePlace { off, leaves }
 }
 
 /// Where a part of a boundary piece, along which what is on its patch ends, has its end, in parts of the range: the last place known to be on the patch, going from one end

@@ -33,7 +33,8 @@
 //! What settled a box about one centre often does so about the next: that `f` falls along u or v everywhere on it, or that `G` is strictly
 //! convex. Both rest on differences of coefficients, which change little with the centre (module `steady`), so no coefficient is looked at
 //! again. What follows from them is what the search makes of it (cases *monotone* and *no critical point in the region* of the
-//! module `search`): the border of the patch that the box touches is searched, as a part that learns as others do, or the leaf is proven at the new foot; where
+//! module `search`): the border of the patch that the box touches is searched, as a part that learns as others do, or the leaf is proven at the new foot (a box that a trim crosses takes sides
+//! there at each query; where the region has no minimum within it all borders of the patch that it touches are searched); where
 //! the foot is elsewhere, a place on the box that was kept mostly tells that it is far (module `foothold`).
 
 use super::foothold::Foothold;
@@ -131,8 +132,9 @@ struct Settling {
 enum Why {
     /// `f` has one sign of its derivative along u or v; with the border of the patch towards which it falls, where the box touches it: a part in its turn.
     Falls { sign: i8, border: Option<Box<Kept>> },
-    /// `G` is strictly convex; with about where `f` was least, once it was not next to the nearest point.
-    Convex(Option<Foothold>),
+    /// `G` is strictly convex; with about where `f` was least, once it was not next to the nearest point, and the borders of the patch that the box touches, once the region was
+    /// found to have no minimum within.
+    Convex(Option<Foothold>, Option<Vec<Kept>>),
 }
 
 /// See the [module](self).
@@ -348,7 +350,7 @@ fn settling_of(
     shape: &Shape,
     products: &Products<f64>,
     (source, inside): (Source, bool),
-    (center, away): (Point3<f64>, f64),
+    known: (Point3<f64>, f64),
     before: Option<&mut Settling>,
 ) -> Option<(Asked, Why)> {
     let touches = |k: usize| {
@@ -362,14 +364,14 @@ fn settling_of(
     let along = (0..2).find(|k| falls(k) && !touches(*k));
     let Some(along) = along.or((0..2).find(falls)) else {
         // Where it was least is still near.
-        let known = match before {
+        let (known, borders) = match before {
             Some(Settling {
-                why: Why::Convex(foothold),
+                why: Why::Convex(foothold, borders),
                 ..
-            }) => foothold.take(),
-            _ => None,
+            }) => (foothold.take(), borders.take()),
+            _ => (None, None),
         };
-        return (shape.convexity > 0.0).then_some((Asked::Seconds, Why::Convex(known)));
+        return (shape.convexity > 0.0).then_some((Asked::Seconds, Why::Convex(known, borders)));
     };
     let sign = shape.monotone[along];
     let asked = Asked::Slope(along);
@@ -385,17 +387,38 @@ fn settling_of(
         return Some((asked, Why::Falls { sign, border }));
     }
     let border = touches(along).then(|| {
-        let at = |k: usize, r: [f64; 2]| match k == along {
-            true => [r[usize::from(sign < 0)]; 2],
-            false => r,
-        };
-        let part = Part::Box(source, at(0, node.u), at(1, node.v), inside);
-        Box::new(Kept {
-            products: Some(Box::new(products.border(along == 0, sign < 0))),
-            ..Kept::new(center, away, part)
-        })
+        let ranges = [node.u, node.v];
+        let kept = border_of((source, ranges, inside), products, known, (along, sign < 0));
+        Box::new(kept)
     });
     Some((asked, Why::Falls { sign, border }))
+}
+
+/// A side of a box, across u (0) or v, as a part of its own.
+fn border_of(
+    (source, ranges, inside): (Source, [[f64; 2]; 2], bool),
+    products: &Products<f64>,
+    (center, away): (Point3<f64>, f64),
+    (along, high): (usize, bool),
+) -> Kept {
+    let [u, v] = std::array::from_fn(|k| match k == along {
+        true => [ranges[k][usize::from(high)]; 2],
+        false => ranges[k],
+    });
+    Kept {
+        products: Some(Box::new(products.border(along == 0, high))),
+        ..Kept::new(center, away, Part::Box(source, u, v, inside))
+    }
+}
+
+/// The sides of a box that are on borders of its patch: across u (0) or v, and whether the upper one.
+fn on_borders([u, v]: [[f64; 2]; 2]) -> impl Iterator<Item = (usize, bool)> {
+    let all = [(0, false), (0, true), (1, false), (1, true)];
+    all.into_iter().filter(move |(k, high)| {
+        let r = if *k == 0 { u } else { v };
+        // (A side has none across it.)
+        r[0] < r[1] && if *high { r[1] == 1.0 } else { r[0] == 0.0 }
+    })
 }
 
 impl Search<'_> {
@@ -506,7 +529,9 @@ impl Search<'_> {
         self.out.nodes += 1;
         if let Some(settling) = &mut kept.settling {
             let at = (source, inside, [u, v], lo);
-            if let Some(bound) = self.settle_kept(heap, q, at, settling) {
+            let known = (kept.known.center, kept.known.away);
+            let own = (kept.products.as_deref(), known);
+            if let Some(bound) = self.settle_kept(heap, q, at, own, settling) {
                 kept.learn(q, least, bound);
                 return Insight::Done;
             }
@@ -666,8 +691,7 @@ impl Search<'_> {
             known,
             before.as_deref_mut(),
         );
-        // A leaf that the region's border crosses takes sides at each query.
-        if let Some((asked, why)) = found.filter(|(_, w)| !(mixed && matches!(w, Why::Convex(_)))) {
+        if let Some((asked, why)) = found {
             let old = before.as_deref().map(|b| &b.steady);
             let steady = Steady::new(asked, node, (net, products), q, (tau, bends), old);
             let settling = Settling { steady, why };
@@ -716,6 +740,7 @@ impl Search<'_> {
         heap: &mut BinaryHeap<Task<f64>>,
         q: &Point3<f64>,
         (source, inside, [u, v], lo): (Source, bool, [[f64; 2]; 2], Dd),
+        (products, center): (Option<&Products<f64>>, (Point3<f64>, f64)),
         settling: &mut Settling,
     ) -> Option<Dd> {
         let tau = self.out.hi.hi;
@@ -733,17 +758,18 @@ impl Search<'_> {
                 }
                 Some(lo)
             }
-            Why::Convex(foothold) => {
+            Why::Convex(foothold, borders) => {
                 let shape = steady.shape(q, tau).filter(|s| s.convexity > 0.0)?;
-                let cell = Cell::<f64> {
+                let mut cell = Cell::<f64> {
                     u,
                     v,
                     lo,
                     degree: steady.degree(),
                     constant: steady.is_polynomial(),
                     node: None,
+                    near: None,
                 };
-                let (net, _) = self.basis::<f64>(source)?;
+                let (net, all) = self.basis::<f64>(source)?;
                 let best_on = self.best_on(source, [u, v]).is_some();
                 if !best_on && jet::fits(net.degree) {
                     // Where it was, or else some steps on from there, mostly tells that it is far still.
@@ -758,8 +784,23 @@ impl Search<'_> {
                             *known = Foothold::new(net, known.step(q, &cell, steady.bend()));
                         }
                     }
+                    cell.near = Some(known.at);
                 }
                 let leaf = self.leaf(heap, source, inside, &cell, (&shape, Dd::from(tau)))?;
+                if leaf.no_minimum {
+                    let own = products.unwrap_or(all);
+                    let at = (source, [u, v], inside);
+                    let make = |side| border_of(at, own, center, side);
+                    let sides = || on_borders([u, v]).map(make).collect();
+                    let sides = borders.get_or_insert_with(sides);
+                    sides.retain_mut(|side| {
+                        let least = side.known.least(q);
+                        !matches!(
+                            self.take_up(heap, q, side, (least, false)),
+                            Insight::Outside
+                        )
+                    });
+                }
                 Some(leaf.lo)
             }
         }

@@ -42,6 +42,8 @@ pub(crate) struct Leaf {
     pub(crate) empty: bool,
     /// Whether `p` is pinned on a side of the node that is no border of its patch.
     pub(crate) cut: bool,
+    /// Whether the region was found to have no minimum within: what is on borders of the patch is searched apart (with a node, it is in line).
+    pub(crate) no_minimum: bool,
     /// `f(p)`.
     pub(crate) value: Ball<Dd>,
     /// The homogeneous point at `p`, where it was found in double-double.
@@ -93,14 +95,8 @@ pub(super) struct Cell<'a, T> {
     pub(super) constant: bool,
     /// The node, unless what is known of its shape comes from one about another centre.
     pub(super) node: Option<&'a Node<T>>,
-}
-
-impl<T> Cell<'_, T> {
-    /// Whether it touches a border of its patch.
-    fn touches_border(&self) -> bool {
-        let touches = |degree: usize, r: [f64; 2]| degree > 0 && (r[0] == 0.0 || r[1] == 1.0);
-        touches(self.degree.u, self.u) || touches(self.degree.v, self.v)
-    }
+    /// A place on it from where the way down is short, if one is known.
+    pub(super) near: Option<[f64; 2]>,
 }
 
 impl<'a, T> From<&'a Node<T>> for Cell<'a, T> {
@@ -112,6 +108,7 @@ impl<'a, T> From<&'a Node<T>> for Cell<'a, T> {
             degree: node.f.degree,
             constant: node.f.c.is_empty(),
             node: Some(node),
+            near: None,
         }
     }
 }
@@ -126,7 +123,7 @@ impl Search<'_> {
         cell: &Cell<T>,
         shape: (&Shape, Dd),
     ) -> Option<Leaf> {
-        let leaf = self.certify(source, cell, shape)?;
+        let mut leaf = self.certify(source, cell, shape)?;
         if self.hopeless(leaf.lo) {
             return Some(leaf);
         }
@@ -158,11 +155,10 @@ impl Search<'_> {
                 side = self.side_around((face, index), leaf.p, radius);
             }
             if leaf.empty || side == BoxSide::Outside {
-                match cell.node {
-                    Some(node) => self.push_borders(heap, source, inside, node),
-                    None if cell.touches_border() => return None,
-                    None => {}
+                if let Some(node) = cell.node {
+                    self.push_borders(heap, source, inside, node);
                 }
+                leaf.no_minimum = true;
                 return Some(leaf);
             }
             minimum_inside = side == BoxSide::Inside;
@@ -182,7 +178,7 @@ impl Search<'_> {
                 // Not on the surface (past its border): only where the curve comes back matters.
                 return self.piece_place(face, index, cell.u).off.then_some(leaf);
             }
-            if leaf.rho > SMALL_BALL && self.piece_place(face, index, [0.0, 1.0]).leaves {
+            if leaf.rho > SMALL_BALL && self.piece_leaves(face, index) {
                 self.try_point(source, leaf.p, false);
                 return None;
             }
@@ -238,9 +234,10 @@ impl Search<'_> {
         }
     }
 
-    /// Where a descent on a node starts: at the best point so far, if it is on it; else in the middle.
-    fn start(&self, source: Source, ranges: [[f64; 2]; 2]) -> [f64; 2] {
-        let best = self.best_on(source, ranges);
+    /// Where a descent on a box starts: at the best point so far, if it is on it; else near where it is known to end, or in the middle.
+    fn start<T>(&self, source: Source, cell: &Cell<T>) -> [f64; 2] {
+        let ranges = [cell.u, cell.v];
+        let best = self.best_on(source, ranges).or(cell.near);
         best.unwrap_or_else(|| ranges.map(|r| 0.5 * (r[0] + r[1])))
     }
 
@@ -303,7 +300,7 @@ impl Search<'_> {
     ) -> Option<Leaf> {
         let coarse = self.net(source)?;
         let ranges = [cell.u, cell.v];
-        let mut start = self.start(source, ranges);
+        let mut start = self.start(source, cell);
         // Where a warm start has come down there is no way left.
         if self.out.rough_at(source, start).is_none() || cell.node.is_some() {
             start = self.descend(source, start, ranges);
@@ -505,6 +502,7 @@ impl Search<'_> {
             rho,
             empty,
             cut,
+            no_minimum: false,
             value,
             point: s.point,
             growth: Growth {

@@ -610,7 +610,7 @@ impl<'a> Search<'a> {
         let (mut crosses, mut leaves) = (false, None);
         if let Source::Piece { face, index } = source
             && !self.brep.double(face).piece(index).stays(node.u)
-            && self.piece_place(face, index, [0.0, 1.0]).leaves
+            && self.piece_leaves(face, index)
         {
             if let Some(touches) = self.touches_only(face, index) {
                 for (k, end) in [(0, 0.0), (1, 1.0)] {

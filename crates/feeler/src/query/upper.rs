@@ -61,6 +61,16 @@ impl Search<'_> {
         if face >= self.brep.brep().faces().len() || self.closed(face).is_some() {
             return;
         }
+        let pieces = self.brep.double(face).piece_count();
+        if let Some((index, t)) = hint.piece.filter(|(index, _)| *index < pieces) {
+            // On the border the next one mostly is, too; the way down on the patch would leave the region.
+            let source = Source::Piece { face, index };
+            let p = self.descend(source, [t, 0.0], [[0.0, 1.0], [0.0; 2]]);
+            self.try_rough_point(source, p);
+            if self.out.foot.is_some() {
+                return;
+            }
+        }
         let patches = &self.brep.double(face).patches;
         let known = hint.local.filter(|(index, _)| *index < patches.len());
         let Some((index, local)) = known.or_else(|| patch_at(patches, hint.uv)) else {
@@ -81,13 +91,6 @@ impl Search<'_> {
             });
         }
         self.try_rough_point(source, p);
-        let pieces = self.brep.double(face).piece_count();
-        if let Some((index, t)) = hint.piece.filter(|(index, _)| *index < pieces) {
-            // On the border the next one mostly is, too.
-            let source = Source::Piece { face, index };
-            let p = self.descend(source, [t, 0.0], [[0.0, 1.0], [0.0; 2]]);
-            self.try_rough_point(source, p);
-        }
         if self.out.foot.is_none() {
             // The way down left the region: the place itself was on its border.
             self.try_rough_point(source, local);
