@@ -4,12 +4,15 @@ use crate::scenes::{
     Random, as_nurbs, bicubic, cube, native_sphere, nurbs_sphere, octant, sphere, trimmed_bicubic,
     wavy_prism,
 };
+use feeler::brep::{BrepBuilder, TrimSpec};
+use feeler::numeric::Interval;
+use feeler::nurbs::{Curve, Line, NurbsSurface, Surface};
 use feeler::prepare::{PreparedBrep, Shortcuts};
 use feeler::query::{
     Accuracy, Contact, Contacts, HalfSpace, Options, Probe, Sphere, Witness, Workspace, contact,
     contact_from,
 };
-use nalgebra::{Point2, Point3, Vector3};
+use nalgebra::{Point2, Point3, Vector3, Vector4};
 
 fn options() -> Options {
     Options {
@@ -227,5 +230,71 @@ fn a_useless_hint_does_no_harm() {
                 must_agree(&brep, &ball(b.into()), &mut Witness::at(&last));
             }
         }
+    }
+}
+
+/// A ridge between two patches that one trim crosses, under a bowl: the ball comes down from the bowl, next to which its last foot was, until the ridge is nearer. `f` is convex on either patch
+/// and has no critical point there; nor is it monotone, for below `y = 0.2` the ridge is a valley.
+#[test]
+fn a_ridge_within_a_trim() {
+    let mut b = BrepBuilder::new();
+    let point = |x: f64, y: f64, z: f64| Vector4::new(x, y, z, 1.0);
+    let slope = |y: f64| -0.15 * (y - 0.2);
+    let ridge = [0.0, 0.5, 1.0]
+        .map(|x| [0.0, 1.0].map(|y| point(x, y, if x == 0.5 { 0.0 } else { slope(y) })));
+    let knots = [vec![0.0, 0.0, 0.5, 1.0, 1.0], vec![0.0, 0.0, 1.0, 1.0]];
+    let ridge = NurbsSurface::new([1, 1], [3, 2], ridge.concat(), knots).unwrap();
+    // z = 2.2 + 0.4 ((x - 0.5)^2 + (y - 0.5)^2), by its blossom.
+    let one = |a: f64, b: f64| 0.4 * (a - 0.5) * (b - 0.5);
+    let ends = [[0.0, 0.0], [0.0, 1.0], [1.0, 1.0]];
+    let bowl = ends.map(|[a, b]| {
+        ends.map(|[c, d]| point(0.5 * (a + b), 0.5 * (c + d), 2.2 + one(a, b) + one(c, d)))
+    });
+    let knots = vec![0.0, 0.0, 0.0, 1.0, 1.0, 1.0];
+    let bowl = NurbsSurface::new([2, 2], [3, 3], bowl.concat(), [knots.clone(), knots]).unwrap();
+    let unit = Interval::new(0.0, 1.0).unwrap();
+    for (surface, corners) in [
+        (
+            ridge,
+            [[0.05, 0.02], [0.97, 0.04], [0.94, 0.96], [0.06, 0.98]],
+        ),
+        (bowl, [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]]),
+    ] {
+        let surface = Surface::Nurbs(surface);
+        let places = corners.map(|[x, y]| surface.point(x, y));
+        let vertices = places.map(|p| b.vertex(p));
+        let side = |i: usize| TrimSpec {
+            vertices: [vertices[i], vertices[(i + 1) % 4]],
+            curve: Curve::Line(
+                Line::new(corners[i].into(), corners[(i + 1) % 4].into(), unit).unwrap(),
+            ),
+            edge: None,
+        };
+        let sides = (0..4).map(side).collect();
+        b.face_with_trims(surface.clone(), vec![sides]).unwrap();
+    }
+    let brep = PreparedBrep::new(b.build().unwrap());
+    for aside in [0.0, 0.003, -0.01] {
+        let mut witness = Witness::default();
+        let mut feet = 0;
+        for step in 0..200 {
+            let z = 1.105 - 0.0005 * f64::from(step);
+            let center = Point3::new(0.5 + aside, 0.6, z);
+            let probe = Probe::Sphere(Sphere::new(center, 0.0).unwrap());
+            must_agree(&brep, &probe, &mut witness);
+            let warm = contact_from(
+                &brep,
+                &probe,
+                &mut witness,
+                &options(),
+                &mut Workspace::default(),
+            );
+            if z < 1.09 {
+                feet += 1;
+                let off = warm.separation.value - aside.hypot(z);
+                assert!(off.abs() <= 4.0 * f64::EPSILON, "{center} {off:e}");
+            }
+        }
+        assert!(feet > 90);
     }
 }
