@@ -116,6 +116,18 @@ pub fn ulp(x: f64) -> f64 {
     x.next_up() - x
 }
 
+impl Verdict {
+    /// The worse, the more.
+    fn rank(self) -> u8 {
+        match self {
+            Self::Wrong => 3,
+            Self::Indeterminate => 2,
+            Self::Undecided => 1,
+            Self::Right => 0,
+        }
+    }
+}
+
 impl Judgement {
     fn new(verdict: Verdict, reason: impl Into<String>) -> Self {
         Self {
@@ -147,13 +159,7 @@ impl Judgement {
     /// Wrong beats indeterminate beats undecided beats right; errors are the larger ones.
     #[must_use]
     pub fn and(mut self, other: Self) -> Self {
-        let rank = |v: Verdict| match v {
-            Verdict::Wrong => 3,
-            Verdict::Indeterminate => 2,
-            Verdict::Undecided => 1,
-            Verdict::Right => 0,
-        };
-        if rank(other.verdict) > rank(self.verdict) {
+        if other.verdict.rank() > self.verdict.rank() {
             self.verdict = other.verdict;
             self.reason = other.reason;
         }
@@ -484,22 +490,14 @@ fn one_hit_verdict(asked: &Asked, claims: &[HitLine], truths: &[HitTruth]) -> Ju
         );
         return Judgement::wrong(Fault::Hits, reason);
     };
-    let Some(first) = truths.first() else {
-        return Judgement::wrong(Fault::Hits, "a hit, and the truth is none".to_owned());
-    };
-    let may_be = |t: &&HitTruth| asked.hits == Hits::Any || t.t.lo <= first.t.hi;
-    let each = truths
+    let first = truths.first();
+    let is_first = |t: &HitTruth| first.is_some_and(|first| t.t.lo <= first.t.hi);
+    truths
         .iter()
-        .filter(may_be)
-        .map(|t| hits_verdict(asked, claims, std::slice::from_ref(t)));
-    let order = |own: &Judgement| match own.verdict {
-        Verdict::Right => 0,
-        Verdict::Undecided => 1,
-        Verdict::Indeterminate => 2,
-        Verdict::Wrong => 3,
-    };
-    let best = each.min_by_key(order);
-    best.unwrap_or_else(|| Judgement::wrong(Fault::Hits, "no hit to hold it against".to_owned()))
+        .filter(|t| asked.hits == Hits::Any || is_first(t))
+        .map(|t| hits_verdict(asked, claims, std::slice::from_ref(t)))
+        .min_by_key(|own| own.verdict.rank())
+        .unwrap_or_else(|| Judgement::wrong(Fault::Hits, "a hit, and the truth is none"))
 }
 
 /// Hits in the order of t. Two faces that meet at an edge may give one parameter or two; a claim must

@@ -308,7 +308,8 @@ pub struct SideAnswer {
     pub undecided: Option<Undecided>,
 }
 
-/// What the largest component of a line's direction is at least.
+/// What the largest component of a line's direction is at least. Points of models and origins have coordinates of [1e60](LARGEST_COORDINATE) at most, so a hit is at no more than
+/// `2e60 / 1e-240` along it: what f64 holds ends at 1.8e308.
 const LEAST_DIRECTION: f64 = 1e-240;
 
 pub(super) fn in_range(what: &'static str, values: &[f64]) -> Result<(), ProbeError> {

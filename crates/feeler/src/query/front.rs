@@ -34,12 +34,12 @@
 //! convex. Both rest on differences of coefficients, which change little with the centre (module `steady`), so no coefficient is looked at
 //! again. What follows from them is what the search makes of it (cases *monotone* and *no critical point in the region* of the
 //! module `search`): the border of the patch that the box touches is searched, as a part that learns as others do, or the leaf is proven at the new foot (a box that a trim crosses takes sides
-//! there at each query; where the region has no minimum within it all borders of the patch that it touches are searched); where
+//! there at each query; where none of its critical points is in the region all borders of the patch that it touches are searched); where
 //! the foot is elsewhere, a place on the box that was kept mostly tells that it is far (module `foothold`).
 
 use super::foothold::Foothold;
 use super::leaf::Cell;
-use super::node::{Node, whole};
+use super::node::{Node, on_borders, whole};
 use super::objective::Objective;
 use super::outcome::Source;
 use super::search::{NOISE_FACTOR, Search, least_squared, split_along_u};
@@ -132,8 +132,8 @@ struct Settling {
 enum Why {
     /// `f` has one sign of its derivative along u or v; with the border of the patch towards which it falls, where the box touches it: a part in its turn.
     Falls { sign: i8, border: Option<Box<Kept>> },
-    /// `G` is strictly convex; with about where `f` was least, once it was not next to the nearest point, and the borders of the patch that the box touches, once the region was
-    /// found to have no minimum within.
+    /// `G` is strictly convex; with about where `f` was least, once it was not next to the nearest point, and the borders of the patch that the box touches, once no critical
+    /// point within was found to be in the region.
     Convex(Option<Foothold>, Option<Vec<Kept>>),
 }
 
@@ -409,16 +409,6 @@ fn border_of(
         products: Some(Box::new(products.border(along == 0, high))),
         ..Kept::new(center, away, Part::Box(source, u, v, inside))
     }
-}
-
-/// The sides of a box that are on borders of its patch: across u (0) or v, and whether the upper one.
-fn on_borders([u, v]: [[f64; 2]; 2]) -> impl Iterator<Item = (usize, bool)> {
-    let all = [(0, false), (0, true), (1, false), (1, true)];
-    all.into_iter().filter(move |(k, high)| {
-        let r = if *k == 0 { u } else { v };
-        // (A side has none across it.)
-        r[0] < r[1] && if *high { r[1] == 1.0 } else { r[0] == 0.0 }
-    })
 }
 
 impl Search<'_> {
@@ -787,7 +777,7 @@ impl Search<'_> {
                     cell.near = Some(known.at);
                 }
                 let leaf = self.leaf(heap, source, inside, &cell, (&shape, Dd::from(tau)))?;
-                if leaf.no_minimum {
+                if leaf.none_in_region {
                     let own = products.unwrap_or(all);
                     let at = (source, [u, v], inside);
                     let make = |side| border_of(at, own, center, side);

@@ -1,6 +1,6 @@
 //! Nodes on which `G = N - tau C` is strictly convex: the last digits.
 
-use super::node::Node;
+use super::node::{Node, on_borders};
 use super::objective::Sample;
 use super::outcome::{Growth, Settled, Source, Spread};
 use super::search::{QUARTER, Search};
@@ -42,8 +42,8 @@ pub(crate) struct Leaf {
     pub(crate) empty: bool,
     /// Whether `p` is pinned on a side of the node that is no border of its patch.
     pub(crate) cut: bool,
-    /// Whether the region was found to have no minimum within: what is on borders of the patch is searched apart (with a node, it is in line).
-    pub(crate) no_minimum: bool,
+    /// Whether no critical point on the box was found to be in the region: what is on borders of the patch is searched apart (with a node, it is in line).
+    pub(crate) none_in_region: bool,
     /// `f(p)`.
     pub(crate) value: Ball<Dd>,
     /// The homogeneous point at `p`, where it was found in double-double.
@@ -158,7 +158,7 @@ impl Search<'_> {
                 if let Some(node) = cell.node {
                     self.push_borders(heap, source, inside, node);
                 }
-                leaf.no_minimum = true;
+                leaf.none_in_region = true;
                 return Some(leaf);
             }
             minimum_inside = side == BoxSide::Inside;
@@ -263,18 +263,8 @@ impl Search<'_> {
         inside: bool,
         node: &Node<T>,
     ) {
-        for (along_u, degree, range) in [
-            (true, node.f.degree.u, node.u),
-            (false, node.f.degree.v, node.v),
-        ] {
-            if degree == 0 {
-                continue;
-            }
-            for (high, touches) in [(false, range[0] == 0.0), (true, range[1] == 1.0)] {
-                if touches {
-                    self.enqueue_border(heap, source, inside, node, (along_u, high));
-                }
-            }
+        for (k, high) in on_borders([node.u, node.v]) {
+            self.enqueue_border(heap, source, inside, node, (k == 0, high));
         }
     }
 
@@ -502,7 +492,7 @@ impl Search<'_> {
             rho,
             empty,
             cut,
-            no_minimum: false,
+            none_in_region: false,
             value,
             point: s.point,
             growth: Growth {

@@ -28,6 +28,16 @@ pub(super) fn whole(degree: Bidegree) -> [[f64; 2]; 2] {
     [[0.0, 1.0], [0.0, v]]
 }
 
+/// The sides of a box that are on borders of its patch: across u (0) or v (1), and whether the upper one.
+pub(super) fn on_borders(ranges: [[f64; 2]; 2]) -> impl Iterator<Item = (usize, bool)> {
+    let all = [(0, false), (0, true), (1, false), (1, true)];
+    all.into_iter().filter(move |(k, high)| {
+        let [start, end] = ranges[*k];
+        // (A side has none across it.)
+        start < end && if *high { end == 1.0 } else { start == 0.0 }
+    })
+}
+
 impl<T: Real> Node<T> {
     /// Nothing yet: lists to be filled.
     pub(crate) const BLANK: Self = Self {

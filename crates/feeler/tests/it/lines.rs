@@ -996,6 +996,22 @@ fn the_length_of_a_direction_divides_the_parameters() {
             assert_eq!(own, plain, "BREP {index}, 2^{power}");
         }
     }
+    // Where squares underflow it may be undecided: what is told is a number all the same, and right.
+    for power in [-520, -600, -700, -796] {
+        let scale = 2f64.powi(power);
+        for brep in &breps {
+            let plain = ask(brep, [0.3, 0.2, 0.4], direction.into());
+            let own = ask(brep, [0.3, 0.2, 0.4], (direction * scale).into());
+            assert!(own.undecided.is_some() || own.hits.len() == plain.hits.len());
+            for h in &own.hits {
+                let meets = |p: &feeler::query::Hit| {
+                    let [lo, hi] = [h.t.bounds.lo, h.t.bounds.hi].map(|t| t * scale);
+                    lo <= p.t.bounds.hi && p.t.bounds.lo <= hi
+                };
+                assert!(plain.hits.iter().any(meets), "2^{power}: {h:?}");
+            }
+        }
+    }
     let short = Vector3::new(0.0, 1.5e-323, 0.0);
     let probe = LineProbe::new(Point3::origin(), short, LineKind::Line);
     assert_eq!(probe, Err(ProbeError::ShortDirection));
