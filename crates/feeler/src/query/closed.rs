@@ -179,9 +179,11 @@ impl Search<'_> {
             let minimum = form.surface.sharpened(target, &rough);
             return Some((self.at_foot((face, form), &rough, minimum), side));
         }
-        let fine = form.surface.critical_fine(target)?;
+        let mut fine = form.surface.critical_fine(target)?;
         let side = match boxes_side(self.brep, face, &fine.boxes) {
-            BoxSide::Mixed if fine.minimum.unique => self.side_of_foot(face, form, &fine.minimum),
+            BoxSide::Mixed if fine.minimum.unique => {
+                self.side_of_foot(face, form, &mut fine.minimum)
+            }
             BoxSide::Inside => {
                 let minimum = self.at_foot((face, form), &fine, fine.minimum);
                 return Some((minimum, BoxSide::Inside));
@@ -212,11 +214,15 @@ impl Search<'_> {
         minimum
     }
 
-    /// Whether a foot is in the region, where boxes of f64 do not tell: by its parameters in double-double.
-    fn side_of_foot(&self, face: usize, form: &ClosedFace, foot: &Minimum) -> BoxSide {
+    /// Whether a foot is in the region, where boxes of f64 do not tell: by its parameters in double-double. Of their copies at whole turns it is then told by the one that is.
+    fn side_of_foot(&self, face: usize, form: &ClosedFace, foot: &mut Minimum) -> BoxSide {
         let places = form.surface.places(&foot.point);
         match places.and_then(|p| place_inside(self.brep, face, &p)) {
-            Some(Some(_)) => BoxSide::Inside,
+            Some(Some(uv)) => {
+                let domain = self.brep.brep().surface(face).domain();
+                foot.uv = [0, 1].map(|k| uv[k].clamp(domain[k].start, domain[k].end));
+                BoxSide::Inside
+            }
             Some(None) => BoxSide::Outside,
             None => BoxSide::Mixed,
         }
