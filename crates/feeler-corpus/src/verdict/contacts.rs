@@ -155,9 +155,18 @@ pub(super) fn standing_verdict(
         }
     };
     let chord = (normal - true_normal).norm();
-    // Next to the surface its normal counts, and a foot tells none.
+    // Next to the surface its normal counts, and a foot tells none: of a centre that may be on it, as far as the claim says, no more than on which side it is.
     let tells = turned <= TELLING && (continuum || claim.position_bound.is_some());
-    if tells && !(chord <= turned + 16.0 * f64::EPSILON) {
+    let may_touch = match probe {
+        Probe::Sphere(s) => own_lo <= -s.radius && -s.radius <= own_hi,
+        Probe::HalfSpace(_) => false,
+    };
+    if tells && may_touch {
+        let is_behind = normal.dot(&true_normal) < -TELLING - turned;
+        if is_behind && !claim.normal_is_choice {
+            return wrong("the normal points away from the centre".to_owned());
+        }
+    } else if tells && !(chord <= turned + 16.0 * f64::EPSILON) {
         return wrong(format!("the normal is off its foot's by {chord:e}"));
     }
     let off = (on_probe - there).norm();

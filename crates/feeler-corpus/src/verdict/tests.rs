@@ -696,6 +696,63 @@ fn feet_and_normals() {
     }
 }
 
+/// A centre that is 2^-20 above a face, and by a coarse claim on it or within twice that: then the face's normal counts, which a foot that is beside it does not tell, but
+/// for its side.
+#[test]
+fn a_normal_next_to_the_surface() {
+    const HEIGHT: f64 = 1.0 / (1u64 << 20) as f64;
+    let ball = feeler::query::Sphere::new([0.0; 3].into(), 0.5).unwrap();
+    let asked = Asked {
+        accuracy: Accuracy::Length(0.01),
+        contacts: true,
+        prediction: 4.0,
+        probe: Some(Probe::Sphere(ball)),
+        ..ASKED
+    };
+    let t = Truth::Separation(truth("-7ffffp-20", "-7ffffp-20"));
+    let judged = |lo: f64, normal: [f64; 3], normal_is_choice: bool| {
+        let separation = Claim {
+            value: HEIGHT - 0.5,
+            lo: Some(lo),
+            hi: Some(2.0 * HEIGHT - 0.5),
+        };
+        let contact = ContactLine {
+            on_brep: [0.0, 0.0, -HEIGHT],
+            on_probe: normal.map(|x| -0.5 * x),
+            normal,
+            separation,
+            normal_is_choice,
+            ..contact(0.0, 0.0, None)
+        };
+        let body = Body::Contact {
+            separation,
+            continuum: Some(true),
+            contacts: vec![contact],
+            undecided: None,
+        };
+        judge(&asked, &body, &t).verdict
+    };
+    for (normal, right) in [
+        ([0.0, 0.0, 1.0], true),
+        ([0.6, 0.0, 0.8], true),
+        ([1.0, 0.0, 0.0], true),
+        ([0.6, 0.0, -0.8], false),
+        ([0.0, 0.0, -1.0], false),
+    ] {
+        let expected = if right {
+            Verdict::Right
+        } else {
+            Verdict::Wrong
+        };
+        assert_eq!(judged(-0.5, normal, false), expected, "{normal:?}");
+        assert_eq!(judged(-0.5, normal, true), Verdict::Right, "{normal:?}");
+        // What is not on it is where its foot says.
+        let is_up = normal == [0.0, 0.0, 1.0];
+        let apart = judged(0.5 * HEIGHT - 0.5, normal, true);
+        assert_eq!(apart == Verdict::Right, is_up, "{normal:?}");
+    }
+}
+
 /// What the deepest contact is judged by where nothing is known of its foot, as of a continuum: the ball of radius 1/2 in the middle of a sphere of radius 2 about the
 /// origin, from within material, and a half-space on a face `z = 1`.
 #[test]

@@ -1,10 +1,12 @@
 //! Whether points as low as the minimum reach far from its foot. No bound rests on it.
 
+mod ball;
+
 use super::answer::{Accuracy, Contacts, Options};
 use super::level::Level;
 use super::local::{Spot, point};
 use super::objective::Objective;
-use super::outcome::{Foot, Goal, Locus, Outcome, Settled, Source, Width};
+use super::outcome::{Foot, Goal, Locus, Outcome, Source, Width};
 use super::place::{ON_VERTEX, rough_jet};
 use super::search::minimize;
 use super::task::Memory;
@@ -35,8 +37,8 @@ pub(super) fn continuum_slack(brep: &PreparedBrep, options: &Options) -> f64 {
 /// The extents of what it settled say so, or points as low that are seen where it left something open. A search for the deepest contact passes over what is as
 /// low as its foot. Of a distance, that is as low along an edge as it says; but a half-space rests on edges, generators and faces as soon as on one of their ends, so
 /// that next to a foot that nothing proves to stand alone (on the border of a face, above all) it is looked for again, by a search for all that is so low.
-/// Needles that are as low are found by [`Level`]: of a half-space wherever its foot may not stand alone; of a ball at full accuracy, and from a foot within a face
-/// (at others and from edges it takes far longer than the answer, and a ball that is that near to a centre of curvature may be told as a point).
+/// Needles that are as low are found by [`Level`]: of a half-space wherever its foot may not stand alone; of a ball where derivatives at its foot leave it open (from edges
+/// that takes far longer than the answer, so where little is low it is asked of those only from which a search left something open).
 pub(super) fn is_continuum(
     brep: &PreparedBrep,
     objective: &Objective,
@@ -52,27 +54,19 @@ pub(super) fn is_continuum(
         slack,
         reach: CONTINUUM_REACH * brep.size(),
     };
-    let seen_from_foot = || found.foot.as_ref().is_some_and(|f| low.is_seen_from(f));
-    if low.is_told(found, false) || (found.left_open && seen_from_foot()) {
+    if low.is_told(found, false) {
         return (true, 0);
     }
-    let may_lie_along = match *objective {
-        Objective::SquaredDistance(_) => false,
-        Objective::Height(normal, _) => {
-            !low.stands_alone(found) && !low.rises_from_corner(found, &normal)
-        }
+    let normal = match *objective {
+        Objective::SquaredDistance(center) => return (low.leads_far_from_ball(found, &center), 0),
+        Objective::Height(normal, _) => normal,
     };
-    let may_lead_far = match objective {
-        Objective::SquaredDistance(_) => {
-            options.accuracy == Accuracy::Full
-                && found.foot.as_ref().is_some_and(|f| f.trim.is_none())
-                && !low.is_steep(found)
-        }
-        // What is as low within a face in closed form its formula tells.
-        Objective::Height(..) => {
-            (may_lie_along && !low.is_within_closed(found)) || low.is_on_border(found)
-        }
-    };
+    if found.left_open && found.foot.as_ref().is_some_and(|f| low.is_seen_from(f)) {
+        return (true, 0);
+    }
+    let may_lie_along = !low.stands_alone(found) && !low.rises_from_corner(found, &normal);
+    // What is as low within a face in closed form its formula tells.
+    let may_lead_far = (may_lie_along && !low.is_within_closed(found)) || low.is_on_border(found);
     if may_lead_far && low.leads_far(found) {
         return (true, 0);
     }
@@ -242,51 +236,6 @@ impl Low<'_> {
         self.brep.region(foot.face).classify_box(u, v) == BoxSide::Inside
     }
 
-    /// Whether the distance rises from a foot inside of a face by far more than it takes, as far as what settled it says: it still will a little beyond that.
-    fn is_steep(&self, found: &Outcome) -> bool {
-        let Some(foot) = found.foot.as_ref() else {
-            return true;
-        };
-        let Some((source, _)) = foot.found else {
-            return true;
-        };
-        let is_steep = |s: &Settled| {
-            let growth = (self.limit - s.lo.hi).max(0.0);
-            match s.extent {
-                Extent::Root(0.0) => self.rises_into_patch(foot, s.extent, 0.0),
-                Extent::Root(_) => {
-                    STEEP * s.extent.length(growth) <= self.reach || self.bends_up(foot, growth)
-                }
-                // Of boxes that are not convex only their size is known.
-                Extent::Linear { .. } | Extent::Ring { .. } => false,
-            }
-        };
-        let mut own =
-            { found.settled.iter() }.filter(|s| (s.face, s.source) == (foot.face, Some(source)));
-        foot.trim.is_none() && own.any(is_steep)
-    }
-
-    /// The same from the second derivatives at the foot, within a box that is convex: what is known of the whole box may say ten times as little. Where the square that
-    /// they make is [`STEEP`]² times what is low at the reach, it is four times that at a quarter of it, and what is convex does not come down again: derivatives of
-    /// higher order would have to take away three quarters of it within 2^-14 of the size.
-    fn bends_up(&self, foot: &Foot, growth: f64) -> bool {
-        let Locus::Patch { patch, local, .. } = foot.spot else {
-            return false;
-        };
-        let net = &self.brep.double(foot.face).patches[patch].net;
-        let at = local.map(|x| x.mid.hi);
-        let [_, along_u, along_v] = rough_jet(net, at);
-        let [uu, uv, vv] = self.objective.guide(net, at[0], at[1]).curvature;
-        // `f` grows by half of the second derivative along a way times its square.
-        let least = 2.0 * STEEP * STEEP * growth / (self.reach * self.reach);
-        let rest = [
-            uu - least * along_u.norm_squared(),
-            uv - least * along_u.dot(&along_v),
-            vv - least * along_v.norm_squared(),
-        ];
-        rest[0] > 0.0 && rest[0] * rest[2] > rest[1] * rest[1]
-    }
-
     /// Whether a foot is within a face that is searched in closed form, on no trim.
     fn is_within_closed(&self, found: &Outcome) -> bool {
         let is_closed = |f: &Foot| matches!(f.spot, Locus::Closed { .. });
@@ -331,7 +280,7 @@ impl Low<'_> {
             slack: self.slack,
             reach: self.reach,
         };
-        // Of a distance more is asked than that: see `is_steep`.
+        // Of a distance more is asked than that: see `leads_far_from_ball`.
         let stands_alone = !self.objective.is_squared() && self.stands_alone(found);
         rounded <= self.slack && level.leads_far(at, foot.trim, stands_alone)
     }
@@ -401,28 +350,38 @@ impl Low<'_> {
 
     /// Whether some are seen from a place on a patch.
     fn is_seen_on(&self, face: usize, patch: usize, at: [f64; 2]) -> bool {
-        let Patch { net, maps, .. } = &self.brep.double(face).patches[patch];
-        let [here, along_u, along_v] = rough_jet(net, at);
-        // A step in the patch that goes `FAR` times the reach, roughly, or to the patch's border.
-        AROUND.iter().any(|d| {
+        let Patch { net, .. } = &self.brep.double(face).patches[patch];
+        let [_, along_u, along_v] = rough_jet(net, at);
+        let ways = FAR
+            .iter()
+            .flat_map(|far| AROUND.map(|d| (far * self.reach, d)));
+        ways.into_iter().any(|(far, d)| {
             // On a border only along it.
             let open = |k: usize| {
                 let out = at[k] <= 0.0 && d[k] < 0.0 || at[k] >= 1.0 && d[k] > 0.0;
                 if out { 0.0 } else { d[k] }
             };
             let speed = (along_u * open(0) + along_v * open(1)).norm();
-            if !(speed > 0.0) {
-                return false;
-            }
-            let step = (FAR * self.reach / speed).min(1.0);
-            let there = [0, 1].map(|k| (at[k] + step * d[k]).clamp(0.0, 1.0));
-            if !self.is_far_and_low(net, here, there) {
-                return false;
-            }
-            let uv = [0, 1].map(|k| maps[k].to_native(there[k]));
-            let side = self.brep.region(face).side(Point2::new(uv[0], uv[1])).side;
-            matches!(side, Some(Side::Inside | Side::Boundary))
+            speed > 0.0 && self.is_seen_on_way(face, patch, (at, d.map(|x| x / speed)), far)
         })
+    }
+
+    /// Whether one is seen from a place on a patch, so far along a way, roughly, in local parameters; or where that leaves the patch.
+    fn is_seen_on_way(
+        &self,
+        face: usize,
+        patch: usize,
+        (at, way): ([f64; 2], [f64; 2]),
+        far: f64,
+    ) -> bool {
+        let Patch { net, maps, .. } = &self.brep.double(face).patches[patch];
+        let there = [0, 1].map(|k| (at[k] + (far * way[k]).clamp(-1.0, 1.0)).clamp(0.0, 1.0));
+        if !self.is_far_and_low(net, rough_jet(net, at)[0], there) {
+            return false;
+        }
+        let uv = [0, 1].map(|k| maps[k].to_native(there[k]));
+        let side = self.brep.region(face).side(Point2::new(uv[0], uv[1])).side;
+        matches!(side, Some(Side::Inside | Side::Boundary))
     }
 
     /// Whether some are seen from a place on a boundary piece, along it.
@@ -431,8 +390,9 @@ impl Low<'_> {
             return false;
         };
         let [here, along, _] = rough_jet(net, [at, 0.0]);
-        let step = FAR * self.reach / along.norm();
-        [-step, step].into_iter().any(|step| {
+        let step = self.reach / along.norm();
+        let steps = FAR.iter().flat_map(|far| [-far * step, far * step]);
+        steps.into_iter().any(|step| {
             let there = (at + step).clamp(0.0, 1.0);
             self.is_far_and_low(net, here, [there, 0.0])
         })
@@ -448,8 +408,6 @@ impl Low<'_> {
 
 /// What values may be off by, for a slack to tell anything: some roundings of coordinates.
 const ROUNDED: f64 = 64.0 * f64::EPSILON;
-/// What could be as low so many times farther than it is does not lead far.
-const STEEP: f64 = 8.0;
 /// Of what is settled, so much is looked at.
 const MOST_LOOKS: usize = 64;
 /// An end of a trim that is no farther from a vertex than this part of the size is there.
@@ -469,8 +427,8 @@ const AROUND: [[f64; 2]; 8] = [
     [0.7, -0.7],
     [-0.7, -0.7],
 ];
-/// How far, in units of the reach: a foot may be anywhere in its box.
-const FAR: f64 = 2.5;
+/// How far, in units of the reach: a little farther, and more, as a foot may be anywhere in its box.
+const FAR: [f64; 2] = [1.125, 2.5];
 
 #[cfg(test)]
 mod tests;

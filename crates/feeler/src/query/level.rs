@@ -45,11 +45,9 @@ impl Level<'_> {
         let starts: Vec<(usize, f64)> = starts.map(|t| (t, self.start(t))).collect();
         let is_way = |(t, s): &(usize, f64)| self.way(*t, *s, 0.0) || self.way(*t, *s, 1.0);
         let is_low = |(t, s): &(usize, f64)| self.is_low_around(on_trim(self.brep, *t, *s));
-        // From where a ball's nearest point is on an edge, faces rise.
-        let may_lie_beside = !self.objective.is_squared();
         starts.iter().any(is_way)
             || match trim {
-                Some(_) => may_lie_beside && starts.iter().any(is_low),
+                Some(_) => starts.iter().any(is_low),
                 None => !stands_alone && self.is_low_around(at),
             }
     }

@@ -206,7 +206,13 @@ pub(super) fn make_contact(
             {
                 (if centre.in_material { -apart } else { apart }, false)
             } else {
-                normal_of_faces(brep, place, feature, &on_brep)
+                let (normal, is_choice) = normal_of_faces(brep, place, feature, &on_brep);
+                // Of what has no inside the centre may be on either side, and as near as it is, the way to it may tell on which.
+                let outward = if centre.in_material { -1.0 } else { 1.0 };
+                let height = outward * normal.dot(&to_center);
+                let is_behind = height < -error.max(BEHIND * to_center.norm());
+                let sign = if is_behind && !is_choice { -1.0 } else { 1.0 };
+                (normal * sign, is_choice)
             };
             (normal, is_choice, s.center - normal * s.radius)
         }
@@ -312,6 +318,8 @@ pub(super) fn trims_near(brep: &PreparedBrep, face: usize, uv: &Point2<f64>) -> 
     }))
 }
 
+/// A centre is behind a face, and not beside a foot that is off, where the cosine of the way to it and the normal is this at least.
+const BEHIND: f64 = 0.5;
 /// A foot nearer to a trim than this part of the domain may be on the trim.
 const NEAR_TRIM: f64 = 1.0 / (1u64 << 24) as f64;
 

@@ -4,6 +4,7 @@ mod arrival;
 mod batch;
 mod borders;
 mod brep;
+mod coarse_contacts;
 mod coarse_lines;
 mod common;
 mod contact_analytic;

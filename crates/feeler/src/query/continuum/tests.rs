@@ -1,5 +1,6 @@
 //! What single steps tell, against analysis.
 
+use super::ball::STEEP;
 use super::*;
 use crate::brep::Brep;
 use crate::numeric::Dd;

@@ -1,0 +1,207 @@
+//! Whether what is about as near to a ball's centre as its foot leads far from there: as the second derivatives at the foot say, and where these leave it open,
+//! by [`Level`](super::Level). Values are f64, and no bound rests on it.
+
+use super::{FAR, Low, SURELY};
+use crate::prepare::Patch;
+use crate::prepare::closed::Extent;
+use crate::query::local::{on_trim, point};
+use crate::query::outcome::{Foot, Locus, Outcome, Settled, Source};
+use crate::query::place::{ON_VERTEX, rough_jet};
+use nalgebra::{Point3, Vector3};
+
+/// What could be as low so many times farther than it is does not lead far.
+pub(super) const STEEP: f64 = 8.0;
+/// What is low by so small a part of the reach is little.
+const FINE: f64 = 1.0 / (1u64 << 28) as f64;
+/// Where derivatives at the foot say of the reach that it is so many times higher than what is low, it is higher: over 2^-12 of the size, those of higher order
+/// change less of it.
+const PLAINLY: f64 = 4.0;
+
+/// How the squared distance grows around a foot, along the way on which it grows least.
+struct Bend {
+    /// By so much times the square of the way.
+    least: f64,
+    /// That way, in local parameters, of length one in space.
+    along: [f64; 2],
+}
+
+impl Low<'_> {
+    /// Whether points that are as low lead far from the foot of a ball.
+    ///
+    /// What a search settled or a formula knows it told before. Of a foot on a trim that is all where little is low, but for a search that left something open.
+    pub(super) fn leads_far_from_ball(&self, found: &Outcome, center: &Point3<f64>) -> bool {
+        let Some(foot) = &found.foot else {
+            return false;
+        };
+        let is_fine = self.slack <= FINE * self.reach;
+        let growth = self.limit - found.hi.hi;
+        let told = match (foot.spot, foot.trim) {
+            (Locus::Closed { .. }, None) => Some(false),
+            (Locus::Closed { .. }, Some(_)) => is_fine.then_some(false),
+            (Locus::Patch { .. }, None) if self.is_steep(found, foot) => Some(false),
+            (Locus::Patch { .. }, None) if is_fine && !found.left_open => None,
+            (Locus::Patch { .. }, None) => self.told_within_face(foot, growth),
+            (Locus::Patch { .. }, Some(_)) if is_fine && !found.left_open => Some(false),
+            (Locus::Patch { .. }, Some(trim)) => self.told_on_trim(found, foot, trim, center),
+        };
+        told.unwrap_or_else(|| self.leads_far(found))
+    }
+
+    /// Whether the distance rises from a foot inside of a face by far more than it takes, as far as what settled it says: it still will a little beyond that.
+    fn is_steep(&self, found: &Outcome, foot: &Foot) -> bool {
+        let Some((source, _)) = foot.found else {
+            return true;
+        };
+        let is_steep = |s: &Settled| {
+            let growth = (self.limit - s.lo.hi).max(0.0);
+            match s.extent {
+                Extent::Root(0.0) => self.rises_into_patch(foot, s.extent, 0.0),
+                Extent::Root(_) => {
+                    STEEP * s.extent.length(growth) <= self.reach || self.bends_up(foot, growth)
+                }
+                // Of boxes that are not convex only their size is known.
+                Extent::Linear { .. } | Extent::Ring { .. } => false,
+            }
+        };
+        let mut own =
+            { found.settled.iter() }.filter(|s| (s.face, s.source) == (foot.face, Some(source)));
+        own.any(is_steep)
+    }
+
+    /// The same from the second derivatives at the foot, within a box that is convex: what is known of the whole box may say ten times as little. Where the square that
+    /// they make is [`STEEP`]² times what is low at the reach, it is four times that at a quarter of it, and what is convex does not come down again: derivatives of
+    /// higher order would have to take away three quarters of it within 2^-14 of the size.
+    pub(super) fn bends_up(&self, foot: &Foot, growth: f64) -> bool {
+        let bend = self.bend(foot);
+        bend.is_some_and(|b| b.least * self.reach * self.reach > STEEP * STEEP * growth)
+    }
+
+    /// `None` in closed form, and where the parameters' lines are not apart.
+    fn bend(&self, foot: &Foot) -> Option<Bend> {
+        let Locus::Patch { patch, local, .. } = foot.spot else {
+            return None;
+        };
+        let net = &self.brep.double(foot.face).patches[patch].net;
+        let at = local.map(|x| x.mid.hi);
+        let [_, along_u, along_v] = rough_jet(net, at);
+        // Second derivatives along e, the way of u, and along n, across it in the tangent plane.
+        let (p, q) = (along_u.norm(), along_v.norm());
+        let cosine = along_u.dot(&along_v) / (p * q);
+        let sine = along_u.cross(&along_v).norm() / (p * q);
+        let [uu, uv, vv] = self.objective.guide(net, at[0], at[1]).curvature;
+        let (ee, ev, vv) = (uu / (p * p), uv / (p * q), vv / (q * q));
+        let en = (ev - cosine * ee) / sine;
+        let nn = (vv - 2.0 * cosine * ev + cosine * cosine * ee) / (sine * sine);
+        let half = 0.5 * (ee - nn);
+        let root = (half * half + en * en).sqrt();
+        // `f` grows by half of the second derivative along a way times its square.
+        let least = 0.5 * (0.5 * (ee + nn) - root);
+        if !least.is_finite() {
+            return None;
+        }
+        // Across the way on which it grows most; of what is alike on all sides any way is one.
+        let way = if half > 0.0 {
+            [-en, half + root]
+        } else {
+            [half - root, en]
+        };
+        let length = (way[0] * way[0] + way[1] * way[1]).sqrt();
+        let [e, n] = if length > 0.0 {
+            way.map(|x| x / length)
+        } else {
+            [1.0, 0.0]
+        };
+        Some(Bend {
+            least,
+            along: [(e - n * cosine / sine) / p, n / (sine * q)],
+        })
+    }
+
+    /// What second derivatives tell of a foot within a face.
+    fn told_within_face(&self, foot: &Foot, growth: f64) -> Option<bool> {
+        let (Some(bend), Locus::Patch { patch, local, .. }) = (self.bend(foot), foot.spot) else {
+            return None;
+        };
+        if bend.least * self.reach * self.reach > PLAINLY * growth {
+            return Some(false);
+        }
+        let ways = [1.0, -1.0].map(|sign| bend.along.map(|x| sign * x));
+        let at = local.map(|x| x.mid.hi);
+        let near = FAR[0] * self.reach;
+        let seen = ways
+            .into_iter()
+            .any(|way| self.is_seen_on_way(foot.face, patch, (at, way), near));
+        seen.then_some(true)
+    }
+
+    /// What is told of a foot on a trim by how the distance grows along it, and into the faces beside it.
+    fn told_on_trim(
+        &self,
+        found: &Outcome,
+        foot: &Foot,
+        trim: usize,
+        center: &Point3<f64>,
+    ) -> Option<bool> {
+        let (Some((Source::Piece { face, index }, at)), Locus::Patch { patch, local, .. }) =
+            (foot.found, foot.spot)
+        else {
+            return None;
+        };
+        let geometry = self.brep.double(foot.face);
+        let Patch { net, .. } = &geometry.patches[patch];
+        let [here, along_u, along_v] = rough_jet(net, local.map(|x| x.mid.hi));
+        let here = Point3::from(net.origin) + here;
+        let away = here - center;
+        let rises = self.rises_beside(&away, &along_u.cross(&along_v));
+        let parts = self.brep.brep().parts();
+        let off = |v: usize| (parts.vertices[v].point - here).norm();
+        let ends = parts.trims[trim].vertices.map(off);
+        if ends.into_iter().any(|x| x <= ON_VERTEX * self.brep.size()) {
+            let up = away / away.norm();
+            let rises = rises && self.rises_from_corner(found, &up);
+            return rises.then_some(false);
+        }
+        let piece = geometry.piece(index);
+        let own = self.objective.guide(piece.space.as_ref()?, at[0], 0.0);
+        // No faster than the piece is anywhere.
+        let step = self.reach / geometry.piece_speeds(index)[0];
+        let growth = self.limit - found.hi.hi;
+        let rises_along = 0.5 * own.curvature[0] * step * step > PLAINLY * growth;
+        if !rises_along && self.is_seen_along(face, index, at[0]) {
+            return Some(true);
+        }
+        let is_clear = ends.into_iter().all(|x| x > FAR[1] * self.reach);
+        if !(rises && rises_along && is_clear) {
+            return None;
+        }
+        // Where the foot is on the trims of the faces beside: mostly they have it at about the same part.
+        let edge = parts.trims[trim].edge?;
+        let span = parts.trims[trim].span;
+        let part = piece.span[0] + (piece.span[1] - piece.span[0]) * at[0];
+        let part = (part - span.start) / span.length();
+        let others = { parts.edges[edge].trims.iter() }.filter(|t| **t != trim);
+        let mut rise = others.map(|t| {
+            let near = |s: &f64| {
+                let there = point(self.brep, on_trim(self.brep, *t, *s));
+                (there - here).norm() <= NEAR * self.brep.size()
+            };
+            let s = [part, 1.0 - part].into_iter().find(near)?;
+            let at = on_trim(self.brep, *t, s);
+            let surface = self.brep.brep().surface(at.face);
+            let jet = surface.first_derivatives_with_bound(at.uv.x, at.uv.y);
+            Some(self.rises_beside(&away, &jet.du.cross(&jet.dv)))
+        });
+        rise.all(|r| r == Some(true)).then_some(false)
+    }
+
+    /// Whether the distance rises from a foot into a face that ends there, by far more than what is low, given the way from the centre and one across the face. (What it
+    /// rises by straight into the face it rises by there or along the end, and by no less in between.)
+    fn rises_beside(&self, away: &Vector3<f64>, across: &Vector3<f64>) -> bool {
+        // Negated in effect: what is no number does not rise.
+        let sine = away.cross(across).norm() / (away.norm() * across.norm());
+        sine * self.reach > SURELY * self.slack
+    }
+}
+
+/// What is so near to a foot, as a part of the size, is about there.
+const NEAR: f64 = 1.0 / (1u64 << 20) as f64;
