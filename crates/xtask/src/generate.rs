@@ -2,10 +2,10 @@
 
 use crate::random::Random;
 use feeler_corpus::{
-    ContactsLine, FacePoint, HalfSpaceLine, LineKindLine, LineLine, Model, QueryLine, SpacePoint,
-    SphereLine,
+    ContactsLine, FacePoint, HalfSpaceLine, LineKindLine, LineLine, Model, Pose, QueryLine,
+    SpacePoint, SphereLine,
 };
-use nalgebra::{Point2, Point3, Vector2, Vector3};
+use nalgebra::{Point2, Point3, Unit, UnitQuaternion, Vector2, Vector3};
 
 /// How near is near: lengths relative to the model's (or the domain's) size.
 pub(crate) const NEAR: [f64; 10] = [
@@ -167,6 +167,40 @@ impl<'a> Generator<'a> {
             if let Some(aim) = uv.and_then(|uv| self.aim(face, uv)) {
                 return aim;
             }
+        }
+    }
+
+    /// One of [`NEAR`].
+    pub(crate) fn near(&mut self) -> f64 {
+        NEAR[self.random.below(NEAR.len())]
+    }
+
+    /// The same probe, up to roundings, from a pose: turned, and moved by up to the model's size.
+    pub(crate) fn posed(&mut self, query: QueryLine) -> QueryLine {
+        let axis = Unit::new_normalize(self.random.direction());
+        let turn = UnitQuaternion::from_axis_angle(&axis, self.random.between(-3.0, 3.0));
+        let shift = self.random.direction() * (self.random.unit() * self.size);
+        let back = |v: [f64; 3]| -> Vector3<f64> { turn.inverse_transform_vector(&v.into()) };
+        let place = |p: [f64; 3]| -> [f64; 3] { back((Vector3::from(p) - shift).into()).into() };
+        QueryLine {
+            pose: Some(Pose {
+                translation: shift.into(),
+                rotation: turn.coords.into(),
+            }),
+            sphere: query.sphere.map(|s| SphereLine {
+                center: place(s.center),
+                ..s
+            }),
+            half_space: query.half_space.map(|h| HalfSpaceLine {
+                normal: back(h.normal).normalize().into(),
+                offset: h.offset - Vector3::from(h.normal).dot(&shift),
+            }),
+            line: query.line.map(|l| LineLine {
+                origin: place(l.origin),
+                direction: back(l.direction).into(),
+                ..l
+            }),
+            ..query
         }
     }
 

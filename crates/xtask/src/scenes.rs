@@ -48,6 +48,7 @@ pub(crate) fn run(corpus: &Path, args: &Args) -> Result<(), String> {
         models::parts(corpus)?,
         models::flush(corpus)?,
         models::many_pieces(corpus)?,
+        models::options(corpus)?,
         models::grazing(corpus)?,
         models::round_lines(corpus)?,
         analytic::suite(corpus)?,

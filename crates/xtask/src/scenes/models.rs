@@ -6,7 +6,8 @@ use crate::random::Random;
 use feeler::prepare::PreparedBrep;
 use feeler::query::{Contacts, HalfSpace, Options, Probe, Workspace, contact};
 use feeler_corpus::{
-    HalfSpaceLine, LineKindLine, LineLine, MODELS, Model, QueryLine, SphereLine, TrimLine,
+    AccuracyLine, ContactsLine, HalfSpaceLine, Hits, LineKindLine, LineLine, MODELS, Model,
+    QueryLine, SphereLine, TrimLine,
 };
 use nalgebra::Vector3;
 use std::path::Path;
@@ -233,6 +234,72 @@ pub(crate) fn parts(corpus: &Path) -> Result<Suite, String> {
         name: "parts",
         description: "parts like real ones, of fillets, bores, thin walls, shells, splines trimmed by splines, lofts and pipes, native and as NURBS: \
                       all kinds of queries, half of them near trims, seams and edges",
+        scenes,
+    })
+}
+
+/// A question that asks for less than all, or from a pose.
+type Turn = fn(&mut Generator<'_>, QueryLine) -> QueryLine;
+
+/// What may be left out of the answer, and a pose: of balls, half-spaces and lines.
+pub(crate) fn options(corpus: &Path) -> Result<Suite, String> {
+    const BALL: MakeQuery = |g, near| g.sphere(near);
+    const HALF_SPACE: MakeQuery = |g, near| g.half_space(near);
+    const LINE: MakeQuery = |g, near| g.line(near);
+    const OVERLAP: Turn = |_, q| QueryLine { overlap: true, ..q };
+    const NO_CONTACTS: Turn = |_, q| QueryLine {
+        contacts: Some(ContactsLine::None),
+        ..q
+    };
+    const COARSE: Turn = |g, q| QueryLine {
+        accuracy: Some(AccuracyLine::Length(g.near() * g.size())),
+        ..q
+    };
+    const FIRST: Turn = |_, q| QueryLine {
+        hits: Some(Hits::First),
+        ..q
+    };
+    const ANY: Turn = |_, q| QueryLine {
+        hits: Some(Hits::Any),
+        ..q
+    };
+    const POSED: Turn = |g, q| g.posed(q);
+    const EACH: [(MakeQuery, Turn, usize); 11] = [
+        (BALL, OVERLAP, 4),
+        (HALF_SPACE, OVERLAP, 2),
+        (BALL, NO_CONTACTS, 2),
+        (HALF_SPACE, NO_CONTACTS, 1),
+        (BALL, COARSE, 4),
+        (HALF_SPACE, COARSE, 2),
+        (BALL, POSED, 2),
+        (HALF_SPACE, POSED, 1),
+        (LINE, POSED, 2),
+        (LINE, FIRST, 4),
+        (LINE, ANY, 4),
+    ];
+    let thesis = THESIS_NURBS.iter().chain(&THESIS_NATIVE);
+    let thesis = thesis.map(|p| format!("thesis/{p}.3dm"));
+    let parts = PARTS.iter().map(|p| format!("parts/{p}.json.gz"));
+    let mut scenes = Vec::new();
+    for name in thesis.chain(parts) {
+        let model = load(corpus, &name)?;
+        let mut generator = Generator::new(&model, &format!("options {name}"));
+        let mut queries = Vec::new();
+        for (ask, turn, count) in EACH {
+            for i in 0..count {
+                let query = ask(&mut generator, i % 2 == 0);
+                queries.push(turn(&mut generator, query));
+            }
+        }
+        scenes.push(Scene {
+            queries,
+            name,
+            breps: Vec::new(),
+        });
+    }
+    Ok(Suite {
+        name: "options",
+        description: "what else a query may say: overlap alone, no contacts, an accuracy of 1e-6 to 1e-15 of the size, a pose of the probe, the first hit or any hit of a line",
         scenes,
     })
 }
