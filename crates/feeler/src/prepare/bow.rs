@@ -110,6 +110,27 @@ impl Bow {
         })
     }
 
+    /// Whether `at + A a + B b` is proven to be nowhere negative on it: at its control points, given homogeneous ones, or at the point of its circle where it is least.
+    pub(super) fn is_above(
+        &self,
+        [at, a, b]: [&Dyadic; 3],
+        is_above: impl Fn(&D2, &Dyadic) -> bool,
+    ) -> bool {
+        if let Some(points) = &self.points {
+            return points
+                .iter()
+                .all(|[x, y, w]| is_above(&[x.clone(), y.clone()], w));
+        }
+        let Some((center, radius)) = &self.circle else {
+            return false;
+        };
+        // At the centre, against the slope times the radius.
+        let value = at + &(&(a * &center[0]) + &(b * &center[1]));
+        let slope = &(a * a) + &(b * b);
+        let fall = &(radius * radius) * &slope;
+        value.signum() >= 0 && &value * &value >= fall
+    }
+
     /// Where the line meets the piece; `None` where that is not known.
     pub(super) fn events(&self, line: &Track) -> Option<Vec<Event>> {
         let form = match &self.points {

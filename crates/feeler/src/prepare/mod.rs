@@ -3,6 +3,7 @@
 //! Everything here is made when a query first comes near a face, once in f64 and, where the last
 //! digits are asked for, once in double-double; where that loses them in rounding, in triple-double.
 
+pub(crate) mod apart;
 mod boundary;
 mod bow;
 mod box_tree;

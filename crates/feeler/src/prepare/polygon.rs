@@ -280,6 +280,25 @@ impl Polygon {
         Some((ends, &self.m))
     }
 
+    /// Whether `n.x >= h` is proven for all points of it: on its boundary, in whose hull it is.
+    pub(super) fn is_above(&self, normal: &D3, height: &Dyadic) -> bool {
+        // m (n.S - h) = at + A a + B b.
+        let at = &dot(normal, &self.origin) - &(&self.m * height);
+        let (a, b) = (dot(normal, &self.x), dot(normal, &self.y));
+        let is_above = |p: &D2, weight: &Dyadic| {
+            let value = &(&at * weight) + &(&(&a * &p[0]) + &(&b * &p[1]));
+            value.signum() >= 0
+        };
+        let mut ends = self.pieces.iter().flat_map(|p| &p.ends);
+        let one = Dyadic::from_f64(1.0);
+        let has_border = !(self.pieces.is_empty() && self.bows.is_empty());
+        // What joins two trims is between their ends.
+        let mut bows = self.bows.iter().filter(|bow| bow.trim.is_some());
+        has_border
+            && one.is_some_and(|one| ends.all(|p| is_above(p, &one)))
+            && bows.all(|bow| bow.is_above([&at, &a, &b], is_above))
+    }
+
     /// The circle in space that circles about a place in uv are; `None` where they are ellipses.
     pub(super) fn circle(&self, center: [f64; 2]) -> Option<Round> {
         let even =

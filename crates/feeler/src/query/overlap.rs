@@ -4,10 +4,11 @@ use super::answer::{Options, OverlapAnswer, Probe, Undecided};
 use super::contact::FULL_FLOOR;
 use super::objective::Objective;
 use super::outcome::{Goal, Outcome, Width};
-use super::search::minimize;
+use super::search::{least_squared, minimize};
 use super::{Work, Workspace, inside};
 use crate::numeric::Dd;
 use crate::prepare::PreparedBrep;
+use crate::prepare::apart::{is_above, is_as_far};
 use crate::trim::Side;
 
 /// Radii from this on have an exact square: a product of two f64 is two f64, unless it underflows.
@@ -16,8 +17,9 @@ const LEAST_SQUARED: f64 = 1e-140;
 /// Whether the separation of a sphere or half-space, as [`contact`](super::contact) defines it, is below 0.
 ///
 /// It is the same sign that `contact` proves at full accuracy, found with less: the search stops at the first point that
-/// is proven to be nearer than the radius (or below the plane), and else puts aside whatever is proven not to be. The side
-/// of a sphere's centre is asked only where no face comes that near. Of the options only the node budget counts.
+/// is proven to be nearer than the radius (or below the plane), and else puts aside whatever is proven not to be. What is touched
+/// is no overlap where exact numbers prove that (of planes, NURBS whose control points are not beyond, surfaces that are turned or pushed along the plane's normal), and else
+/// undecided. The side of a sphere's centre is asked only where no face comes that near. Of the options only the node budget counts.
 ///
 /// What it allocates: see [`Workspace`].
 pub fn overlap(
@@ -40,7 +42,7 @@ pub fn overlap(
         // Above the square: what is not below this is not below the square; nothing is said of the rest.
         Dd::from(LEAST_SQUARED * LEAST_SQUARED)
     };
-    let mut search = |closed: bool| {
+    let search = |closed: bool, workspace: &mut Workspace| {
         let found = minimize(
             brep,
             &objective,
@@ -73,11 +75,26 @@ pub fn overlap(
             None
         }
     };
-    let mut found = search(true);
-    if is_near(&found).is_none() && found.used_closed {
-        found = search(false);
+    let both = |workspace: &mut Workspace| {
+        let found = search(true, workspace);
+        if is_near(&found).is_none() && found.used_closed {
+            return search(false, workspace);
+        }
+        found
+    };
+    let mut found = both(workspace);
+    if is_near(&found).is_none() && !found.budget_spent {
+        // Of faces that it touches, exact numbers may tell that it does not enter them.
+        let faces = 0..brep.brep().faces().len();
+        let touched = faces.filter(|f| may_touch(brep, *f, probe) && keeps_out(brep, *f, probe));
+        workspace.memory.passed_over.extend(touched);
+        if !workspace.memory.passed_over.is_empty() {
+            found = both(workspace);
+        }
     }
-    let near = is_near(&found);
+    workspace.memory.passed_over.clear();
+    let (near, budget_spent) = (is_near(&found), found.budget_spent);
+    workspace.memory.keep(found);
     if near == Some(true) {
         return answer(Some(true), None);
     }
@@ -95,8 +112,39 @@ pub fn overlap(
     match (near, material) {
         (Some(false), Some(false)) => answer(Some(false), None),
         (Some(_), _) => answer(None, Some(Undecided::Degenerate)),
-        (None, _) if found.budget_spent => answer(None, Some(Undecided::Budget)),
-        (None, _) => answer(None, Some(Undecided::Precision)),
+        (None, _) if budget_spent => answer(None, Some(Undecided::Budget)),
+        (None, _) => answer(None, Some(Undecided::Degenerate)),
+    }
+}
+
+/// Whether a face's box comes as near as a ball or half-space, but for roundings. No proof rests on it.
+fn may_touch(brep: &PreparedBrep, face: usize, probe: &Probe) -> bool {
+    /// Far more than roundings, in parts of the coordinates.
+    const NEAR: f64 = 1.0 / (1u64 << 40) as f64;
+    let Some(b) = brep.face_box(face) else {
+        return true;
+    };
+    match probe {
+        Probe::Sphere(s) => {
+            let near = NEAR * brep.size().max(s.center.coords.amax()).max(s.radius);
+            least_squared(b, &s.center).sqrt() <= s.radius + near
+        }
+        Probe::HalfSpace(h) => {
+            let lowest = |c: usize| (h.normal[c] * b[c][0]).min(h.normal[c] * b[c][1]);
+            let size = b
+                .iter()
+                .flatten()
+                .fold(h.offset.abs(), |m, x| m.max(x.abs()));
+            (0..3).map(lowest).sum::<f64>() <= h.offset + NEAR * size
+        }
+    }
+}
+
+/// Whether a ball or half-space is proven not to enter a face, in exact numbers.
+fn keeps_out(brep: &PreparedBrep, face: usize, probe: &Probe) -> bool {
+    match probe {
+        Probe::Sphere(s) => is_as_far(brep, face, &s.center, s.radius),
+        Probe::HalfSpace(h) => is_above(brep, face, &h.normal, h.offset),
     }
 }
 

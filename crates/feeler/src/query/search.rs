@@ -305,6 +305,9 @@ impl<'a> Search<'a> {
 
     fn push_faces<T>(&mut self, heap: &mut BinaryHeap<Task<T>>) {
         for face in 0..self.brep.brep().faces().len() {
+            if self.memory.passed_over.contains(&face) {
+                continue;
+            }
             let b = self.brep.face_box(face);
             let lo = b.map_or(self.nothing(), |b| self.box_bound(b));
             self.push(heap, lo, false, Kind::Face(face));

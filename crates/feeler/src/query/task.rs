@@ -27,6 +27,8 @@ pub(crate) struct Memory {
     pub(super) todo: Vec<(usize, f64)>,
     /// What the search put aside, for a front.
     pub(super) left: Vec<Left>,
+    /// Faces that are not searched: what is asked for is proven not to be on them.
+    pub(super) passed_over: Vec<usize>,
 }
 
 /// Nodes that are done with, for their lists.

@@ -1,14 +1,19 @@
 //! A question that asks less is answered with less work, and the same.
 
-use crate::scenes::{Random, bicubic, cube, nurbs_sphere};
+use crate::scenes::loops::face_within;
+use crate::scenes::{
+    Random, bicubic, blocks, cube, cylinder, nurbs_sphere, with_and_without_formulas,
+};
 use feeler::brep::{Brep, BrepBuilder, TrimSpec};
-use feeler::nurbs::{Curve, NurbsCurve, NurbsSurface, Surface};
+use feeler::numeric::Interval;
+use feeler::nurbs::{Arc, Curve, NurbsCurve, NurbsSurface, Plane, Surface};
 use feeler::prepare::PreparedBrep;
 use feeler::query::{
     Contacts, HalfSpace, LineKind, LineProbe, Options, Probe, Sphere, Undecided, Work, Workspace,
     any_hit, contact, line, overlap,
 };
-use nalgebra::{Point3, Vector3, Vector4};
+use nalgebra::{Point3, Vector2, Vector3, Vector4};
+use std::f64::consts::{FRAC_1_SQRT_2, FRAC_PI_2, TAU};
 
 const WIDE: Options = Options {
     prediction: f64::INFINITY,
@@ -119,6 +124,136 @@ fn overlap_of_half_spaces() {
     assert_eq!(both(&cube, &at(-0.25)).0, Some(false));
     assert_eq!(both(&cube, &at(0.25)).0, Some(true));
     assert_eq!(both(&cube, &at(5.0)).0, Some(true));
+}
+
+/// What rests on a plane, or is a step away from it.
+#[test]
+fn what_touches_a_half_space_does_not_overlap() {
+    let box_of = |a: [f64; 3], b: [f64; 3]| blocks(&[[a, b]]);
+    let block = box_of([-0.25, 0.75, 1.0 / 1024.0], [0.125, 1e3, 2.5]);
+    let drum = cylinder([0.3, -0.7, 0.1], [1.25, 1.25], 0.3, 1.5);
+    // Its sides are not tangent to planes in exact numbers.
+    for (brep, axes, top) in [
+        (block, 3, [0.125, 1e3, 2.5]),
+        (drum, 1, [0.0, 0.0, 0.1 + 0.3]),
+    ] {
+        for brep in with_and_without_formulas(brep) {
+            for k in 3 - axes..3 {
+                let mut normal = Vector3::zeros();
+                normal[k] = -1.0;
+                let at = |h: f64| Probe::HalfSpace(HalfSpace::new(normal, h).unwrap());
+                let height: f64 = -top[k];
+                assert_eq!(both(&brep, &at(height)).0, Some(false), "{k}");
+                assert_eq!(both(&brep, &at(height.next_down())).0, Some(false), "{k}");
+                assert_eq!(both(&brep, &at(height.next_up())).0, Some(true), "{k}");
+            }
+        }
+    }
+    // On an edge and on a corner.
+    let cube = PreparedBrep::new(cube());
+    for normal in [
+        [0.6, 0.8, 0.0],
+        [0.8, 0.0, 0.6],
+        [0.48, 0.64, 0.6],
+        [1.0, 1e-20, 0.0],
+    ] {
+        let at = |h: f64| Probe::HalfSpace(HalfSpace::new(normal.into(), h).unwrap());
+        assert_eq!(both(&cube, &at(0.0)).0, Some(false), "{normal:?}");
+        assert_eq!(both(&cube, &at(-1e-300)).0, Some(false), "{normal:?}");
+        // A step of the least f64 may be left open; it is no touch.
+        assert_ne!(both(&cube, &at(5e-324)).0, Some(false), "{normal:?}");
+        assert_eq!(both(&cube, &at(1e-40)).0, Some(true), "{normal:?}");
+    }
+}
+
+/// Discs and half discs, of arcs and of NURBS, upright on a plane: their lowest points are quadrants.
+#[test]
+fn an_upright_disc_does_not_overlap_what_it_touches() {
+    let (center, radius) = ([0.5, -0.25], 1.25);
+    let arc = |from: f64, to: f64| {
+        let arc = Arc {
+            center: center.into(),
+            x: Vector2::x(),
+            y: Vector2::y(),
+            z: Vector2::zeros(),
+            radius,
+            angle: Interval::new(from, to).unwrap(),
+            domain: Interval::new(0.0, 1.0).unwrap(),
+        };
+        Curve::Arc(Arc::new(arc).unwrap())
+    };
+    // A square about the circle, with the circle's points at the middles of its sides.
+    let quadrant = |k: usize| {
+        let turned = |[x, y]: [f64; 2]| [[x, y], [-y, x], [-x, -y], [y, -x]][k];
+        let (w, points) = (FRAC_1_SQRT_2, [[1.0, 0.0], [1.0, 1.0], [0.0, 1.0]]);
+        let net = points.into_iter().zip([1.0, w, 1.0]).map(|(p, w)| {
+            let [x, y] = turned(p);
+            let at = [center[0] + radius * x, center[1] + radius * y];
+            Vector3::new(at[0] * w, at[1] * w, w)
+        });
+        let knots = vec![0.0, 0.0, 0.0, 1.0, 1.0, 1.0];
+        Curve::Nurbs(NurbsCurve::new(2, net.collect(), knots).unwrap())
+    };
+    let disc = || (0..4).map(|k| arc(f64::from(k) * FRAC_PI_2, f64::from(k + 1) * FRAC_PI_2));
+    for (curves, is_exact) in [
+        (disc().collect(), true),
+        (vec![arc(0.0, TAU)], true),
+        // Their control points are off by roundings of the weights.
+        ((0..4).map(quadrant).collect(), false),
+    ] {
+        for brep in with_and_without_formulas(face_within(vec![curves])) {
+            for (k, sign) in [(0, 1.0), (0, -1.0), (1, 1.0), (1, -1.0)] {
+                let mut normal = Vector3::zeros();
+                normal[k] = sign;
+                let at = |h: f64| Probe::HalfSpace(HalfSpace::new(normal, h).unwrap());
+                let height: f64 = sign * center[k] - radius;
+                let over = both(&brep, &at(height)).0;
+                let told = over == Some(false) || (!is_exact && over.is_none());
+                assert!(told, "{k} {sign} {over:?}");
+                assert_eq!(
+                    both(&brep, &at(height - 1e-15)).0,
+                    Some(false),
+                    "{k} {sign}"
+                );
+                assert_eq!(both(&brep, &at(height + 1e-15)).0, Some(true), "{k} {sign}");
+            }
+        }
+    }
+}
+
+/// Balls on flat faces, along the axes and aslant, with a radius that is the distance, exactly.
+#[test]
+fn what_touches_a_ball_does_not_overlap() {
+    let cube = PreparedBrep::new(cube());
+    for radius in [0.5, 0.1, 1e-3, 2.0f64.powi(-60)] {
+        // One more or less where the sum is rounded.
+        let over = 1.0 + radius;
+        for (c, axis) in [
+            (Point3::new(0.3, 0.6, over), 2),
+            (Point3::new(over, 0.7, 0.2), 0),
+        ] {
+            let gap = (c[axis] - 1.0) - radius;
+            let sign = both(&cube, &ball(c, radius)).0;
+            assert_eq!(sign, Some(gap < 0.0), "{c} {radius:e}");
+            if gap == 0.0 {
+                assert_eq!(both(&cube, &ball(c, radius.next_up())).0, Some(true));
+            }
+        }
+    }
+    // A plane along (-4, 0, 3) and y: five below the middle of the ball, in units of a quarter.
+    let wide = Interval::new(-2.0, 2.0).unwrap();
+    let plane = Plane {
+        origin: Point3::origin(),
+        x: Vector3::new(3.0, 0.0, 4.0),
+        y: Vector3::y(),
+        domain: [wide; 2],
+        extents: [wide; 2],
+    };
+    let slope = Brep::from_surface(Surface::Plane(Plane::new(plane).unwrap())).unwrap();
+    let slope = PreparedBrep::new(slope);
+    let c = Point3::new(-1.0, 0.25, 0.75);
+    assert_eq!(both(&slope, &ball(c, 1.25)).0, Some(false));
+    assert_eq!(both(&slope, &ball(c, 1.25f64.next_up())).0, Some(true));
 }
 
 #[test]
