@@ -148,12 +148,17 @@ pub(crate) fn is_as_far(
         }
 }
 
-/// `None` where a number is none.
+/// `None` where a number is none, or the axes are parallel.
 fn is_plane_as_far(plane: &Plane, center: &Point3<f64>, radius: &Dyadic) -> Option<bool> {
     let axes = [vector(plane.x.as_slice())?, vector(plane.y.as_slice())?];
     let normal = cross(&axes[0], &axes[1]);
+    // Axes that are parallel, which f64 may not see, span a line.
+    let square = dot(&normal, &normal);
+    if square.signum() == 0 {
+        return None;
+    }
     let origin = vector(plane.origin.coords.as_slice())?;
     let height = dot(&normal, &sub(&vector(center.coords.as_slice())?, &origin));
-    let reach = &(radius * radius) * &dot(&normal, &normal);
+    let reach = &(radius * radius) * &square;
     Some(&height * &height >= reach)
 }

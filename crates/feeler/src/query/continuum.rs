@@ -13,7 +13,7 @@ use super::task::Memory;
 use super::upper::patch_at;
 use crate::numeric::Ball;
 use crate::prepare::closed::Extent;
-use crate::prepare::{Net, Patch, PreparedBrep, curve_jet};
+use crate::prepare::{Net, ParamMap, Patch, PreparedBrep, curve_jet};
 use crate::trim::{BoxSide, Side};
 use nalgebra::{Point2, Point3, Vector3};
 
@@ -350,36 +350,26 @@ impl Low<'_> {
 
     /// Whether some are seen from a place on a patch.
     fn is_seen_on(&self, face: usize, patch: usize, at: [f64; 2]) -> bool {
-        let Patch { net, .. } = &self.brep.double(face).patches[patch];
-        let [_, along_u, along_v] = rough_jet(net, at);
-        let ways = FAR
-            .iter()
-            .flat_map(|far| AROUND.map(|d| (far * self.reach, d)));
-        ways.into_iter().any(|(far, d)| {
+        let Patch { net, maps, .. } = &self.brep.double(face).patches[patch];
+        let [here, along_u, along_v] = rough_jet(net, at);
+        AROUND.iter().any(|d| {
             // On a border only along it.
             let open = |k: usize| {
                 let out = at[k] <= 0.0 && d[k] < 0.0 || at[k] >= 1.0 && d[k] > 0.0;
                 if out { 0.0 } else { d[k] }
             };
             let speed = (along_u * open(0) + along_v * open(1)).norm();
-            speed > 0.0 && self.is_seen_on_way(face, patch, (at, d.map(|x| x / speed)), far)
+            // A step in the patch that goes so far, roughly, or to the patch's border.
+            let step = (FAR * self.reach / speed).min(1.0);
+            let there = [0, 1].map(|k| (at[k] + step * d[k]).clamp(0.0, 1.0));
+            speed > 0.0
+                && self.is_far_and_low(net, here, there)
+                && self.is_in_region(face, maps, there)
         })
     }
 
-    /// Whether one is seen from a place on a patch, so far along a way, roughly, in local parameters; or where that leaves the patch.
-    fn is_seen_on_way(
-        &self,
-        face: usize,
-        patch: usize,
-        (at, way): ([f64; 2], [f64; 2]),
-        far: f64,
-    ) -> bool {
-        let Patch { net, maps, .. } = &self.brep.double(face).patches[patch];
-        let there = [0, 1].map(|k| (at[k] + (far * way[k]).clamp(-1.0, 1.0)).clamp(0.0, 1.0));
-        if !self.is_far_and_low(net, rough_jet(net, at)[0], there) {
-            return false;
-        }
-        let uv = [0, 1].map(|k| maps[k].to_native(there[k]));
+    fn is_in_region(&self, face: usize, maps: &[ParamMap; 2], at: [f64; 2]) -> bool {
+        let uv = [0, 1].map(|k| maps[k].to_native(at[k]));
         let side = self.brep.region(face).side(Point2::new(uv[0], uv[1])).side;
         matches!(side, Some(Side::Inside | Side::Boundary))
     }
@@ -390,9 +380,8 @@ impl Low<'_> {
             return false;
         };
         let [here, along, _] = rough_jet(net, [at, 0.0]);
-        let step = self.reach / along.norm();
-        let steps = FAR.iter().flat_map(|far| [-far * step, far * step]);
-        steps.into_iter().any(|step| {
+        let step = FAR * self.reach / along.norm();
+        [-step, step].into_iter().any(|step| {
             let there = (at + step).clamp(0.0, 1.0);
             self.is_far_and_low(net, here, [there, 0.0])
         })
@@ -427,8 +416,8 @@ const AROUND: [[f64; 2]; 8] = [
     [0.7, -0.7],
     [-0.7, -0.7],
 ];
-/// How far, in units of the reach: a little farther, and more, as a foot may be anywhere in its box.
-const FAR: [f64; 2] = [1.125, 2.5];
+/// How far is looked, in units of the reach.
+const FAR: f64 = 1.125;
 
 #[cfg(test)]
 mod tests;

@@ -23,6 +23,8 @@ struct Bend {
     least: f64,
     /// That way, in local parameters, of length one in space.
     along: [f64; 2],
+    /// The way down from a foot that is not quite where it is least; no numbers where it is.
+    down: [f64; 2],
 }
 
 impl Low<'_> {
@@ -40,9 +42,17 @@ impl Low<'_> {
             (Locus::Closed { .. }, Some(_)) => is_fine.then_some(false),
             (Locus::Patch { .. }, None) if self.is_steep(found, foot) => Some(false),
             (Locus::Patch { .. }, None) if is_fine && !found.left_open => None,
-            (Locus::Patch { .. }, None) => self.told_within_face(foot, growth),
             (Locus::Patch { .. }, Some(_)) if is_fine && !found.left_open => Some(false),
-            (Locus::Patch { .. }, Some(trim)) => self.told_on_trim(found, foot, trim, center),
+            (Locus::Patch { .. }, _) => match foot.found {
+                _ if foot.trim.is_none() => {
+                    let told = self.told_at_end(foot, growth, center);
+                    told.or_else(|| self.told_within_face(foot, growth))
+                }
+                Some((Source::Piece { face, index }, [at, _])) => {
+                    self.told_on_trim(found, foot, (face, index, at), center)
+                }
+                _ => None,
+            },
         };
         told.unwrap_or_else(|| self.leads_far(found))
     }
@@ -88,7 +98,8 @@ impl Low<'_> {
         let (p, q) = (along_u.norm(), along_v.norm());
         let cosine = along_u.dot(&along_v) / (p * q);
         let sine = along_u.cross(&along_v).norm() / (p * q);
-        let [uu, uv, vv] = self.objective.guide(net, at[0], at[1]).curvature;
+        let guide = self.objective.guide(net, at[0], at[1]);
+        let [uu, uv, vv] = guide.curvature;
         let (ee, ev, vv) = (uu / (p * p), uv / (p * q), vv / (q * q));
         let en = (ev - cosine * ee) / sine;
         let nn = (vv - 2.0 * cosine * ev + cosine * cosine * ee) / (sine * sine);
@@ -105,15 +116,22 @@ impl Low<'_> {
         } else {
             [half - root, en]
         };
-        let length = (way[0] * way[0] + way[1] * way[1]).sqrt();
-        let [e, n] = if length > 0.0 {
-            way.map(|x| x / length)
-        } else {
-            [1.0, 0.0]
+        let unit = |[e, n]: [f64; 2]| {
+            let length = (e * e + n * n).sqrt();
+            [e / length, n / length]
         };
+        let local = |[e, n]: [f64; 2]| [(e - n * cosine / sine) / p, n / (sine * q)];
+        let along = if way == [0.0; 2] {
+            [1.0, 0.0]
+        } else {
+            unit(way)
+        };
+        let slope = [guide.slope[0] / p, guide.slope[1] / q];
+        let down = [-slope[0], (cosine * slope[0] - slope[1]) / sine];
         Some(Bend {
             least,
-            along: [(e - n * cosine / sine) / p, n / (sine * q)],
+            along: local(along),
+            down: local(unit(down)),
         })
     }
 
@@ -125,26 +143,64 @@ impl Low<'_> {
         if bend.least * self.reach * self.reach > PLAINLY * growth {
             return Some(false);
         }
-        let ways = [1.0, -1.0].map(|sign| bend.along.map(|x| sign * x));
+        // Else what is a little farther than the reach is looked at; where the patch or the face ends before, that tells nothing.
+        let Patch { net, maps, .. } = &self.brep.double(foot.face).patches[patch];
         let at = local.map(|x| x.mid.hi);
-        let near = FAR[0] * self.reach;
-        let seen = ways
-            .into_iter()
-            .any(|way| self.is_seen_on_way(foot.face, patch, (at, way), near));
-        seen.then_some(true)
+        let here = rough_jet(net, at)[0];
+        let mut is_told = bend.least > 0.0;
+        for way in [bend.along, bend.along.map(|x| -x), bend.down] {
+            let there = [0, 1].map(|k| at[k] + FAR * self.reach * way[k]);
+            if there.iter().any(|x| x.is_nan()) {
+                continue;
+            }
+            if there.iter().any(|x| !(0.0..=1.0).contains(x)) {
+                is_told = false;
+            } else if self.is_far_and_low(net, here, there) {
+                if self.is_in_region(foot.face, maps, there) {
+                    return Some(true);
+                }
+                is_told = false;
+            }
+        }
+        is_told.then_some(false)
     }
 
-    /// What is told of a foot on a trim by how the distance grows along it, and into the faces beside it.
+    /// What is told of a foot on a border of its patch, where its face may end, by how the distance grows along that and into the patch.
+    fn told_at_end(&self, foot: &Foot, growth: f64, center: &Point3<f64>) -> Option<bool> {
+        let Locus::Patch { patch, local, .. } = foot.spot else {
+            return None;
+        };
+        let at = local.map(|x| x.mid.hi);
+        let is_end = |k: usize| at[k] <= 0.0 || at[k] >= 1.0;
+        let along = match [is_end(0), is_end(1)] {
+            [false, false] => return None,
+            // From a corner all rises that does along both borders.
+            [true, true] => {
+                let rises = self.rises_into_patch(foot, Extent::Root(0.0), 0.0);
+                return rises.then_some(false);
+            }
+            [true, false] => 1,
+            [false, true] => 0,
+        };
+        let net = &self.brep.double(foot.face).patches[patch].net;
+        let [here, along_u, along_v] = rough_jet(net, at);
+        let away = Point3::from(net.origin) + here - center;
+        let guide = self.objective.guide(net, at[0], at[1]);
+        let step = self.reach / [along_u, along_v][along].norm();
+        let rises_along = 0.5 * guide.curvature[2 * along] * step * step > PLAINLY * growth;
+        let rises = self.rises_beside(&away, &along_u.cross(&along_v));
+        (rises && rises_along).then_some(false)
+    }
+
+    /// What is told of a foot on a trim's piece, at one of its local parameters, by how the distance grows along it, and into the faces beside it.
     fn told_on_trim(
         &self,
         found: &Outcome,
         foot: &Foot,
-        trim: usize,
+        (face, index, at): (usize, usize, f64),
         center: &Point3<f64>,
     ) -> Option<bool> {
-        let (Some((Source::Piece { face, index }, at)), Locus::Patch { patch, local, .. }) =
-            (foot.found, foot.spot)
-        else {
+        let Locus::Patch { patch, local, .. } = foot.spot else {
             return None;
         };
         let geometry = self.brep.double(foot.face);
@@ -154,6 +210,7 @@ impl Low<'_> {
         let away = here - center;
         let rises = self.rises_beside(&away, &along_u.cross(&along_v));
         let parts = self.brep.brep().parts();
+        let trim = foot.trim?;
         let off = |v: usize| (parts.vertices[v].point - here).norm();
         let ends = parts.trims[trim].vertices.map(off);
         if ends.into_iter().any(|x| x <= ON_VERTEX * self.brep.size()) {
@@ -162,22 +219,22 @@ impl Low<'_> {
             return rises.then_some(false);
         }
         let piece = geometry.piece(index);
-        let own = self.objective.guide(piece.space.as_ref()?, at[0], 0.0);
+        let own = self.objective.guide(piece.space.as_ref()?, at, 0.0);
         // No faster than the piece is anywhere.
         let step = self.reach / geometry.piece_speeds(index)[0];
         let growth = self.limit - found.hi.hi;
         let rises_along = 0.5 * own.curvature[0] * step * step > PLAINLY * growth;
-        if !rises_along && self.is_seen_along(face, index, at[0]) {
+        if !rises_along && self.is_seen_along(face, index, at) {
             return Some(true);
         }
-        let is_clear = ends.into_iter().all(|x| x > FAR[1] * self.reach);
+        let is_clear = ends.into_iter().all(|x| x > FAR * self.reach);
         if !(rises && rises_along && is_clear) {
             return None;
         }
         // Where the foot is on the trims of the faces beside: mostly they have it at about the same part.
         let edge = parts.trims[trim].edge?;
         let span = parts.trims[trim].span;
-        let part = piece.span[0] + (piece.span[1] - piece.span[0]) * at[0];
+        let part = piece.span[0] + (piece.span[1] - piece.span[0]) * at;
         let part = (part - span.start) / span.length();
         let others = { parts.edges[edge].trims.iter() }.filter(|t| **t != trim);
         let mut rise = others.map(|t| {
