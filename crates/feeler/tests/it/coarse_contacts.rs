@@ -1,6 +1,8 @@
 //! What answers say beside the separation where a coarse accuracy was asked for: whether the minimum is a continuum, and normals.
 
-use crate::scenes::{Random, as_nurbs, bicubic, part_of_sphere, with_and_without_formulas};
+use crate::scenes::{
+    Random, as_nurbs, bicubic, cylinder, part_of_sphere, with_and_without_formulas,
+};
 use feeler::brep::Brep;
 use feeler::nurbs::Surface;
 use feeler::prepare::PreparedBrep;
@@ -85,6 +87,35 @@ fn a_cap_of_a_socket_is_low() {
         }
     }
     assert!(told.iter().all(|n| *n > 50), "{told:?}");
+}
+
+/// About a ball in a tube what is low is longest around it.
+#[test]
+fn a_strip_of_a_tube_is_low() {
+    let mut random = Random::new(14);
+    let mut told = [0; 2];
+    for brep in with_and_without_formulas(cylinder([0.0; 3], [RADIUS; 2], 8.0, 1.5)) {
+        for accuracy in [1e-12, 1e-10, 1e-8, 1e-7] {
+            for _ in 0..16 {
+                let off = offset(accuracy, brep.size(), &mut random);
+                let turn = random.between(0.1, 6.2);
+                // Nearer to the wall than to the lids.
+                let off = off.min(0.5 * RADIUS);
+                let center = Point3::new(off * turn.cos(), off * turn.sin(), 4.0 + off * 0.1);
+                let low = low_on_circle(off, 0.0, accuracy);
+                let Some(expected) = is_far(low, brep.size()) else {
+                    continue;
+                };
+                let found = ask(&brep, center, 0.25, accuracy);
+                assert_eq!(
+                    found.continuum, expected,
+                    "{accuracy:e} {off:e} {low:e} {center}"
+                );
+                told[usize::from(expected)] += 1;
+            }
+        }
+    }
+    assert!(told.iter().all(|n| *n > 5), "{told:?}");
 }
 
 /// Where the middle of a ball is above the rim of a bowl, what is low is a part of the rim, on which its foot is.

@@ -12,7 +12,7 @@ use feeler::query::{
     Contacts, HalfSpace, LineKind, LineProbe, Options, Probe, Sphere, Undecided, Work, Workspace,
     any_hit, contact, line, overlap,
 };
-use nalgebra::{Point3, Vector2, Vector3, Vector4};
+use nalgebra::{Point2, Point3, Vector2, Vector3, Vector4};
 use std::f64::consts::{FRAC_1_SQRT_2, FRAC_PI_2, TAU};
 
 const WIDE: Options = Options {
@@ -219,6 +219,50 @@ fn an_upright_disc_does_not_overlap_what_it_touches() {
             }
         }
     }
+}
+
+/// What dips below a plane by less than any enclosure tells overlaps it: the far end of a square that is tilted, and a disc beside its quadrant.
+#[test]
+fn what_dips_by_less_than_enclosures_tell_is_no_touch() {
+    let tilt = 2.0f64.powi(-130);
+    let unit = Interval::new(0.0, 1.0).unwrap();
+    let square = |x: Vector3<f64>, y: Vector3<f64>| {
+        let plane = Plane {
+            origin: Point3::origin(),
+            x,
+            y,
+            domain: [unit; 2],
+            extents: [unit; 2],
+        };
+        let surface = Surface::Plane(Plane::new(plane).unwrap());
+        PreparedBrep::new(Brep::from_surface(surface).unwrap())
+    };
+    let down = Vector3::new(1.0, 0.0, -tilt);
+    let level = Vector3::y();
+    let rests = Probe::HalfSpace(HalfSpace::new(Vector3::z(), 0.0).unwrap());
+    for brep in [square(down, level), square(level, down)] {
+        assert_ne!(both(&brep, &rests).0, Some(false));
+    }
+    let up = Vector3::new(1.0, 0.0, tilt);
+    for brep in [square(up, level), square(level, up)] {
+        assert_eq!(both(&brep, &rests).0, Some(false));
+    }
+    // Of radius 5/4 about (1/2, 0): least where the normal meets it, 4e-43 below -3/4.
+    let circle = Arc {
+        center: Point2::new(0.5, 0.0),
+        x: Vector2::x(),
+        y: Vector2::y(),
+        z: Vector2::zeros(),
+        radius: 1.25,
+        angle: Interval::new(0.0, TAU).unwrap(),
+        domain: unit,
+    };
+    let circle = Curve::Arc(Arc::new(circle).unwrap());
+    let disc = PreparedBrep::new(face_within(vec![vec![circle]]));
+    let slant = Vector3::new(1.0, 2.0f64.powi(-70), 0.0);
+    let beside = |h: f64| Probe::HalfSpace(HalfSpace::new(slant, h).unwrap());
+    assert_ne!(both(&disc, &beside(-0.75)).0, Some(false));
+    assert_eq!(both(&disc, &beside((-0.75f64).next_down())).0, Some(false));
 }
 
 /// Balls on flat faces, along the axes and aslant, with a radius that is the distance, exactly.
