@@ -228,7 +228,7 @@ fn what_dips_by_less_than_enclosures_tell_is_no_touch() {
     let unit = Interval::new(0.0, 1.0).unwrap();
     let square = |x: Vector3<f64>, y: Vector3<f64>| {
         let plane = Plane {
-            origin: Point3::origin(),
+            origin: Point3::new(0.1, 0.2, 0.3),
             x,
             y,
             domain: [unit; 2],
@@ -239,7 +239,7 @@ fn what_dips_by_less_than_enclosures_tell_is_no_touch() {
     };
     let down = Vector3::new(1.0, 0.0, -tilt);
     let level = Vector3::y();
-    let rests = Probe::HalfSpace(HalfSpace::new(Vector3::z(), 0.0).unwrap());
+    let rests = Probe::HalfSpace(HalfSpace::new(Vector3::z(), 0.3).unwrap());
     for brep in [square(down, level), square(level, down)] {
         assert_ne!(both(&brep, &rests).0, Some(false));
     }
