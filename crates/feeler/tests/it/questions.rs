@@ -254,7 +254,8 @@ fn what_dips_by_less_than_enclosures_tell_is_no_touch() {
         y: Vector2::y(),
         z: Vector2::zeros(),
         radius: 1.25,
-        angle: Interval::new(0.0, TAU).unwrap(),
+        // Its lowest point is on a part that ends at no axis: of these the circle alone is exact.
+        angle: Interval::new(3.5, 3.5 + TAU).unwrap(),
         domain: unit,
     };
     let circle = Curve::Arc(Arc::new(circle).unwrap());
