@@ -309,7 +309,7 @@ pub struct SideAnswer {
 }
 
 /// What the largest component of a line's direction is at least. Points of models and origins have coordinates of [1e60](LARGEST_COORDINATE) at most, so a hit is at no more than
-/// `2e60 / 1e-240` along it: what f64 holds ends at 1.8e308.
+/// twice that over this along it, 2e300, which f64 holds.
 const LEAST_DIRECTION: f64 = 1e-240;
 
 pub(super) fn in_range(what: &'static str, values: &[f64]) -> Result<(), ProbeError> {

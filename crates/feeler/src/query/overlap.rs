@@ -4,7 +4,7 @@ use super::answer::{Options, OverlapAnswer, Probe, Undecided};
 use super::contact::FULL_FLOOR;
 use super::objective::Objective;
 use super::outcome::{Goal, Outcome, Width};
-use super::search::{least_squared, minimize};
+use super::search::{box_bound, minimize};
 use super::{Work, Workspace, inside};
 use crate::numeric::Dd;
 use crate::prepare::PreparedBrep;
@@ -18,7 +18,7 @@ const LEAST_SQUARED: f64 = 1e-140;
 ///
 /// It is the same sign that `contact` proves at full accuracy, found with less: the search stops at the first point that
 /// is proven to be nearer than the radius (or below the plane), and else puts aside whatever is proven not to be. What is touched
-/// is no overlap where exact numbers prove that (of planes, NURBS whose control points are not beyond, surfaces that are turned or pushed along the plane's normal), and else
+/// is no overlap where exact numbers prove that (of planes, NURBS whose control points are not beyond, surfaces turned about the plane's normal or swept by a straight curve), and else
 /// undecided. The side of a sphere's centre is asked only where no face comes that near. Of the options only the node budget counts.
 ///
 /// What it allocates: see [`Workspace`].
@@ -84,9 +84,13 @@ pub fn overlap(
     };
     let mut found = both(workspace);
     if is_near(&found).is_none() && !found.budget_spent {
-        // Of faces that it touches, exact numbers may tell that it does not enter them.
-        let faces = 0..brep.brep().faces().len();
-        let touched = faces.filter(|f| may_touch(brep, *f, probe) && keeps_out(brep, *f, probe));
+        // Of faces that it touches, exact numbers may tell that it does not enter them. (Of those whose boxes are apart from it the search knows.)
+        let is_near = |f: &usize| {
+            let own = brep.face_box(*f);
+            own.is_none_or(|b| box_bound(&objective, b) < least)
+        };
+        let faces = (0..brep.brep().faces().len()).filter(is_near);
+        let touched = faces.filter(|f| keeps_out(brep, *f, probe));
         workspace.memory.passed_over.extend(touched);
         if !workspace.memory.passed_over.is_empty() {
             found = both(workspace);
@@ -114,29 +118,6 @@ pub fn overlap(
         (Some(_), _) => answer(None, Some(Undecided::Degenerate)),
         (None, _) if budget_spent => answer(None, Some(Undecided::Budget)),
         (None, _) => answer(None, Some(Undecided::Degenerate)),
-    }
-}
-
-/// Whether a face's box comes as near as a ball or half-space, but for roundings. No proof rests on it.
-fn may_touch(brep: &PreparedBrep, face: usize, probe: &Probe) -> bool {
-    /// Far more than roundings, in parts of the coordinates.
-    const NEAR: f64 = 1.0 / (1u64 << 40) as f64;
-    let Some(b) = brep.face_box(face) else {
-        return true;
-    };
-    match probe {
-        Probe::Sphere(s) => {
-            let near = NEAR * brep.size().max(s.center.coords.amax()).max(s.radius);
-            least_squared(b, &s.center).sqrt() <= s.radius + near
-        }
-        Probe::HalfSpace(h) => {
-            let lowest = |c: usize| (h.normal[c] * b[c][0]).min(h.normal[c] * b[c][1]);
-            let size = b
-                .iter()
-                .flatten()
-                .fold(h.offset.abs(), |m, x| m.max(x.abs()));
-            (0..3).map(lowest).sum::<f64>() <= h.offset + NEAR * size
-        }
     }
 }
 

@@ -171,23 +171,12 @@ impl<'a> Search<'a> {
         }
     }
 
-    /// A lower bound of `f` on a box in space. Each side is a few roundings off.
+    /// A lower bound of `f` on a box in space, if boxes may tell.
     pub(super) fn box_bound(&self, b: &[[f64; 2]; 3]) -> Dd {
         if !self.brep.shortcuts().boxes {
             return self.nothing();
         }
-        match self.objective {
-            Objective::SquaredDistance(q) => Dd::from(least_squared(b, q)),
-            Objective::Height(n, h) => {
-                let (mut low, mut size) = (-h, h.abs());
-                for c in 0..3 {
-                    let x = if n[c] > 0.0 { b[c][0] } else { b[c][1] };
-                    low += n[c] * x;
-                    size += (n[c] * x).abs();
-                }
-                Dd::from(low - 16.0 * f64::EPSILON * size)
-            }
-        }
+        box_bound(self.objective, b)
     }
 
     pub(super) fn push<T>(
@@ -853,6 +842,22 @@ impl<'a> Search<'a> {
         match source {
             Source::Patch { .. } => Some(&geometry.patches[index].net),
             Source::Piece { .. } => geometry.piece(index).space.as_ref(),
+        }
+    }
+}
+
+/// A lower bound of `f` on a box in space. Each side is a few roundings off.
+pub(super) fn box_bound(objective: &Objective, b: &[[f64; 2]; 3]) -> Dd {
+    match objective {
+        Objective::SquaredDistance(q) => Dd::from(least_squared(b, q)),
+        Objective::Height(n, h) => {
+            let (mut low, mut size) = (-h, h.abs());
+            for c in 0..3 {
+                let x = if n[c] > 0.0 { b[c][0] } else { b[c][1] };
+                low += n[c] * x;
+                size += (n[c] * x).abs();
+            }
+            Dd::from(low - 16.0 * f64::EPSILON * size)
         }
     }
 }

@@ -63,89 +63,77 @@ fn offset(accuracy: f64, size: f64, random: &mut Random) -> f64 {
     off.min(random.between(0.2, 0.9) * RADIUS)
 }
 
+/// Holds what is told of balls that are off from the axis or the middle of a scene against how far points as low lie from the foot: `place` makes of such an offset
+/// the ball's middle and that.
+fn assert_told(
+    breps: &[PreparedBrep],
+    (accuracies, each): (&[f64], usize),
+    seed: u64,
+    place: impl Fn(f64, f64, &mut Random) -> (Point3<f64>, f64),
+) {
+    let mut random = Random::new(seed);
+    let mut told = [0; 2];
+    for brep in breps {
+        for accuracy in accuracies {
+            for _ in 0..each {
+                let off = offset(*accuracy, brep.size(), &mut random);
+                let (center, low) = place(off, *accuracy, &mut random);
+                let Some(expected) = is_far(low, brep.size()) else {
+                    continue;
+                };
+                let found = ask(brep, center, 0.25, *accuracy);
+                let what = format!("{accuracy:e} {off:e} {low:e} {center}");
+                assert_eq!(found.continuum, expected, "{what}");
+                told[usize::from(expected)] += 1;
+            }
+        }
+    }
+    assert!(told.iter().all(|n| *n > 20), "{told:?}");
+}
+
+/// A point off the z axis, at a height.
+fn around_axis(off: f64, height: f64, random: &mut Random) -> Point3<f64> {
+    let turn = random.between(0.1, 6.2);
+    Point3::new(off * turn.cos(), off * turn.sin(), height)
+}
+
+const ACCURACIES: [f64; 8] = [1e-12, 1e-10, 1e-8, 1e-7, 1e-6, 1e-5, 1e-4, 1e-2];
+
 /// About a ball in a spherical socket what is low is a cap around its foot.
 #[test]
 fn a_cap_of_a_socket_is_low() {
-    let mut random = Random::new(11);
-    let mut told = [0; 2];
-    for brep in each_way(&part_of_sphere([-FRAC_PI_2, FRAC_PI_2], 4.0 * FRAC_PI_2)) {
-        for accuracy in [1e-12, 1e-10, 1e-8, 1e-7, 1e-6, 1e-5, 1e-4, 1e-2] {
-            for _ in 0..12 {
-                let off = offset(accuracy, brep.size(), &mut random);
-                let center = Point3::origin() + random.direction() * off;
-                let low = low_on_circle(off, 0.0, accuracy);
-                let Some(expected) = is_far(low, brep.size()) else {
-                    continue;
-                };
-                let found = ask(&brep, center, 0.25, accuracy);
-                assert_eq!(
-                    found.continuum, expected,
-                    "{accuracy:e} {off:e} {low:e} {center}"
-                );
-                told[usize::from(expected)] += 1;
-            }
-        }
-    }
-    assert!(told.iter().all(|n| *n > 50), "{told:?}");
+    let sockets = each_way(&part_of_sphere([-FRAC_PI_2, FRAC_PI_2], 4.0 * FRAC_PI_2));
+    assert_told(&sockets, (&ACCURACIES, 12), 11, |off, accuracy, random| {
+        let center = Point3::origin() + random.direction() * off;
+        (center, low_on_circle(off, 0.0, accuracy))
+    });
 }
 
-/// About a ball in a tube what is low is longest around it.
+/// About a ball in a tube, nearer to the wall than to the lids, what is low is longest around it.
 #[test]
 fn a_strip_of_a_tube_is_low() {
-    let mut random = Random::new(14);
-    let mut told = [0; 2];
-    for brep in with_and_without_formulas(cylinder([0.0; 3], [RADIUS; 2], 8.0, 1.5)) {
-        for accuracy in [1e-12, 1e-10, 1e-8, 1e-7] {
-            for _ in 0..16 {
-                let off = offset(accuracy, brep.size(), &mut random);
-                let turn = random.between(0.1, 6.2);
-                // Nearer to the wall than to the lids.
-                let off = off.min(0.5 * RADIUS);
-                let center = Point3::new(off * turn.cos(), off * turn.sin(), 4.0 + off * 0.1);
-                let low = low_on_circle(off, 0.0, accuracy);
-                let Some(expected) = is_far(low, brep.size()) else {
-                    continue;
-                };
-                let found = ask(&brep, center, 0.25, accuracy);
-                assert_eq!(
-                    found.continuum, expected,
-                    "{accuracy:e} {off:e} {low:e} {center}"
-                );
-                told[usize::from(expected)] += 1;
-            }
-        }
-    }
-    assert!(told.iter().all(|n| *n > 5), "{told:?}");
+    let tubes = with_and_without_formulas(cylinder([0.0; 3], [RADIUS; 2], 8.0, 1.5));
+    assert_told(
+        &tubes,
+        (&ACCURACIES[..4], 64),
+        14,
+        |off, accuracy, random| {
+            let off = off.min(0.5 * RADIUS);
+            let center = around_axis(off, 4.0 + off * 0.1, random);
+            (center, low_on_circle(off, 0.0, accuracy))
+        },
+    );
 }
 
-/// Where the middle of a ball is above the rim of a bowl, what is low is a part of the rim, on which its foot is.
+/// Where the middle of a ball is so far above the rim of a bowl that the bowl rises from there much faster than the rim does, what is low is a part of the rim, on which its foot is.
 #[test]
 fn a_part_of_a_rim_is_low() {
-    let mut random = Random::new(12);
-    let mut told = [0; 2];
-    for brep in each_way(&part_of_sphere([-FRAC_PI_2, 0.0], 4.0 * FRAC_PI_2)) {
-        for accuracy in [1e-12, 1e-10, 1e-8, 1e-7, 1e-6, 1e-5, 1e-4, 1e-2] {
-            for _ in 0..12 {
-                let off = offset(accuracy, brep.size(), &mut random);
-                // So far up that the bowl rises from its rim much faster than the rim does.
-                let up = random.between(0.5, 0.9) * RADIUS;
-                let turn = random.between(0.1, 6.2);
-                let center = Point3::new(off * turn.cos(), off * turn.sin(), up);
-                let low = low_on_circle(off, up, accuracy);
-                // At 1e-4 and more, some of the bowl is as low.
-                let Some(expected) = is_far(low, brep.size()) else {
-                    continue;
-                };
-                let found = ask(&brep, center, 0.25, accuracy);
-                assert_eq!(
-                    found.continuum, expected,
-                    "{accuracy:e} {off:e} {low:e} {center}"
-                );
-                told[usize::from(expected)] += 1;
-            }
-        }
-    }
-    assert!(told.iter().all(|n| *n > 50), "{told:?}");
+    let bowls = each_way(&part_of_sphere([-FRAC_PI_2, 0.0], 4.0 * FRAC_PI_2));
+    assert_told(&bowls, (&ACCURACIES, 12), 12, |off, accuracy, random| {
+        let up = random.between(0.5, 0.9) * RADIUS;
+        let center = around_axis(off, up, random);
+        (center, low_on_circle(off, up, accuracy))
+    });
 }
 
 /// A ball whose middle is next to a sheet, on either side of it: the normal does not point away from there, however coarse the accuracy.

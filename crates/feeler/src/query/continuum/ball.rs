@@ -11,7 +11,7 @@ use nalgebra::{Point3, Vector3};
 
 /// What could be as low so many times farther than it is does not lead far.
 pub(super) const STEEP: f64 = 8.0;
-/// What is low by so small a part of the reach is little.
+/// Little is low where that is so small a part of the reach: at accuracies up to 2^-40 of the size, 16 times what counts in full.
 const FINE: f64 = 1.0 / (1u64 << 28) as f64;
 /// Where derivatives at the foot say of the reach that it is so many times higher than what is low, it is higher: over 2^-12 of the size, those of higher order
 /// change less of it.
@@ -36,23 +36,21 @@ impl Low<'_> {
             return false;
         };
         let is_fine = self.slack <= FINE * self.reach;
+        let is_settled = is_fine && !found.left_open;
         let growth = self.limit - found.hi.hi;
-        let told = match (foot.spot, foot.trim) {
-            (Locus::Closed { .. }, None) => Some(false),
-            (Locus::Closed { .. }, Some(_)) => is_fine.then_some(false),
-            (Locus::Patch { .. }, None) if self.is_steep(found, foot) => Some(false),
-            (Locus::Patch { .. }, None) if is_fine && !found.left_open => None,
-            (Locus::Patch { .. }, Some(_)) if is_fine && !found.left_open => Some(false),
-            (Locus::Patch { .. }, _) => match foot.found {
-                _ if foot.trim.is_none() => {
-                    let told = self.told_at_end(foot, growth, center);
-                    told.or_else(|| self.told_within_face(foot, growth))
-                }
-                Some((Source::Piece { face, index }, [at, _])) => {
-                    self.told_on_trim(found, foot, (face, index, at), center)
-                }
-                _ => None,
-            },
+        let told = match (foot.spot, foot.trim, foot.found) {
+            (Locus::Closed { .. }, None, _) => Some(false),
+            (Locus::Closed { .. }, Some(_), _) => is_fine.then_some(false),
+            (Locus::Patch { .. }, None, _) if self.is_steep(found, foot) => Some(false),
+            (Locus::Patch { .. }, None, _) if is_settled => None,
+            (Locus::Patch { .. }, None, _) => self
+                .told_at_end(foot, growth, center)
+                .or_else(|| self.told_within_face(foot, growth)),
+            (Locus::Patch { .. }, Some(_), _) if is_settled => Some(false),
+            (Locus::Patch { .. }, Some(_), Some((Source::Piece { face, index }, [at, _]))) => {
+                self.told_on_trim(found, foot, (face, index, at), center)
+            }
+            (Locus::Patch { .. }, Some(_), _) => None,
         };
         told.unwrap_or_else(|| self.leads_far(found))
     }
