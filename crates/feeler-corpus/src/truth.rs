@@ -19,6 +19,15 @@ pub struct TruthEnclosure {
     pub hi: Dyadic,
 }
 
+impl TruthEnclosure {
+    /// Both ends with a number added: the sums are exact, and rounded once. Of a large ball's separation f64 has no digit left of how far its centre is.
+    pub fn raised(&self, by: f64) -> [f64; 2] {
+        let sum =
+            |end: &Dyadic| Dyadic::from_f64(by).map_or(f64::NAN, |by| (end + &by).approximate());
+        [sum(&self.lo), sum(&self.hi)]
+    }
+}
+
 /// The first line of a truth file.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]

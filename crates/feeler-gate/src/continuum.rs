@@ -49,8 +49,8 @@ pub(crate) fn misjudged(
     };
     let [lo, hi] = [&separation.lo, &separation.hi].map(|x| x.approximate());
     let least = match probe {
-        Probe::Sphere(s) => (lo + s.radius).abs(),
-        Probe::HalfSpace(h) => lo + h.offset,
+        Probe::Sphere(s) => separation.raised(s.radius)[0].abs(),
+        Probe::HalfSpace(h) => separation.raised(h.offset)[0],
     };
     let around = Around {
         brep: prepared,
@@ -117,7 +117,7 @@ impl Around<'_> {
     /// By how much heights may be off: a few roundings of what they are made of.
     fn rounded(&self, size: f64) -> f64 {
         let more = match self.probe {
-            Probe::Sphere(s) => s.center.coords.amax().max(s.radius),
+            Probe::Sphere(s) => s.center.coords.amax(),
             Probe::HalfSpace(h) => h.offset.abs(),
         };
         16.0 * f64::EPSILON * self.foot.coords.amax().max(size).max(more).max(self.least)

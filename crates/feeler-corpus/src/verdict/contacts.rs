@@ -53,8 +53,8 @@ pub(super) fn normal_verdict(
             let middle = Point3::from(at.map(|[lo, hi]| 0.5 * lo + 0.5 * hi));
             let away = s.center - middle;
             // Out of material.
-            let signed =
-                0.5 * (separation.lo.approximate() + separation.hi.approximate()) + s.radius;
+            let [lo, hi] = separation.raised(s.radius);
+            let signed = 0.5 * (lo + hi);
             let width = Vector3::from(at.map(|[lo, hi]| hi - lo)).norm();
             let largest = s.center.coords.amax().max(middle.coords.amax());
             let off = (0.8 * width + 4.0 * f64::EPSILON * largest) / away.norm();
@@ -96,23 +96,31 @@ pub(super) fn standing_verdict(
     };
     let normal = Vector3::from(claim.normal);
     let [foot, on_probe] = [claim.on_brep, claim.on_probe].map(Point3::from);
+    // How high the lowest point is: over the centre of a ball, below it in material, or along a half-space's normal.
+    let (height, raised, largest, radius) = match probe {
+        Probe::Sphere(s) => {
+            let height = (foot - s.center).norm();
+            (
+                height,
+                separation.raised(s.radius),
+                s.center.coords.amax(),
+                s.radius,
+            )
+        }
+        Probe::HalfSpace(h) => {
+            let height = h.normal.dot(&foot.coords);
+            (height, separation.raised(h.offset), h.offset.abs(), 0.0)
+        }
+    };
     let [lo, hi] = [&separation.lo, &separation.hi].map(|x| x.approximate());
-    let middle = 0.5 * (lo + hi);
-    let (height, least, largest) = match probe {
-        Probe::Sphere(s) => (
-            (foot - s.center).norm(),
-            (middle + s.radius).abs(),
-            s.center.coords.amax().max(s.radius),
-        ),
-        Probe::HalfSpace(h) => (
-            h.normal.dot(&foot.coords),
-            middle + h.offset,
-            h.offset.abs(),
-        ),
+    let middle = 0.5 * (raised[0] + raised[1]);
+    let least = match probe {
+        Probe::Sphere(_) => middle.abs(),
+        Probe::HalfSpace(_) => middle,
     };
     // A few roundings of coordinates, of the truth, and of what is made of them here.
     let largest = largest.max(foot.coords.amax()).max(asked.size);
-    let rounded = 32.0 * f64::EPSILON * largest + (hi - lo);
+    let rounded = 32.0 * f64::EPSILON * largest + (raised[1] - raised[0]);
     let wrong = |reason: String| Judgement::wrong(Fault::Value, reason);
     // Each is negated, so that what is no number is wrong.
     let length = normal.norm();
@@ -143,7 +151,7 @@ pub(super) fn standing_verdict(
             foot - h.normal * (height - h.offset),
         ),
         Probe::Sphere(s) => {
-            let direction = (s.center - foot) * ((middle + s.radius).signum() / height);
+            let direction = (s.center - foot) * (middle.signum() / height);
             // Both may be off by what they claim to be.
             let own = claim.normal_bound.unwrap_or(0.0);
             let off = claim.position_bound.unwrap_or(0.0) + rounded;
@@ -170,7 +178,7 @@ pub(super) fn standing_verdict(
         return wrong(format!("the normal is off its foot's by {chord:e}"));
     }
     let off = (on_probe - there).norm();
-    if !(off <= rounded) {
+    if !(off <= rounded + 32.0 * f64::EPSILON * radius) {
         return wrong(format!("the point on the probe is off by {off:e}"));
     }
     Judgement::right()

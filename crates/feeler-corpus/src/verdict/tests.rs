@@ -696,6 +696,51 @@ fn feet_and_normals() {
     }
 }
 
+/// So large a ball that its separation has no digit left of where its centre is: above a face or below it by less than a rounding of the radius.
+#[test]
+fn the_normal_of_a_large_ball() {
+    const RADIUS: f64 = (1u64 << 60) as f64;
+    for z in [1e-3, -1e-3] {
+        let ball = feeler::query::Sphere::new([1.0, 0.0, z].into(), RADIUS).unwrap();
+        let asked = Asked {
+            contacts: true,
+            probe: Some(Probe::Sphere(ball)),
+            ..ASKED
+        };
+        let exact = &Dyadic::from_f64(z).unwrap() - &Dyadic::from_f64(RADIUS).unwrap();
+        let t = Truth::Contact {
+            separation: TruthEnclosure {
+                lo: exact.clone(),
+                hi: exact,
+            },
+            foot: Some([[1.0, 1.0], [0.0; 2], [0.0; 2]]),
+            contacts: None,
+        };
+        let judged = |up: f64| {
+            let separation = Claim {
+                value: -RADIUS,
+                lo: Some((-RADIUS).next_down()),
+                hi: Some((-RADIUS).next_up()),
+            };
+            let contact = ContactLine {
+                on_probe: [1.0, 0.0, z - up * RADIUS],
+                normal: [0.0, 0.0, up],
+                normal_bound: Some(1e-12),
+                separation,
+                ..contact(1.0, -RADIUS, Some(1e-12))
+            };
+            judge(&asked, &with_contacts(vec![contact], None), &t)
+        };
+        assert_eq!(
+            judged(1.0).verdict,
+            Verdict::Right,
+            "{z}: {:?}",
+            judged(1.0)
+        );
+        assert_eq!(judged(-1.0).verdict, Verdict::Wrong, "{z}");
+    }
+}
+
 /// A centre that is 2^-20 above a face, and by a coarse claim on it or within twice that: then the face's normal counts, which a foot that is beside it does not tell, but
 /// for its side.
 #[test]

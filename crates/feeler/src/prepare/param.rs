@@ -151,13 +151,20 @@ impl ParamMap {
         self.border(false) + local * self.length()
     }
 
-    /// The native parameter of a local one, rounded, never outside `[start, end]`.
-    pub fn to_native(&self, local: f64) -> f64 {
-        let t = (1.0 - local) * self.start + local * self.end;
+    /// The native parameter of a local one, up to some roundings, never outside `[start, end]`. Next to an end its distance from that has all its digits, which are
+    /// those of the parameter itself if the end is 0.
+    pub fn to_native(&self, local: Dd) -> f64 {
+        let length = self.end - self.start;
+        let t = if local.hi < 0.5 {
+            self.start + local.hi * length
+        } else {
+            // The first difference is exact.
+            self.end - ((1.0 - local.hi) - local.lo) * length
+        };
         self.nearest(t)
     }
 
-    /// The same of a local parameter with more digits, rounded once as a rule: of a native parameter that is a number of f64 that number.
+    /// The same, rounded once as a rule: of a native parameter that is a number of f64 that number.
     pub fn nearest_native(&self, local: Dd) -> f64 {
         let native: Dd = match &self.segment {
             None => Dd::from(self.start) + local * Dd::difference(self.end, self.start),
@@ -291,6 +298,22 @@ mod tests {
         }
     }
 
+    /// Next to an end that is 0, from either side.
+    #[test]
+    fn a_native_parameter_next_to_zero_has_all_its_digits() {
+        for k in 0..200 {
+            let off = 0.73 * 0.7f64.powi(k);
+            let part = Dd::from(off) / Dd::from(3.0);
+            let ends = [ParamMap::new(-3.0, 0.0), ParamMap::new(0.0, 3.0)];
+            let found = [ends[0].to_native(Dd::ONE - part), -ends[1].to_native(part)];
+            for native in found {
+                // Of a few roundings; and what is left of double-double's digits of 1.
+                let slack = 4.0 * f64::EPSILON * off + 8.0 * Dd::UNIT;
+                assert!((native + off).abs() <= slack, "{off:e}: {native:e}");
+            }
+        }
+    }
+
     fn q(x: f64) -> RBig {
         RBig::try_from(x).unwrap()
     }
@@ -380,7 +403,8 @@ mod tests {
                 holds(map.to_native_ball(Ball::<Dd>::exact(local)), &truth, size),
                 "{what}"
             );
-            let near = [map.to_native(local), map.nearest_native(Dd::from(local))];
+            let local = Dd::from(local);
+            let near = [map.to_native(local), map.nearest_native(local)];
             let on = |t: &f64| map.start <= *t && *t <= map.end;
             assert!(map.start > map.end || near.iter().all(on), "{what}");
         }

@@ -11,7 +11,7 @@ use super::place::{ON_VERTEX, rough_jet};
 use super::search::minimize;
 use super::task::Memory;
 use super::upper::patch_at;
-use crate::numeric::Ball;
+use crate::numeric::{Ball, Dd};
 use crate::prepare::closed::Extent;
 use crate::prepare::{Net, ParamMap, Patch, PreparedBrep, curve_jet};
 use crate::trim::{BoxSide, Side};
@@ -369,7 +369,7 @@ impl Low<'_> {
     }
 
     fn is_in_region(&self, face: usize, maps: &[ParamMap; 2], at: [f64; 2]) -> bool {
-        let uv = [0, 1].map(|k| maps[k].to_native(at[k]));
+        let uv = [0, 1].map(|k| maps[k].to_native(Dd::from(at[k])));
         let side = self.brep.region(face).side(Point2::new(uv[0], uv[1])).side;
         matches!(side, Some(Side::Inside | Side::Boundary))
     }

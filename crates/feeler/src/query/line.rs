@@ -39,7 +39,8 @@ fn place_of(h: &RawHit) -> Unsettled {
 fn place_of_open(brep: &PreparedBrep, stab: &Stabber, face: usize, found: &FaceHits) -> Unsettled {
     let near = found.open.first().map(|(patch, u, v)| {
         let maps = &brep.double(face).patches[*patch].maps;
-        let [u, v] = [(0, u), (1, v)].map(|(k, r)| maps[k].to_native(0.5 * r[0] + 0.5 * r[1]));
+        let [u, v] =
+            [(0, u), (1, v)].map(|(k, r)| maps[k].to_native(Dd::from(0.5 * r[0] + 0.5 * r[1])));
         let point = brep.brep().surface(face).point(u, v);
         let d = stab.direction;
         (point - stab.origin).dot(&d) / d.norm_squared()
@@ -276,7 +277,7 @@ fn dress(brep: &PreparedBrep, stab: &Stabber, h: &RawHit) -> Option<Hit> {
             ..
         } => {
             let maps = &brep.double(h.face).patches[*patch].maps;
-            let uv = [0, 1].map(|k| maps[k].to_native(local[k].hi));
+            let uv = [0, 1].map(|k| maps[k].to_native(local[k]));
             let normal = patch_normal(brep, h.face, *patch, *local);
             (Vector3::from(*point), normal, uv)
         }

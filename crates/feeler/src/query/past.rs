@@ -552,7 +552,7 @@ impl Search<'_> {
         if !(time < self.hi && time <= line.until) {
             return;
         }
-        let uv = [0, 1].map(|k| maps[k].to_native(local[k]));
+        let uv = [0, 1].map(|k| maps[k].to_native(Dd::from(local[k])));
         let uv = Point2::new(uv[0], uv[1]);
         let side = self.brep.region(face).side(uv).side;
         if !matches!(side, Some(Side::Inside | Side::Boundary)) {

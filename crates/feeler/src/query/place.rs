@@ -44,7 +44,7 @@ pub(super) fn place_of(brep: &PreparedBrep, s: &Settled) -> Option<(Place, usize
     let (face, trim, patch, local, uv) = match s.source? {
         Source::Patch { face, index } => {
             let maps = &brep.double(face).patches[index].maps;
-            let uv = Point2::new(maps[0].to_native(s.at[0]), maps[1].to_native(s.at[1]));
+            let uv = Point2::from([0, 1].map(|k| maps[k].to_native(Dd::from(s.at[k]))));
             (face, None, index, s.at.map(Ball::exact), uv)
         }
         Source::Piece { face, index } => {
@@ -279,15 +279,19 @@ pub(super) fn trim_at(brep: &PreparedBrep, place: &Place) -> Option<usize> {
         let loops = parts.faces[place.face].loops.as_ref()?;
         near.extend(loops.iter().flat_map(|l| &parts.loops[*l].trims));
     }
-    let [u, v] = region.domain();
+    // In parts of the domain: what is rounding along its longer side may be much of the shorter one.
+    let domain = region.domain();
+    let in_parts = |p: Point2<f64>| Point2::from([0, 1].map(|k| p[k] / domain[k].length()));
+    let foot = in_parts(place.uv);
     let distance = |t: usize| {
         let trim = &parts.trims[t];
         let curve = &parts.curves2[trim.curve];
         let within = |s: f64| {
             let p = curve.point(trim.span.lerp(s));
-            Point2::new(p.x.clamp(u.start, u.end), p.y.clamp(v.start, v.end))
+            let p = [0, 1].map(|k| p[k].clamp(domain[k].start, domain[k].end));
+            in_parts(p.into())
         };
-        nearest_along(brep, t, within, &place.uv).0
+        nearest_along(brep, t, within, &foot).0
     };
     let all = near.iter().map(|t| (distance(*t), *t));
     all.min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, t)| t)

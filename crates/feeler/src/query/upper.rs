@@ -320,7 +320,7 @@ impl Search<'_> {
         Foot {
             face,
             trim: None,
-            uv: Point2::new(maps[0].to_native(at[0]), maps[1].to_native(at[1])),
+            uv: Point2::from([0, 1].map(|k| maps[k].to_native(local[k].mid))),
             spot: Locus::Patch {
                 patch,
                 local,

@@ -3,6 +3,7 @@
 
 mod lists;
 mod near;
+mod stretched;
 
 use feeler::brep::{Brep, BrepBuilder};
 use feeler::numeric::Enclosure;
