@@ -5,8 +5,9 @@ use super::{Engine, FeelerWay, value_alone};
 use feeler::numeric::Enclosure;
 use feeler::prepare::PreparedBrep;
 use feeler::query::{
-    self, Accuracy, ArrivalAnswer, ContactAnswer, Contacts, Feature, Hit, LineAnswer, LineProbe,
-    Motion, Options, OverlapAnswer, Probe, Separation, SideAnswer, Undecided, Unsettled, Workspace,
+    self, Accuracy, ArrivalAnswer, Contact, ContactAnswer, Contacts, Feature, Hit, LineAnswer,
+    LineProbe, Motion, Options, OverlapAnswer, Probe, Separation, SideAnswer, Undecided, Unsettled,
+    Workspace,
 };
 use feeler::trim::Side;
 use feeler_corpus::{Answer, Ask, Body, Claim, HitLine, Hits, Model, Query, TrimLine, why_at};
@@ -116,7 +117,10 @@ impl FeelerEngine {
         {
             return only;
         }
-        union(answers, options, self.size())
+        union(answers, options, self.size(), |c| match probe {
+            Probe::Sphere(s) => (c.on_brep - s.center).norm(),
+            Probe::HalfSpace(_) => c.separation.value,
+        })
     }
 
     /// What is known of the native BREP from the one turned into NURBS.
@@ -208,7 +212,7 @@ impl FeelerEngine {
             part.name_in_model(&mut found);
             answers.push(found);
         }
-        let all = union(answers, options, self.size());
+        let all = union(answers, options, self.size(), |c| c.separation.value);
         (first.contacts, first.continuum) = (all.contacts, all.continuum);
         first
     }
@@ -311,8 +315,14 @@ impl Part {
     }
 }
 
-/// The answer for the union of several BREPs: the separation is the minimum.
-fn union(answers: Vec<ContactAnswer>, options: &Options, size: f64) -> ContactAnswer {
+/// The answer for the union of several BREPs: the separation is the minimum. The first contact is the deepest, of that BREP; then come the others in the order
+/// of what `away` says, as they do of one BREP: in material what is farther off has less of a separation.
+fn union(
+    answers: Vec<ContactAnswer>,
+    options: &Options,
+    size: f64,
+    away: impl Fn(&Contact) -> f64,
+) -> ContactAnswer {
     /// The floor of full accuracy, as a fraction of the size.
     const FLOOR: f64 = 1.0 / (1u128 << 96) as f64;
     let none = Enclosure::exact(f64::INFINITY);
@@ -337,6 +347,10 @@ fn union(answers: Vec<ContactAnswer>, options: &Options, size: f64) -> ContactAn
         Accuracy::Length(a) => a,
     };
     let too_wide = bounds.hi - bounds.lo > widest;
+    let first = answers.iter().filter_map(|a| a.contacts.first());
+    let deepest = first
+        .min_by(|a, b| a.separation.value.total_cmp(&b.separation.value))
+        .cloned();
     for a in answers {
         // Only those that may be the nearest have a say.
         if a.separation.bounds.lo <= bounds.hi {
@@ -347,8 +361,12 @@ fn union(answers: Vec<ContactAnswer>, options: &Options, size: f64) -> ContactAn
         }
         all.contacts.extend(a.contacts);
     }
-    all.contacts
-        .sort_by(|a, b| a.separation.value.total_cmp(&b.separation.value));
+    all.contacts.sort_by(|a, b| away(a).total_cmp(&away(b)));
+    if let Some(deepest) = deepest
+        && let Some(at) = all.contacts.iter().position(|c| *c == deepest)
+    {
+        all.contacts[..=at].rotate_right(1);
+    }
     if options.contacts == Contacts::Deepest {
         all.contacts.truncate(1);
     }
@@ -542,6 +560,52 @@ mod tests {
         assert_eq!(deepest.time, all.time);
         let faces: Vec<usize> = deepest.contacts.iter().map(|c| c.face).collect();
         assert_eq!(faces, [1]);
+    }
+
+    /// A ball in a cube whose faces are at -1 and 1, with a plate above it: the nearest face is the deepest contact, and then what is nearer comes first, the
+    /// plate among the faces, though what is farther off in material is deeper.
+    #[test]
+    fn a_ball_in_material_lists_what_is_nearest_first() {
+        let mut b = BrepBuilder::new();
+        let corner = |k: usize| [0, 1, 2].map(|c| if k >> c & 1 == 0 { -1.0 } else { 1.0 });
+        let v: Vec<usize> = (0..8).map(|k| b.vertex(corner(k))).collect();
+        for face in [
+            [0, 2, 3, 1],
+            [4, 5, 7, 6],
+            [0, 1, 5, 4],
+            [2, 6, 7, 3],
+            [0, 4, 6, 2],
+            [1, 3, 7, 5],
+        ] {
+            b.planar_face(&face.map(|k| v[k])).unwrap();
+        }
+        let cube = b.build().unwrap();
+        assert!(cube.is_closed());
+        let center = Point3::new(0.5, 0.25, 0.125);
+        // To x = 1, y = 1, z = 1, z = -1, y = -1, the plate at z = 1.4375, and x = -1.
+        let away = [0.5, 0.75, 0.875, 1.125, 1.25, 1.3125, 1.5];
+        let ball = Probe::Sphere(Sphere::new(center, 2.0).unwrap());
+        let options = Options {
+            contacts: Contacts::All,
+            ..Options::default()
+        };
+        for first in [0, 1] {
+            let mut breps = vec![cube.clone(), plate(0.0, 1.4375)];
+            breps.rotate_left(first);
+            let model = Model {
+                path: PathBuf::from("cube and plate"),
+                breps,
+            };
+            let mut engine = FeelerEngine::new(Options::default());
+            engine.open(&model).unwrap();
+            let found = engine.contact(&ball, &options);
+            assert_eq!(found.separation.value, -2.5);
+            let off: Vec<f64> = { found.contacts.iter() }
+                .map(|c| (c.on_brep - center).norm())
+                .collect();
+            assert_eq!(off, away, "{first}: {:?}", found.contacts);
+            assert_eq!(found.contacts[0].separation.value, -2.5);
+        }
     }
 
     /// A line down through three plates: the first hit is the one of least t, of whichever BREP.
