@@ -260,6 +260,22 @@ impl Brep {
         Ok(Self { parts })
     }
 
+    /// The same BREP where the first weight of each NURBS surface and uv curve is between 1 and 2, if that takes no more than powers of two: then nothing moves, and what is
+    /// made of weights of ordinary sizes neither overflows nor underflows. O(size).
+    pub(crate) fn with_scaled_weights(mut self) -> Self {
+        for surface in &mut self.parts.surfaces {
+            if let Some(scaled) = surface.with_scaled_weights() {
+                *surface = scaled;
+            }
+        }
+        for curve in &mut self.parts.curves2 {
+            if let Some(scaled) = curve.with_scaled_weights() {
+                *curve = scaled;
+            }
+        }
+        self
+    }
+
     /// The parts.
     pub fn parts(&self) -> &BrepParts {
         &self.parts
@@ -324,7 +340,8 @@ fn span(owner: &'static str, index: usize, s: Interval, domain: Interval) -> Res
 
 /// No coordinate of a BREP or a probe may be larger, and no weight larger or below its inverse: then
 /// no product of the search overflows (the largest are squares of weighted coordinates, 1e240; fourth powers in recognition may, which sees it),
-/// and none of a size that matters underflows.
+/// and what underflows is counted. (The image of a trim has weights that are products of those of surface and trim, as many as their degrees: next to 1 they do no harm, which
+/// is where [`Brep::with_scaled_weights`] has the first of each.)
 pub const LARGEST_COORDINATE: f64 = 1e60;
 
 /// Whether homogeneous points, and what they stand for, are in range.

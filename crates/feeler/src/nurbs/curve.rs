@@ -257,6 +257,29 @@ impl<const D: usize, const H: usize> PolyCurve<D, H> {
 }
 
 impl<const D: usize, const H: usize> Curve<D, H> {
+    /// The same curve where the first weight of each NURBS in it is between 1 and 2: homogeneous points are multiplied by powers of two, which loses no digit.
+    /// `None` where it is so, or may not be made so.
+    pub(crate) fn with_scaled_weights(&self) -> Option<Self> {
+        match self {
+            Self::Nurbs(c) => c.with_scaled_weights().map(Self::Nurbs),
+            // Segments are never poly-curves themselves: this goes one level deep.
+            Self::Poly(c) => {
+                let scaled: Vec<_> = { c.segments.iter() }
+                    .map(Self::with_scaled_weights)
+                    .collect();
+                scaled.iter().any(Option::is_some).then(|| {
+                    let pairs = c.segments.iter().zip(scaled);
+                    let segments = pairs.map(|(own, new)| new.unwrap_or_else(|| own.clone()));
+                    Self::Poly(PolyCurve {
+                        segments: segments.collect(),
+                        params: c.params.clone(),
+                    })
+                })
+            }
+            Self::Line(_) | Self::Arc(_) | Self::Polyline(_) => None,
+        }
+    }
+
     /// The parameter domain.
     pub fn domain(&self) -> Interval {
         match self {

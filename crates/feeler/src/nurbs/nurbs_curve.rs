@@ -79,6 +79,31 @@ impl<const H: usize> NurbsCurve<H> {
     pub fn is_rational(&self) -> bool {
         is_rational(&self.control_points)
     }
+
+    /// The same curve, of other weights: see [`scaled`].
+    pub(super) fn with_scaled_weights(&self) -> Option<Self> {
+        let control_points = scaled(&self.control_points)?;
+        let knots = self.knots.clone();
+        Some(Self {
+            knots,
+            control_points,
+        })
+    }
+}
+
+/// Homogeneous points times the power of two that brings the first weight to between 1 and 2: what they stand for is the same, exactly. `None` where it is
+/// there, or a number would lose a digit. (The first, and not the largest: ends of trims are as often exactly on a border as their weights are 1.)
+pub(super) fn scaled<const H: usize>(net: &[SVector<f64, H>]) -> Option<Arc<[SVector<f64, H>]>> {
+    let first = net.first()?[H - 1];
+    // Exponents of 1 to 2 less twice what they are: those of a normal number whose inverse is one.
+    const ONE: u64 = 1.0f64.to_bits() >> 52;
+    let by = f64::from_bits((2 * ONE).checked_sub(first.to_bits() >> 52)? << 52);
+    if by == 1.0 || !by.is_normal() {
+        return None;
+    }
+    let is_kept = |x: &f64| *x == 0.0 || (x * by).is_normal();
+    let all_are = net.iter().all(|p| p.iter().all(is_kept));
+    all_are.then(|| net.iter().map(|p| p * by).collect())
 }
 
 pub(super) fn is_rational<const H: usize>(net: &[SVector<f64, H>]) -> bool {

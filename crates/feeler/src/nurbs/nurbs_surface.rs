@@ -1,6 +1,6 @@
 //! NURBS surfaces.
 
-use super::nurbs_curve::{check_control_points, is_rational};
+use super::nurbs_curve::{check_control_points, is_rational, scaled};
 use super::{GeometryError, KnotVector};
 use crate::numeric::Interval;
 use nalgebra::Vector4;
@@ -71,6 +71,17 @@ impl NurbsSurface {
     /// Whether the weights differ.
     pub fn is_rational(&self) -> bool {
         is_rational(&self.control_net)
+    }
+
+    /// The same surface, of other weights: see [`scaled`].
+    pub(super) fn with_scaled_weights(&self) -> Option<Self> {
+        let control_net = scaled(&self.control_net)?;
+        let (knots_u, knots_v) = (self.knots_u.clone(), self.knots_v.clone());
+        Some(Self {
+            knots_u,
+            knots_v,
+            control_net,
+        })
     }
 }
 

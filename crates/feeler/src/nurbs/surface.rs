@@ -110,6 +110,31 @@ impl Revolution {
 }
 
 impl Surface {
+    /// The same surface where the first weight of each NURBS in it is between 1 and 2, as of [curves](Curve3::with_scaled_weights).
+    pub(crate) fn with_scaled_weights(&self) -> Option<Self> {
+        match self {
+            Self::Nurbs(s) => s.with_scaled_weights().map(Self::Nurbs),
+            Self::Revolution(s) => {
+                let profile = s.profile.with_scaled_weights()?;
+                Some(Self::Revolution(Revolution {
+                    profile,
+                    ..s.clone()
+                }))
+            }
+            Self::Sum(s) => {
+                let [first, second] = [&s.first, &s.second].map(Curve3::with_scaled_weights);
+                (first.is_some() || second.is_some()).then(|| {
+                    Self::Sum(Sum {
+                        base: s.base,
+                        first: first.unwrap_or_else(|| s.first.clone()),
+                        second: second.unwrap_or_else(|| s.second.clone()),
+                    })
+                })
+            }
+            Self::Plane(_) => None,
+        }
+    }
+
     /// The parameter domain, u and v.
     pub fn domain(&self) -> [Interval; 2] {
         match self {

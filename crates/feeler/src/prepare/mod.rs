@@ -177,6 +177,7 @@ impl PreparedBrep {
 
     /// The same without some of the shortcuts, to measure what each saves.
     pub fn with_shortcuts(brep: Brep, shortcuts: Shortcuts) -> Self {
+        let brep = brep.with_scaled_weights();
         let faces: Vec<_> = (0..brep.faces().len())
             .map(|_| PreparedFace {
                 region: OnceLock::new(),
@@ -234,7 +235,7 @@ impl PreparedBrep {
         self.shortcuts
     }
 
-    /// The BREP as it was given.
+    /// The BREP as it was given, but that the homogeneous points of a NURBS surface or uv curve whose first weight is not between 1 and 2 are multiplied by a power of two.
     pub fn brep(&self) -> &Brep {
         &self.brep
     }

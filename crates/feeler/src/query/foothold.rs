@@ -112,7 +112,7 @@ impl Foothold {
         if !(lambda > 0.0 && shape.c_range[0] > 0.0) {
             return f64::NEG_INFINITY;
         }
-        let mut free = 0.0;
+        let mut drop = 0.0;
         for (k, range) in [cell.u, cell.v].into_iter().enumerate() {
             let width = range[1] - range[0];
             if width == 0.0 {
@@ -130,10 +130,10 @@ impl Foothold {
                 || self.at[k] == range[1] && -slope > slope_off;
             if !pinned {
                 let g = 2.0 * self.weight * (slope.abs() + slope_off) * width * UP;
-                free += g * g;
+                // Divided first: of small weights the squares underflow.
+                drop += g * (g / (2.0 * lambda)) / shape.c_range[0] * UP;
             }
         }
-        let drop = free / (2.0 * lambda * shape.c_range[0]) * UP;
         value - (value_off + drop + f64::EPSILON * value) * UP
     }
 }

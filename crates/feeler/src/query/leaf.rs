@@ -430,9 +430,8 @@ impl Search<'_> {
         } else {
             (s.n - exact_tau * s.c).magnitude()
         };
-        let mut free = 0.0;
+        let (mut free, mut all_high) = ([0.0; 2], [0.0; 2]);
         let mut all_low = 0.0;
-        let mut all_high = 0.0;
         let (mut pinned, mut cut) = (false, false);
         for k in 0..2 {
             if widths[k] == 0.0 {
@@ -443,7 +442,7 @@ impl Search<'_> {
             let off = (g.mid.lo.abs() + g.rad) * UP;
             let [low, high] = [g.mid.hi - off, g.mid.hi + off];
             let size = greater(low.abs(), high.abs()) * widths[k] * UP;
-            all_high += size * size;
+            all_high[k] = size;
             let is_pinned = (p[k] == Dd::from(ranges[k][0]) && low > 0.0)
                 || (p[k] == Dd::from(ranges[k][1]) && high < 0.0);
             if is_pinned {
@@ -452,16 +451,17 @@ impl Search<'_> {
                 let least = low.abs().min(high.abs()) * widths[k] * DOWN;
                 all_low += least * least;
             } else {
-                free += size * size;
+                free[k] = size;
             }
         }
-        let free = free.sqrt() * UP;
-        let drop = (free * free / (2.0 * lambda) + off) * UP;
+        let free = length(free) * UP;
+        // Not the square first, which may underflow.
+        let drop = (free * (free / (2.0 * lambda)) + off) * UP;
         // G(p) is zero up to rounding: taken as a loss.
         let lo = tau - Dd::from(drop / shape.c_range[0] * UP);
         let lo = Dd::new(lo.hi, lo.lo) - Dd::from(8.0 * Dd::UNIT * tau.magnitude());
         let curvature = shape.curvature * UP + tau_curvature(shape, cell, tau_error);
-        let all_high = all_high.sqrt() * UP;
+        let all_high = length(all_high) * UP;
         let growth =
             |rho: f64| (off + all_high * rho + 0.5 * curvature * rho * rho) / shape.c_range[0] * UP;
         // The whole node to start with.
@@ -505,6 +505,23 @@ impl Search<'_> {
             },
             reach: (2.0 * shape.c_range[1] / lambda).sqrt(),
         })
+    }
+}
+
+/// The length of a vector of these two sizes, up to a few roundings, however small they are.
+fn length([a, b]: [f64; 2]) -> f64 {
+    /// Above this no digit that counts of a square is lost.
+    const PLAIN: f64 = 1e-280;
+    let square = a * a + b * b;
+    if square > PLAIN {
+        return square.sqrt();
+    }
+    let most = greater(a, b);
+    if most > 0.0 {
+        let [a, b] = [a / most, b / most];
+        most * (a * a + b * b).sqrt()
+    } else {
+        square
     }
 }
 

@@ -3,7 +3,7 @@
 use super::*;
 use crate::brep::Brep;
 use crate::nurbs::{NurbsSurface, Surface};
-use crate::prepare::{PreparedBrep, Quotient};
+use crate::prepare::{Net, PreparedBrep, Quotient};
 use crate::query::node::Node;
 use crate::query::objective::Objective;
 use crate::query::outcome::{Goal, Width};
@@ -12,7 +12,8 @@ use crate::query::{Options, Probe, Sphere, Workspace, contact};
 use nalgebra::{Point3, Vector4};
 
 /// The distance of `(a, b, 1)` from points of a flat NURBS square: `f = 1 + |p - (a, b)|^2` is as convex along u as along v, and has no terms beyond: at any point
-/// of the square the bound is the least value itself but for rounding, and never more, and the ball about it holds `(a, b)`.
+/// of the square the bound is the least value itself but for rounding, and never more, and the balls about it hold `(a, b)`. So it is with weights so small that squares of
+/// `G`'s slopes underflow.
 #[test]
 fn the_bound_of_a_quadratic_is_its_least_value() {
     let corners = [[0.0, 0.0], [0.0, 1.0], [1.0, 0.0], [1.0, 1.0]];
@@ -20,7 +21,6 @@ fn the_bound_of_a_quadratic_is_its_least_value() {
     let knots = [0, 1].map(|_| vec![0.0, 0.0, 1.0, 1.0]);
     let surface = NurbsSurface::new([1, 1], [2, 2], points.to_vec(), knots).unwrap();
     let brep = PreparedBrep::new(Brep::from_surface(Surface::Nurbs(surface)).unwrap());
-    let net = &brep.double(0).patches[0].net;
     let goal = Goal {
         width: Width::Length(1e-9),
         all_below: None,
@@ -31,7 +31,11 @@ fn the_bound_of_a_quadratic_is_its_least_value() {
         foot: false,
         hint: None,
     };
-    for [a, b] in [[0.5, 0.5], [0.25, 0.75], [0.375, 0.5]] {
+    let weights = [1.0, 1e-60, 1e-82];
+    let places = [[0.5, 0.5], [0.25, 0.75], [0.375, 0.5]];
+    for (weight, [a, b]) in weights.into_iter().flat_map(|w| places.map(|p| (w, p))) {
+        let points = points.map(|p| (p * weight).data.0[0].map(Ball::exact));
+        let net = &Net::<f64>::new(Bidegree { u: 1, v: 1 }, points.to_vec(), [0.0; 3]);
         let q = Point3::new(a, b, 1.0);
         let objective = Objective::SquaredDistance(q);
         let mut memory = Memory::default();
@@ -47,11 +51,27 @@ fn the_bound_of_a_quadratic_is_its_least_value() {
             let leaf = leaf.unwrap();
             assert!(
                 leaf.lo <= Dd::ONE && leaf.lo.hi >= 1.0 - 1e-12,
-                "{a} {b} {p:?}: {:?}",
+                "{weight} {a} {b} {p:?}: {:?}",
                 leaf.lo
             );
             let far = (p[0] - a).hypot(p[1] - b);
-            assert!(leaf.rho >= far, "{a} {b} {p:?}: {} {far}", leaf.rho);
+            assert!(
+                leaf.rho >= far,
+                "{weight} {a} {b} {p:?}: {} {far}",
+                leaf.rho
+            );
+            let growth = Growth {
+                speed: 1.0,
+                ..leaf.growth
+            };
+            // Where `f <= 1` there is the least place alone; and it grows by 1/16 within a quarter.
+            for (hi, more) in [(1.0, 0.0), (1.0625, 0.25)] {
+                let radius = growth.radius(Dd::from(hi));
+                assert!(
+                    radius >= far + more,
+                    "{weight} {a} {b} {p:?}: {radius} {far}"
+                );
+            }
         }
     }
 }

@@ -44,6 +44,13 @@ impl Patch {
         }
     }
 
+    fn weighted(&self, by: f64) -> Self {
+        Self {
+            degrees: self.degrees,
+            net: self.net.iter().map(|p| p * by).collect(),
+        }
+    }
+
     fn rows(&self) -> Vec<Vec<Vector4<f64>>> {
         self.net
             .chunks(self.degrees[1] + 1)
@@ -235,6 +242,21 @@ proptest! {
                 prop_assert!(meet(a, b), "{}: {:?} {:?}", how, a, b);
             }
         }
+    }
+
+    /// Homogeneous points times a power of two are the same points: the answer is the same to the last bit.
+    #[test]
+    fn weights_times_a_power_of_two_are_the_same(
+        patch in patch(), center in place(), normal in prop::sample::select(&NORMALS[..]), power in -150i32..150,
+    ) {
+        let (own, other) = (of(&patch), of(&patch.weighted(2f64.powi(power))));
+        let below = HalfSpace::new(Vector3::from(normal), 0.5).unwrap();
+        for probe in [ball(center), Probe::HalfSpace(below)] {
+            prop_assert_eq!(asked(&own, &probe), asked(&other, &probe));
+        }
+        let way = LineProbe::new(center, Vector3::from(normal), LineKind::Line).unwrap();
+        let hits = |brep| line(brep, &way, &Options::default(), &mut Workspace::default());
+        prop_assert_eq!(hits(&own), hits(&other));
     }
 
     /// From the centre straight to the foot: the foot stays the nearest, and no step changes the distance by more than its length.
