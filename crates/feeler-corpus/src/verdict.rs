@@ -195,13 +195,15 @@ pub fn judge(asked: &Asked, answer: &Body, truth: &Truth) -> Judgement {
                 separation,
                 contacts,
                 continuum,
-                ..
+                undecided,
             },
             Truth::Separation(truth),
         ) => {
             let judgement = contact_verdict(asked, separation, contacts, truth);
             match contacts.first() {
-                Some(c) => judgement.and(standing_verdict(asked, c, truth, *continuum)),
+                Some(c) => {
+                    judgement.and(standing_verdict(asked, c, truth, (*continuum, undecided)))
+                }
                 None => judgement,
             }
         }
@@ -231,7 +233,12 @@ pub fn judge(asked: &Asked, answer: &Body, truth: &Truth) -> Judgement {
             }
             // Last: what the truth tells of a foot says more.
             if let Some(deepest) = contacts.first() {
-                judgement = judgement.and(standing_verdict(asked, deepest, truth, *continuum));
+                judgement = judgement.and(standing_verdict(
+                    asked,
+                    deepest,
+                    truth,
+                    (*continuum, undecided),
+                ));
             }
             judgement
         }

@@ -86,7 +86,7 @@ pub(super) fn standing_verdict(
     asked: &Asked,
     claim: &ContactLine,
     separation: &TruthEnclosure,
-    continuum: Option<bool>,
+    (continuum, undecided): (Option<bool>, &Option<String>),
 ) -> Judgement {
     let continuum = continuum == Some(true);
     let own = &claim.separation;
@@ -171,7 +171,8 @@ pub(super) fn standing_verdict(
     };
     if tells && may_touch {
         let is_behind = normal.dot(&true_normal) < -TELLING - turned;
-        if is_behind && !claim.normal_is_choice {
+        // Where the side of the centre is what is not decided, none is claimed.
+        if is_behind && !claim.normal_is_choice && undecided.is_none() {
             return wrong("the normal points away from the centre".to_owned());
         }
     } else if tells && !(chord <= turned + 16.0 * f64::EPSILON) {

@@ -755,7 +755,7 @@ fn a_normal_next_to_the_surface() {
         ..ASKED
     };
     let t = Truth::Separation(truth("-7ffffp-20", "-7ffffp-20"));
-    let judged = |lo: f64, normal: [f64; 3], normal_is_choice: bool| {
+    let judged = |lo: f64, normal: [f64; 3], normal_is_choice: bool, undecided: Option<&str>| {
         let separation = Claim {
             value: HEIGHT - 0.5,
             lo: Some(lo),
@@ -773,7 +773,7 @@ fn a_normal_next_to_the_surface() {
             separation,
             continuum: Some(true),
             contacts: vec![contact],
-            undecided: None,
+            undecided: undecided.map(str::to_owned),
         };
         judge(&asked, &body, &t).verdict
     };
@@ -789,11 +789,18 @@ fn a_normal_next_to_the_surface() {
         } else {
             Verdict::Wrong
         };
-        assert_eq!(judged(-0.5, normal, false), expected, "{normal:?}");
-        assert_eq!(judged(-0.5, normal, true), Verdict::Right, "{normal:?}");
+        assert_eq!(judged(-0.5, normal, false, None), expected, "{normal:?}");
+        assert_eq!(
+            judged(-0.5, normal, true, None),
+            Verdict::Right,
+            "{normal:?}"
+        );
+        // Of an answer that does not say on which side of the face the centre is, nothing is asked.
+        let open = judged(-0.5, normal, false, Some("the side is not known"));
+        assert_eq!(open, Verdict::Undecided, "{normal:?}");
         // What is not on it is where its foot says.
         let is_up = normal == [0.0, 0.0, 1.0];
-        let apart = judged(0.5 * HEIGHT - 0.5, normal, true);
+        let apart = judged(0.5 * HEIGHT - 0.5, normal, true, None);
         assert_eq!(apart == Verdict::Right, is_up, "{normal:?}");
     }
 }
