@@ -1,6 +1,8 @@
 //! What is said of feet: lists of contacts hold none next to an edge beyond which the other face leads down, and no
 //! bound is claimed where the nearest point may be on a trim that was not searched.
 
+use feeler::brep::Brep;
+use feeler::nurbs::{Curve, NurbsCurve};
 use feeler::prepare::PreparedBrep;
 use feeler::query::{Contacts, Feature, HalfSpace, Options, Probe, Sphere, Workspace, contact};
 use feeler_corpus::Model;
@@ -34,6 +36,48 @@ fn a_foot_next_to_an_edge_is_no_contact_where_the_other_face_leads_down() {
         (found.contacts[0].on_brep - center).norm() < off,
         "{found:?}"
     );
+}
+
+/// At the pole of the cavity a trim without an edge runs once around in uv: with weights of 1 and 4096, as the same segment of another parameter, nearly all of its parameters
+/// are at one end. The ways down from the pole are as they were, to the two contacts that the stored truth of the suite `contacts` has.
+#[test]
+fn a_pole_is_no_contact_whatever_the_parameter_of_its_trim() {
+    let models = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../corpora/models");
+    let path = models.join("thesis/ball_joint_cavity.3dm");
+    let model = Model::load(&path, None).expect("a model of the corpus");
+    let brep = model.breps.into_iter().next().expect("a BREP");
+    let normal = Vector3::new(
+        0.2566149055275333,
+        -0.43320080610679446,
+        -0.8639941272077712,
+    );
+    let below = HalfSpace::new(normal, 2.191873733884125).expect("a half-space");
+    let options = Options {
+        contacts: Contacts::All,
+        prediction: 1e-7,
+        ..Options::default()
+    };
+    for weight in [1.0, 4096.0] {
+        let mut parts = brep.parts().clone();
+        let poles: Vec<usize> = { parts.trims.iter() }
+            .filter(|t| t.edge.is_none())
+            .map(|t| t.curve)
+            .collect();
+        assert!(!poles.is_empty());
+        for curve in poles {
+            let Curve::Line(line) = &parts.curves2[curve] else {
+                panic!("{:?}", parts.curves2[curve]);
+            };
+            let (from, to, d) = (line.from, line.to, line.domain);
+            let points = vec![from.coords.push(1.0), to.coords.push(1.0) * weight];
+            let nurbs = NurbsCurve::new(1, points, vec![d.start, d.start, d.end, d.end]);
+            parts.curves2[curve] = Curve::Nurbs(nurbs.expect("a segment"));
+        }
+        let brep = PreparedBrep::new(Brep::new(parts).expect("a BREP"));
+        let probe = Probe::HalfSpace(below);
+        let found = contact(&brep, &probe, &options, &mut Workspace::default());
+        assert_eq!(found.contacts.len(), 2, "{weight}: {found:?}");
+    }
 }
 
 /// The trims between a bore and a sphere, and between two bores, have images of too high a degree: only their patch bounds

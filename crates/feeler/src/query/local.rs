@@ -168,9 +168,17 @@ impl<'a> Surroundings<'a> {
             return false;
         };
         if self.brep.brep().parts().trims[trim].edge.is_none() {
-            let all = (0..=AROUND_POLE).map(|k| k as f64 / AROUND_POLE as f64);
-            let mut all = all.map(|s| self.on_trim(trim, s));
-            return all.any(|at| self.value(at).is_some_and(|v| self.falls_from(at, v, f)));
+            // By its ends: where it is between tells as much of how its parameter runs as of the face. (What is no pole there is none of its places.)
+            let [from, to] = [0.0, 1.0].map(|s| self.on_trim(trim, s));
+            return (0..=AROUND_POLE).any(|k| {
+                let s = k as f64 / AROUND_POLE as f64;
+                let at = Spot {
+                    uv: from.uv + (to.uv - from.uv) * s,
+                    ..from
+                };
+                (self.point(at) - point).norm() <= first
+                    && self.value(at).is_some_and(|v| self.falls_from(at, v, f))
+            });
         }
         // Where a trim closes it is left from both of its ends.
         let ends = [0.0, 1.0].into_iter().filter(|end| {
