@@ -341,7 +341,7 @@ fn span(owner: &'static str, index: usize, s: Interval, domain: Interval) -> Res
 /// No coordinate of a BREP or a probe may be larger, and no weight larger or below its inverse: then
 /// no product of the search overflows (the largest are squares of weighted coordinates, 1e240; fourth powers in recognition may, which sees it),
 /// and what underflows is counted. (The image of a trim has weights that are products of those of surface and trim, as many as their degrees: next to 1 they do no harm, which
-/// is where [`Brep::with_scaled_weights`] has the first of each.)
+/// is where a [prepared](crate::prepare::PreparedBrep::brep) BREP has the first of each.)
 pub const LARGEST_COORDINATE: f64 = 1e60;
 
 /// Whether homogeneous points, and what they stand for, are in range.
