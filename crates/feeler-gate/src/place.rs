@@ -242,13 +242,13 @@ fn is_on(prepared: &PreparedBrep, face: usize, uv: &Point2<f64>, slack: f64) -> 
 }
 
 #[cfg(test)]
-mod tests {
+pub(crate) mod tests {
     use super::*;
     use feeler_corpus::Model;
     use serde_json::json;
 
     /// A cube of side 1 from the origin.
-    fn cube() -> Loaded {
+    pub(crate) fn unit_cube() -> Brep {
         let corners = [
             [0., 0., 0.],
             [1., 0., 0.],
@@ -271,11 +271,14 @@ mod tests {
         ] {
             b.planar_face(&face.map(|i| v[i])).unwrap();
         }
-        let model = Model {
+        b.build().unwrap()
+    }
+
+    fn cube() -> Loaded {
+        crate::cases::loaded(Model {
             path: "cube".into(),
-            breps: vec![b.build().unwrap()],
-        };
-        crate::cases::loaded(model)
+            breps: vec![unit_cube()],
+        })
     }
 
     /// What is said of a hit at this point.

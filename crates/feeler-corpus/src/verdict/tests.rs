@@ -700,7 +700,11 @@ fn feet_and_normals() {
 #[test]
 fn the_normal_of_a_large_ball() {
     const RADIUS: f64 = (1u64 << 60) as f64;
-    for z in [1e-3, -1e-3] {
+    /// Far less than its last digit, 256.
+    const HEIGHT: f64 = 1.0 / 1024.0;
+    /// What foot and normal, which are exact, are said to be known within: any will do.
+    const BOUND: f64 = f64::EPSILON;
+    for z in [HEIGHT, -HEIGHT] {
         let ball = feeler::query::Sphere::new([1.0, 0.0, z].into(), RADIUS).unwrap();
         let asked = Asked {
             contacts: true,
@@ -725,9 +729,9 @@ fn the_normal_of_a_large_ball() {
             let contact = ContactLine {
                 on_probe: [1.0, 0.0, z - up * RADIUS],
                 normal: [0.0, 0.0, up],
-                normal_bound: Some(1e-12),
+                normal_bound: Some(BOUND),
                 separation,
-                ..contact(1.0, -RADIUS, Some(1e-12))
+                ..contact(1.0, -RADIUS, Some(BOUND))
             };
             judge(&asked, &with_contacts(vec![contact], None), &t)
         };

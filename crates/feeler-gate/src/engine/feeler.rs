@@ -512,6 +512,7 @@ fn about_native(mut body: Body, bounds: bool, size: f64) -> Body {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::place::tests::unit_cube;
     use feeler::brep::{Brep, BrepBuilder};
     use feeler::query::{LineKind, Sphere};
     use nalgebra::Vector3;
@@ -562,35 +563,21 @@ mod tests {
         assert_eq!(faces, [1]);
     }
 
-    /// A ball in a cube whose faces are at -1 and 1, with a plate above it: the nearest face is the deepest contact, and then what is nearer comes first, the
+    /// A ball in a cube with a plate above it: the nearest face is the deepest contact, and then what is nearer comes first, the
     /// plate among the faces, though what is farther off in material is deeper.
     #[test]
     fn a_ball_in_material_lists_what_is_nearest_first() {
-        let mut b = BrepBuilder::new();
-        let corner = |k: usize| [0, 1, 2].map(|c| if k >> c & 1 == 0 { -1.0 } else { 1.0 });
-        let v: Vec<usize> = (0..8).map(|k| b.vertex(corner(k))).collect();
-        for face in [
-            [0, 2, 3, 1],
-            [4, 5, 7, 6],
-            [0, 1, 5, 4],
-            [2, 6, 7, 3],
-            [0, 4, 6, 2],
-            [1, 3, 7, 5],
-        ] {
-            b.planar_face(&face.map(|k| v[k])).unwrap();
-        }
-        let cube = b.build().unwrap();
-        assert!(cube.is_closed());
-        let center = Point3::new(0.5, 0.25, 0.125);
-        // To x = 1, y = 1, z = 1, z = -1, y = -1, the plate at z = 1.4375, and x = -1.
-        let away = [0.5, 0.75, 0.875, 1.125, 1.25, 1.3125, 1.5];
-        let ball = Probe::Sphere(Sphere::new(center, 2.0).unwrap());
+        let cube = unit_cube();
+        let center = Point3::new(0.75, 0.625, 0.5625);
+        // To x = 1, y = 1, z = 1, z = 0, y = 0, the plate at z = 1.21875, and x = 0.
+        let away = [0.25, 0.375, 0.4375, 0.5625, 0.625, 0.65625, 0.75];
+        let ball = Probe::Sphere(Sphere::new(center, 1.0).unwrap());
         let options = Options {
             contacts: Contacts::All,
             ..Options::default()
         };
         for first in [0, 1] {
-            let mut breps = vec![cube.clone(), plate(0.0, 1.4375)];
+            let mut breps = vec![cube.clone(), plate(0.0, 1.21875)];
             breps.rotate_left(first);
             let model = Model {
                 path: PathBuf::from("cube and plate"),
@@ -599,12 +586,12 @@ mod tests {
             let mut engine = FeelerEngine::new(Options::default());
             engine.open(&model).unwrap();
             let found = engine.contact(&ball, &options);
-            assert_eq!(found.separation.value, -2.5);
+            assert_eq!(found.separation.value, -1.25);
             let off: Vec<f64> = { found.contacts.iter() }
                 .map(|c| (c.on_brep - center).norm())
                 .collect();
             assert_eq!(off, away, "{first}: {:?}", found.contacts);
-            assert_eq!(found.contacts[0].separation.value, -2.5);
+            assert_eq!(found.contacts[0].separation.value, -1.25);
         }
     }
 

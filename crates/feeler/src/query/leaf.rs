@@ -510,8 +510,8 @@ impl Search<'_> {
 
 /// The length of a vector of these two sizes, up to a few roundings, however small they are.
 fn length([a, b]: [f64; 2]) -> f64 {
-    /// Above this no digit that counts of a square is lost.
-    const PLAIN: f64 = 1e-280;
+    /// Squares that underflow lose less than the least normal number: of a sum above this, no more than half a unit of double-double.
+    const PLAIN: f64 = f64::MIN_POSITIVE / (f64::EPSILON * f64::EPSILON);
     let square = a * a + b * b;
     if square > PLAIN {
         return square.sqrt();

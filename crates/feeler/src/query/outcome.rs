@@ -120,13 +120,11 @@ pub(crate) struct Growth {
 impl Growth {
     /// The radius, in units of length, of the ball that holds all points with `f <= hi`.
     pub(crate) fn radius(&self, hi: Dd) -> f64 {
-        /// Above what a square that underflows is of.
-        const LOST: f64 = 1e-150;
         let above = (hi - self.tau).approximate().max(0.0) * UP;
-        // Divided first: of small weights the products underflow.
+        // Divided first: of small weights the products underflow. The square, the quotient and its double lose less than the least normal number together.
         let step = self.slope / self.lambda;
         let rest = 2.0 * ((self.value + self.c_max * above) / self.lambda);
-        (step + (step * step + rest).sqrt() + LOST) * UP * self.speed
+        (step + (step * step + rest + f64::MIN_POSITIVE).sqrt()) * UP * self.speed
     }
 }
 

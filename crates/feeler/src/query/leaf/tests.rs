@@ -31,7 +31,9 @@ fn the_bound_of_a_quadratic_is_its_least_value() {
         foot: false,
         hint: None,
     };
-    let weights = [1.0, 1e-60, 1e-82];
+    /// `G`'s slopes are of the size of its square, and squares of those, 1e-328, are 0 in f64.
+    const SMALL: f64 = 1e-82;
+    let weights = [1.0, 1.0 / crate::brep::LARGEST_COORDINATE, SMALL];
     let places = [[0.5, 0.5], [0.25, 0.75], [0.375, 0.5]];
     for (weight, [a, b]) in weights.into_iter().flat_map(|w| places.map(|p| (w, p))) {
         let points = points.map(|p| (p * weight).data.0[0].map(Ball::exact));
