@@ -171,8 +171,11 @@ pub(super) fn standing_verdict(
     };
     if tells && may_touch {
         let is_behind = normal.dot(&true_normal) < -TELLING - turned;
-        // Where the side of the centre is what is not decided, none is claimed.
-        if is_behind && !claim.normal_is_choice && undecided.is_none() {
+        // Where the side of the centre is what is not decided, none is claimed; nor where, by the claim's bounds, it may be on either side by more than a rounding.
+        let may_be = |x: f64| own_lo < x && x < own_hi;
+        let is_either = may_be((-radius).next_down()) && may_be((-radius).next_up());
+        let tells_side = claim.normal_bound.is_some() || !is_either;
+        if is_behind && tells_side && !claim.normal_is_choice && undecided.is_none() {
             return wrong("the normal points away from the centre".to_owned());
         }
     } else if tells && !(chord <= turned + 16.0 * f64::EPSILON) {
@@ -210,7 +213,15 @@ pub(super) fn contacts_verdict(
         });
         let Some(k) = nearest.filter(|k| apart(&truths[*k]) <= near) else {
             let reason = format!("a false contact: {i}, at {:?}", claim.on_brep);
-            all = all.and(Judgement::wrong(Fault::FalseContact, reason));
+            // By an answer that says it is not settled, and bounds on both sides of the prediction, it may be one and no more.
+            let bounds = claim.separation.lo.zip(claim.separation.hi);
+            let may_be =
+                bounds.is_some_and(|(lo, hi)| lo <= asked.prediction && asked.prediction < hi);
+            all = all.and(if undecided.is_some() && may_be {
+                Judgement::new(Verdict::Undecided, reason)
+            } else {
+                Judgement::wrong(Fault::FalseContact, reason)
+            });
             continue;
         };
         found[k] += 1;

@@ -350,6 +350,17 @@ fn all_contacts() {
     // An answer that is not whole is not wrong for what it lacks.
     let j = judge(&asked, &with_contacts(vec![a.clone()], Some("budget")), &t);
     assert_eq!(j.verdict, Verdict::Undecided);
+    // Nor for one that is within reach on the one side of the surface and not on the other, as long as it says that it does not know the side.
+    let reaching = |lo: f64, hi: f64, undecided: Option<&str>| {
+        let mut c = contact(4.0, 0.0, None);
+        (c.separation.lo, c.separation.hi) = (Some(lo), Some(hi));
+        let all = with_contacts(vec![a.clone(), b.clone(), c], undecided);
+        judge(&asked, &all, &t).verdict
+    };
+    let side = Some("the side is not known");
+    assert_eq!(reaching(-2.0, 0.5, side), Verdict::Undecided);
+    assert_eq!(reaching(-2.0, 0.5, None), Verdict::Wrong);
+    assert_eq!(reaching(-2.0, -1.0, side), Verdict::Wrong);
     // Of a continuum there may be several, and nothing is said of feet.
     if let Truth::Contact {
         contacts: Some(all),
@@ -799,7 +810,10 @@ fn a_normal_next_to_the_surface() {
             Verdict::Right,
             "{normal:?}"
         );
-        // Of an answer that does not say on which side of the face the centre is, nothing is asked.
+        // Of bounds that leave it open on which side of the face the centre is, nothing is asked.
+        let either = judged(-0.5 - HEIGHT, normal, false, None);
+        assert_eq!(either, Verdict::Right, "{normal:?}");
+        // Nor of an answer that says so.
         let open = judged(-0.5, normal, false, Some("the side is not known"));
         assert_eq!(open, Verdict::Undecided, "{normal:?}");
         // What is not on it is where its foot says.

@@ -260,20 +260,34 @@ impl Brep {
         Ok(Self { parts })
     }
 
-    /// The same BREP where the first weight of each NURBS surface and uv curve is between 1 and 2, if that takes no more than powers of two: then nothing moves, and what is
-    /// made of weights of ordinary sizes neither overflows nor underflows. O(size).
-    pub(crate) fn with_scaled_weights(mut self) -> Self {
+    /// The same BREP, as exactly, of weights that are easier to compute with, as far as that takes no more than powers of two and all stays in range. The first weight of
+    /// each NURBS surface and uv curve is between 1 and 2: what is made of weights of ordinary sizes neither overflows nor underflows. Those of a uv curve that is used as a whole
+    /// [rise no more than they fall](Curve::with_even_weights): a step of its parameter is about as long anywhere. With what the curves were whose parameters changed, by
+    /// their indices. O(size).
+    pub(crate) fn with_handy_weights(mut self) -> (Self, Vec<(usize, Curve2)>) {
         for surface in &mut self.parts.surfaces {
-            if let Some(scaled) = surface.with_scaled_weights() {
+            if let Some(scaled) = surface.with_scaled_weights().filter(surface_in_range) {
                 *surface = scaled;
             }
         }
-        for curve in &mut self.parts.curves2 {
-            if let Some(scaled) = curve.with_scaled_weights() {
+        let mut is_whole = vec![true; self.parts.curves2.len()];
+        for trim in &self.parts.trims {
+            is_whole[trim.curve] &= trim.span == self.parts.curves2[trim.curve].domain();
+        }
+        let mut given = Vec::new();
+        for (index, curve) in self.parts.curves2.iter_mut().enumerate() {
+            if let Some(scaled) = curve.with_scaled_weights().filter(curve_in_range) {
                 *curve = scaled;
             }
+            if !is_whole[index] {
+                continue;
+            }
+            if let Some(even) = curve.with_even_weights().filter(curve_in_range) {
+                given.push((index, std::mem::replace(curve, even)));
+            }
         }
-        self
+        given.shrink_to_fit();
+        (self, given)
     }
 
     /// The parts.
@@ -341,7 +355,7 @@ fn span(owner: &'static str, index: usize, s: Interval, domain: Interval) -> Res
 /// No coordinate of a BREP or a probe may be larger, and no weight larger or below its inverse: then
 /// no product of the search overflows (the largest are squares of weighted coordinates, 1e240; fourth powers in recognition may, which sees it),
 /// and what underflows is counted. (The image of a trim has weights that are products of those of surface and trim, as many as their degrees: next to 1 they do no harm, which
-/// is where a [prepared](crate::prepare::PreparedBrep::brep) BREP has the first of each.)
+/// is where a [prepared](crate::prepare::PreparedBrep::brep) BREP has the first of each that allows it.)
 pub const LARGEST_COORDINATE: f64 = 1e60;
 
 /// Whether homogeneous points, and what they stand for, are in range.

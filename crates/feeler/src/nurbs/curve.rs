@@ -260,15 +260,29 @@ impl<const D: usize, const H: usize> Curve<D, H> {
     /// The same curve where the first weight of each NURBS in it is between 1 and 2: homogeneous points are multiplied by powers of two, which loses no digit.
     /// `None` where it is so, or may not be made so.
     pub(crate) fn with_scaled_weights(&self) -> Option<Self> {
+        self.with_each_nurbs(NurbsCurve::with_scaled_weights)
+    }
+
+    /// The same points at another pace, that of the Bezier curves of which NURBS in it are made: one of a single span has a last weight about as large as its first.
+    /// `None` where it is so, or may not be made so.
+    pub(crate) fn with_even_weights(&self) -> Option<Self> {
+        self.with_each_nurbs(NurbsCurve::with_even_weights)
+    }
+
+    /// The same curve with what becomes of each NURBS in it, if anything.
+    fn with_each_nurbs(
+        &self,
+        changed: fn(&NurbsCurve<H>) -> Option<NurbsCurve<H>>,
+    ) -> Option<Self> {
         match self {
-            Self::Nurbs(c) => c.with_scaled_weights().map(Self::Nurbs),
+            Self::Nurbs(c) => changed(c).map(Self::Nurbs),
             // Segments are never poly-curves themselves: this goes one level deep.
             Self::Poly(c) => {
-                let scaled: Vec<_> = { c.segments.iter() }
-                    .map(Self::with_scaled_weights)
+                let all: Vec<_> = { c.segments.iter() }
+                    .map(|s| s.with_each_nurbs(changed))
                     .collect();
-                scaled.iter().any(Option::is_some).then(|| {
-                    let pairs = c.segments.iter().zip(scaled);
+                all.iter().any(Option::is_some).then(|| {
+                    let pairs = c.segments.iter().zip(all);
                     let segments = pairs.map(|(own, new)| new.unwrap_or_else(|| own.clone()));
                     Self::Poly(PolyCurve {
                         segments: segments.collect(),

@@ -73,6 +73,7 @@ use trim_boxes::TrimBoxes;
 
 use crate::brep::Brep;
 use crate::numeric::{Dd, Td};
+use crate::nurbs::Curve2;
 use crate::trim::TrimRegion;
 use boundary::CurveSource;
 use box_tree::{BoxTree, Known};
@@ -129,6 +130,8 @@ pub struct PreparedBrep {
     /// What tells it from others, while anyone holds a copy.
     identity: Arc<()>,
     brep: Arc<Brep>,
+    /// The uv curves as they were given, of those that have other parameters in `brep`; by their indices, in order.
+    given_curves: Vec<(usize, Curve2)>,
     shortcuts: Shortcuts,
     faces: Vec<PreparedFace>,
     /// A box around each face.
@@ -177,7 +180,7 @@ impl PreparedBrep {
 
     /// The same without some of the shortcuts, to measure what each saves.
     pub fn with_shortcuts(brep: Brep, shortcuts: Shortcuts) -> Self {
-        let brep = brep.with_scaled_weights();
+        let (brep, given_curves) = brep.with_handy_weights();
         let faces: Vec<_> = (0..brep.faces().len())
             .map(|_| PreparedFace {
                 region: OnceLock::new(),
@@ -217,6 +220,7 @@ impl PreparedBrep {
             face_tree: OnceLock::new(),
             trim_boxes: OnceLock::new(),
             brep: Arc::new(brep),
+            given_curves,
             shortcuts,
             faces,
             boxes,
@@ -235,9 +239,18 @@ impl PreparedBrep {
         self.shortcuts
     }
 
-    /// The BREP as it was given, but that the homogeneous points of a NURBS surface or uv curve whose first weight is not between 1 and 2 are multiplied by a power of two.
+    /// The BREP as it was given, but that homogeneous points of NURBS may be multiplied by powers of two, for weights near to 1. Points and uv stay the same, exactly; the parameters of a
+    /// uv curve whose weights rise or fall along it do not: that is run through at another pace.
     pub fn brep(&self) -> &Brep {
         &self.brep
+    }
+
+    /// A uv curve with the parameters that it was given.
+    pub(crate) fn given_curve(&self, curve: usize) -> &Curve2 {
+        match self.given_curves.binary_search_by_key(&curve, |(i, _)| *i) {
+            Ok(k) => &self.given_curves[k].1,
+            Err(_) => &self.brep.parts().curves2[curve],
+        }
     }
 
     /// The model's size: the longest side of the box of its surfaces' control points, in

@@ -135,7 +135,7 @@ pub fn split(
     let loops = brep.brep().faces().get(face)?.loops.as_ref()?;
     let trims = &parts.loops[*loops.get(trim_loop)?].trims;
     let trim = &parts.trims[*trims.get(trim)?];
-    Some(trim_split(trim, &parts.curves2[trim.curve]))
+    Some(trim_split(trim, brep.given_curve(trim.curve)))
 }
 
 /// The point of a face at `uv`, each moved to the nearer end of the surface's domain first if it is outside, and its first derivatives, with

@@ -3,6 +3,7 @@
 
 mod lists;
 mod near;
+mod paces;
 mod stretched;
 
 use feeler::brep::{Brep, BrepBuilder};
