@@ -61,7 +61,7 @@ pub(crate) use exact::{Ratio, When};
 pub(crate) use geometry::{FaceGeometry, Seed};
 pub(crate) use image::{Image, Stretch};
 pub(crate) use near::distance;
-pub(crate) use net::{Products, curve_jet, part_of};
+pub(crate) use net::{Products, curve_jet, halves_of, part_of};
 pub(crate) use polygon::{Meeting, Polygon};
 pub(crate) use quotient::{Quotient, least_squared_distance};
 pub(crate) use row::row_in_line;

@@ -530,6 +530,21 @@ pub(crate) fn part_of<T: Real, const H: usize>(
     d
 }
 
+/// The control points of both halves of a curve over `[0, 1]`.
+pub(crate) fn halves_of<T: Real, const H: usize>(
+    points: &[Homogeneous<T, H>],
+) -> [Vec<Homogeneous<T, H>>; 2] {
+    let (mut low, mut high) = (points.to_vec(), points.to_vec());
+    let n = points.len();
+    for k in 1..n {
+        for i in 0..n - k {
+            high[i] = std::array::from_fn(|c| (high[i][c] + high[i + 1][c]).half());
+        }
+        low[k] = high[0];
+    }
+    [low, high]
+}
+
 /// A homogeneous point and its derivatives along s and t.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Jet<T> {

@@ -3,7 +3,7 @@
 mod ball;
 
 use super::answer::{Accuracy, Contacts, Options};
-use super::level::Level;
+use super::level::{Level, Lies};
 use super::local::{Spot, point};
 use super::objective::Objective;
 use super::outcome::{Foot, Goal, Locus, Outcome, Source, Width};
@@ -67,7 +67,12 @@ pub(super) fn is_continuum(
     let may_lie_along = !low.stands_alone(found) && !low.rises_from_corner(found, &normal);
     // What is as low within a face in closed form its formula tells.
     let may_lead_far = (may_lie_along && !low.is_within_closed(found)) || low.is_on_border(found);
-    if may_lead_far && low.leads_far(found) {
+    let lies = if may_lead_far {
+        low.leads(found)
+    } else {
+        Lies::Open
+    };
+    if lies == Lies::Far {
         return (true, 0);
     }
     let left = goal.budget.saturating_sub(found.nodes);
@@ -75,7 +80,7 @@ pub(super) fn is_continuum(
     let by_formula = |f: &Foot| matches!(f.spot, Locus::Closed { .. });
     let was_seen =
         options.contacts == Contacts::All && !found.foot.as_ref().is_some_and(by_formula);
-    if was_seen || !may_lie_along || left == 0 {
+    if was_seen || !may_lie_along || lies == Lies::Near || left == 0 {
         return (false, 0);
     }
     let goal = Goal {
@@ -258,8 +263,13 @@ impl Low<'_> {
 
     /// Whether a low way leads far from a foot.
     fn leads_far(&self, found: &Outcome) -> bool {
+        self.leads(found) == Lies::Far
+    }
+
+    /// How what is low lies about a foot.
+    fn leads(&self, found: &Outcome) -> Lies {
         let Some(foot) = found.foot.as_ref() else {
-            return false;
+            return Lies::Open;
         };
         let at = Spot {
             face: foot.face,
@@ -282,7 +292,11 @@ impl Low<'_> {
         };
         // Of a distance more is asked than that: see `leads_far_from_ball`.
         let stands_alone = !self.objective.is_squared() && self.stands_alone(found);
-        rounded <= self.slack && level.leads_far(at, foot.trim, stands_alone)
+        if rounded <= self.slack {
+            level.from(at, foot.trim, stands_alone)
+        } else {
+            Lies::Open
+        }
     }
 
     /// Whether a foot is a vertex from which all edges rise, and on no face of which the half-space lies: what is as low is not connected with it then.

@@ -13,7 +13,7 @@
 
 use super::search::Search;
 use crate::numeric::{Ball, Dd, Real};
-use crate::prepare::{Homogeneous, part_of};
+use crate::prepare::{Homogeneous, halves_of};
 use crate::trim::{BoxSide, Side};
 use arrayvec::ArrayVec;
 use nalgebra::Point2;
@@ -150,6 +150,14 @@ impl Around {
         near: &mut ArrayVec<Normal, MOST_NEAR>,
         left: &mut usize,
     ) -> bool {
+        // Of a trim that passes through the box nothing is told, however it is cut.
+        if [piece.first(), piece.last()]
+            .into_iter()
+            .flatten()
+            .any(|p| self.holds(p))
+        {
+            return false;
+        }
         let mut open = vec![piece.to_vec()];
         while let Some(part) = open.pop() {
             if *left == 0 {
@@ -165,9 +173,17 @@ impl Around {
                 }
                 continue;
             }
-            for half in [[0.0, 0.5], [0.5, 1.0]] {
-                open.push(part_of(&part, half.map(Dd::from)));
+            let [low, high] = halves_of(&part);
+            if high.first().is_some_and(|p| self.holds(p)) {
+                return false;
             }
+            // The one that is nearer to the box comes first: that is where the box is passed, if it is.
+            let is_low_nearer = self.off(low.first()) < self.off(high.last());
+            open.extend(if is_low_nearer {
+                [high, low]
+            } else {
+                [low, high]
+            });
         }
         true
     }
@@ -204,6 +220,20 @@ impl Around {
         Some(Normal { n, gap })
     }
 
+    /// Whether a point is in the box for certain.
+    fn holds(&self, x: &Homogeneous<Dd, 3>) -> bool {
+        (0..2).all(|k| {
+            let off = x[k] / x[2] - self.center(k);
+            -self.r[k] < off.lower() && off.upper() < self.r[k]
+        })
+    }
+
+    /// How far a point is from the middle of the box, about.
+    fn off(&self, x: Option<&Homogeneous<Dd, 3>>) -> f64 {
+        let off = |x: &Homogeneous<Dd, 3>, k: usize| (x[k].mid / x[2].mid - self.p[k]).hi.abs();
+        x.map_or(f64::INFINITY, |x| off(x, 0).max(off(x, 1)))
+    }
+
     fn center(&self, k: usize) -> Ball<Dd> {
         Ball {
             mid: self.p[k],
@@ -226,4 +256,30 @@ fn is_clear(part: &[Homogeneous<Dd, 3>], zone: &[[f64; 2]; 2]) -> bool {
         let above = |p: &Homogeneous<Dd, 3>| (p[k] - p[2] * high).lower() > 0.0;
         part.iter().all(below) || part.iter().all(above)
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A parabola `y = x (1 - x)` past a box about `(1/3, 2/9 + off)`: what passes beside it has normals, and what passes through it is not cut until no parts are left. From 1 to the
+    /// box it takes 30 halvings, of two parts each.
+    #[test]
+    fn a_trim_through_the_box_is_found_soon() {
+        const RADIUS: f64 = 1.0 / (1u64 << 30) as f64;
+        const SOON: usize = 2 * 30 + 4;
+        let ends = [[0.0, 0.0], [0.5, 0.5], [1.0, 0.0]];
+        let piece = ends.map(|[x, y]| [x, y, 1.0].map(Ball::<Dd>::exact));
+        for (off, passes_beside) in [(0.0, false), (0.5 * RADIUS, false), (8.0 * RADIUS, true)] {
+            let around = Around {
+                p: [1.0 / 3.0, 2.0 / 9.0 + off].map(Dd::from),
+                r: [RADIUS; 2],
+            };
+            let zone = [0, 1].map(|k| [-16.0, 16.0].map(|x| around.p[k].hi + x * RADIUS));
+            let (mut near, mut left) = (ArrayVec::new(), MOST_PARTS);
+            let told = around.take_near(&piece, &zone, &mut near, &mut left);
+            assert_eq!(told, passes_beside, "{off}");
+            assert!(MOST_PARTS - left <= SOON, "{off}: {left}");
+        }
+    }
 }

@@ -2,6 +2,7 @@
 
 use super::answer::{Accuracy, Contact, Feature, Probe, Separation};
 use super::continuum::CONTINUUM_REACH;
+use super::local::on_trim;
 use super::nearest::nearest_along;
 use super::normal::{normal_of_faces, unit};
 use super::outcome::{Locus, Outcome, Rough, Settled, Source, Spread};
@@ -279,22 +280,20 @@ pub(super) fn trim_at(brep: &PreparedBrep, place: &Place) -> Option<usize> {
         let loops = parts.faces[place.face].loops.as_ref()?;
         near.extend(loops.iter().flat_map(|l| &parts.loops[*l].trims));
     }
-    // In parts of the domain: what is rounding along its longer side may be much of the shorter one.
-    let domain = region.domain();
-    let in_parts = |p: Point2<f64>| Point2::from([0, 1].map(|k| p[k] / domain[k].length()));
-    let foot = in_parts(place.uv);
-    let distance = |t: usize| {
-        let trim = &parts.trims[t];
-        let curve = &parts.curves2[trim.curve];
-        let within = |s: f64| {
-            let p = curve.point(trim.span.lerp(s));
-            let p = [0, 1].map(|k| p[k].clamp(domain[k].start, domain[k].end));
-            in_parts(p.into())
-        };
-        nearest_along(brep, t, within, &foot).0
-    };
+    let distance = |t: usize| nearest_in_uv(brep, t, &place.uv).0;
     let all = near.iter().map(|t| (distance(*t), *t));
     all.min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, t)| t)
+}
+
+/// How near a trim comes to a place of its face in uv, and where on the trim, from 0 to 1, roughly. In parts of the domain: what is rounding along its longer side may be much
+/// of the shorter one.
+pub(super) fn nearest_in_uv(brep: &PreparedBrep, trim: usize, uv: &Point2<f64>) -> (f64, f64) {
+    let parts = brep.brep().parts();
+    let face = parts.loops[parts.trims[trim].trim_loop].face;
+    let domain = brep.brep().surface(face).domain();
+    let in_parts = |p: &Point2<f64>| Point2::from([0, 1].map(|k| p[k] / domain[k].length()));
+    let within = |s: f64| in_parts(&on_trim(brep, trim, s).uv);
+    nearest_along(brep, trim, within, &in_parts(uv))
 }
 
 /// The trim that ends at the vertex that a foot beside its region is on: ends of trims that should meet are off by roundings, and so is the foot on the segment that joins
