@@ -264,7 +264,7 @@ impl Brep {
     /// each NURBS surface and uv curve is between 1 and 2: what is made of weights of ordinary sizes neither overflows nor underflows. Those of a uv curve that is used as a whole
     /// [rise no more than they fall](Curve::with_even_weights): a step of its parameter is about as long anywhere. With what the curves were whose parameters changed, by
     /// their indices. O(size).
-    pub(crate) fn with_handy_weights(mut self) -> (Self, Vec<(usize, Curve2)>) {
+    pub(crate) fn with_handy_weights(mut self) -> (Self, Box<[(usize, Curve2)]>) {
         for surface in &mut self.parts.surfaces {
             if let Some(scaled) = surface.with_scaled_weights().filter(surface_in_range) {
                 *surface = scaled;
@@ -286,8 +286,7 @@ impl Brep {
                 given.push((index, std::mem::replace(curve, even)));
             }
         }
-        given.shrink_to_fit();
-        (self, given)
+        (self, given.into())
     }
 
     /// The parts.

@@ -82,7 +82,7 @@ impl PreparedBrep {
             // Of the faces: what they have at once.
             + list(&self.faces)
             + list(&self.boxes)
-            + list(&self.given_curves)
+            + size_of_val(&*self.given_curves)
             + faces
             + self.shared.get().map_or(0, |s| size_of_val(&**s))
             + self.edge_tree.get().map_or(0, BoxTree::bytes)

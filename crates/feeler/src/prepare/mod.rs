@@ -131,7 +131,7 @@ pub struct PreparedBrep {
     identity: Arc<()>,
     brep: Arc<Brep>,
     /// The uv curves as they were given, of those that have other parameters in `brep`; by their indices, in order.
-    given_curves: Vec<(usize, Curve2)>,
+    given_curves: Box<[(usize, Curve2)]>,
     shortcuts: Shortcuts,
     faces: Vec<PreparedFace>,
     /// A box around each face.

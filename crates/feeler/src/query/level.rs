@@ -6,10 +6,11 @@
 use super::local::{Spot, on_trim, point};
 use super::nearest::{nearest_from, nearest_on, nearest_place};
 use super::objective::Objective;
-use super::place::{ON_VERTEX, nearest_in_uv};
+use super::place::nearest_in_uv;
 use crate::prepare::PreparedBrep;
 use crate::trim::Side;
 use nalgebra::{Point3, Vector3};
+use std::cell::LazyCell;
 
 /// What is so much farther than the reach is far, whatever is rounded.
 const BEYOND: f64 = 1.0 + 1.0 / 16.0;
@@ -23,6 +24,8 @@ const BETWEEN: f64 = 1.0 / 8.0;
 const NARROWED: usize = 20;
 /// The larger part.
 const GOLDEN: f64 = 0.618_033_988_749_894_8;
+/// What is no farther from a foot than this part of the reach is there.
+const AT_FOOT: f64 = 1.0 / 64.0;
 /// Trims at a vertex that are looked at.
 const MOST_TRIMS: usize = 16;
 /// The part of the way to a trim's end where it is looked at first.
@@ -76,8 +79,8 @@ impl Level<'_> {
         let passing = self.passing(at.face, trim);
         let starts = passing.iter().take(MOST_TRIMS);
         // Images of an edge are often at the same pace.
-        let guess = trim.map(|t| (t, nearest_in_uv(self.brep, t, &at.uv).1));
-        let starts: Vec<(usize, f64)> = starts.map(|t| (*t, self.start(*t, guess))).collect();
+        let guess = LazyCell::new(|| trim.map(|t| (t, nearest_in_uv(self.brep, t, &at.uv).1)));
+        let starts: Vec<(usize, f64)> = starts.map(|t| (*t, self.start(*t, || *guess))).collect();
         let ways = starts
             .iter()
             .flat_map(|(t, s)| [(*t, *s, 0.0), (*t, *s, 1.0)]);
@@ -91,9 +94,12 @@ impl Level<'_> {
         };
         let around = faces.iter().map(|spot| self.around(*spot));
         let all = Lies::of(ways.chain(around));
-        // Beyond another trim that is so near there are faces that were not looked at.
-        let is_whole =
-            || passing.len() == starts.len() && self.is_clear_of_others(&faces, &passing);
+        // Beyond another trim that is so near there are faces that were not looked at. (Of balls no more is asked than whether it leads far.)
+        let is_whole = || {
+            !self.objective.is_squared()
+                && passing.len() == starts.len()
+                && self.is_clear_of_others(&faces, &passing)
+        };
         if all == Lies::Near && !is_whole() {
             return Lies::Open;
         }
@@ -115,7 +121,7 @@ impl Level<'_> {
     /// The trims that pass the foot on a face, which is on one of them, or a vertex of the face.
     fn passing(&self, face: usize, trim: Option<usize>) -> Vec<usize> {
         let parts = self.brep.brep().parts();
-        let near = ON_VERTEX * self.brep.size();
+        let near = self.at_foot();
         let is_here = |v: &usize| {
             let vertex = parts.vertices.get(*v);
             vertex.is_some_and(|v| (v.point - self.foot).norm() <= near)
@@ -151,17 +157,17 @@ impl Level<'_> {
     }
 
     /// Where a trim is at the foot, from 0 to 1; a guess is where another one is, or itself.
-    fn start(&self, trim: usize, guess: Option<(usize, f64)>) -> f64 {
+    fn start(&self, trim: usize, guess: impl Fn() -> Option<(usize, f64)>) -> f64 {
         let trims = &self.brep.brep().parts().trims;
         let is_here = |s: f64| {
             let place = point(self.brep, on_trim(self.brep, trim, s));
-            self.off(&place) <= ON_VERTEX * self.brep.size()
+            self.off(&place) <= self.at_foot()
         };
         // Mostly a foot is an end.
         if let Some(end) = [0.0, 1.0].into_iter().find(|s| is_here(*s)) {
             return end;
         }
-        let guess = guess.map(|(other, s)| {
+        let guess = guess().map(|(other, s)| {
             let [a, b] = [trim, other].map(|t| trims[t].reversed != trims[t].edge_reversed);
             if a == b { s } else { 1.0 - s }
         });
@@ -216,6 +222,11 @@ impl Level<'_> {
         } else {
             Lies::Open
         }
+    }
+
+    /// What is no farther from the foot is at it, as far as the reach is concerned.
+    fn at_foot(&self) -> f64 {
+        AT_FOOT * self.reach
     }
 
     fn is_about_there(&self, x: &Point3<f64>) -> bool {
@@ -321,13 +332,14 @@ impl<'a> Ring<'a> {
     /// `None` where parameters do not say where to go.
     fn new(level: &'a Level<'a>, at: Spot) -> Option<Self> {
         let domain = level.brep.brep().surface(at.face).domain();
+        let center = point(level.brep, at);
         let (mut step, mut along, mut is_near) = ([0.0; 2], [Vector3::zeros(); 2], true);
         for k in 0..2 {
             let by = NUDGE * domain[k].length();
             let by = if at.uv[k] <= domain[k].mid() { by } else { -by };
             let mut beside = at;
             beside.uv[k] += by;
-            let way = point(level.brep, beside) - level.foot;
+            let way = point(level.brep, beside) - center;
             let so_far = level.reach / way.norm();
             // Negated in effect: what is no number is not near.
             is_near &= so_far >= 1.0;
