@@ -82,6 +82,7 @@ impl PreparedBrep {
             // Of the faces: what they have at once.
             + list(&self.faces)
             + list(&self.boxes)
+            // Their points are those of the BREP that was given.
             + size_of_val(&*self.given_curves)
             + faces
             + self.shared.get().map_or(0, |s| size_of_val(&**s))

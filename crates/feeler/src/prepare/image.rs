@@ -9,7 +9,7 @@ use super::boundary::{CurveSource, UvCurve, trim_curves, trim_end, uv_curve};
 use super::closed::V3;
 use super::compose::compose;
 use super::matching::Pair;
-use super::net::{curve_jet, part_of};
+use super::net::{curve_jet, halves_of, part_of};
 use super::patch::COMPOSE_HALVINGS;
 use super::patch::Lent;
 use super::spline::curve_pieces;
@@ -654,8 +654,8 @@ impl<T: Real> Builder<T> {
             let points = part_of(points, [part.from, part.to].map(T::from_f64));
             let local = localized(&points, patch, [u, v]);
             if parts > 0 && patch.wants_parts(&local, T::UNIT) {
-                for half in [[T::ZERO, T::ONE.half()], [T::ONE.half(), T::ONE]] {
-                    self.curve(grid, &part_of(&points, half), levels, parts - 1)?;
+                for half in halves_of(&points) {
+                    self.curve(grid, &half, levels, parts - 1)?;
                 }
                 continue;
             }

@@ -9,7 +9,7 @@
 //!
 //! Next to a border of the patch that other patches share, pieces of those may be the trim's, up to their slack: nothing is said of boxes there.
 //!
-//! Each part is cut no further than it takes; where a hundred cuts do not tell, nothing is said.
+//! Each part is cut no further than it takes. Of a trim that is seen to pass through the box nothing is said, which is always right; where a hundred cuts do not tell, nothing is said.
 
 use super::search::Search;
 use crate::numeric::{Ball, Dd, Real};

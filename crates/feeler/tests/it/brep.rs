@@ -2,11 +2,13 @@
 
 use crate::scenes::cube;
 use feeler::brep::{
-    Brep, BrepBuilder, BrepParts, BuildError, Defect, LoopKind, Part, Severity, TrimSpec,
+    Brep, BrepBuilder, BrepParts, BuildError, Defect, LARGEST_COORDINATE, LoopKind, Part, Severity,
+    TrimSpec,
 };
 use feeler::numeric::Interval;
 use feeler::nurbs::{
-    Arc, Curve, Curve2, Curve3, Line, NurbsCurve, Plane, Polyline, Revolution, Surface,
+    Arc, Curve, Curve2, Curve3, Line, NurbsCurve, NurbsSurface, Plane, Polyline, Revolution,
+    Surface,
 };
 use feeler::prepare::PreparedBrep;
 use nalgebra::{Point2, Point3, Vector3, Vector4};
@@ -626,6 +628,30 @@ fn one_surface_is_a_brep() {
     let whole = Brep::from_surface(surface).unwrap();
     assert!(whole.faces()[0].loops.is_none());
     assert_eq!(whole.defects(), []);
+}
+
+/// Weights of a prepared BREP are multiplied by powers of two where that leaves them in range: not where they are at both ends of it already.
+#[test]
+fn scaled_weights_stay_in_range() {
+    const LARGEST: f64 = LARGEST_COORDINATE;
+    for (weights, is_scaled) in [
+        ([LARGEST, 1.0], true),
+        ([LARGEST, 1.0 / LARGEST], false),
+        ([1.0 / LARGEST, LARGEST], false),
+    ] {
+        // Homogeneous coordinates are in range whatever the weight.
+        let net = (0..4u8).map(|k| {
+            let w = weights[usize::from(k % 2)];
+            let part = w.min(1.0);
+            Vector4::new(f64::from(k / 2) * part, f64::from(k % 2) * part, 0.0, w)
+        });
+        let knots = || vec![0.0, 0.0, 1.0, 1.0];
+        let net = net.collect();
+        let surface = NurbsSurface::new([1, 1], [2, 2], net, [knots(), knots()]).unwrap();
+        let given = Brep::from_surface(Surface::Nurbs(surface)).unwrap();
+        let prepared = PreparedBrep::new(given.clone());
+        assert_eq!(prepared.brep() != &given, is_scaled, "{weights:?}");
+    }
 }
 
 #[test]

@@ -32,7 +32,7 @@ fn the_bottom_of_a_bowl() {
     // Where is looked, more or less.
     let [low, high] = [1.0, BEYOND * (1.0 + 2.0 * ASIDE)].map(|x| (x * REACH).powi(2));
     for (slack, expected) in [
-        (1e-3 * low, Lies::Near),
+        (0.001 * low, Lies::Near),
         (0.49 * low, Lies::Near),
         (0.9 * low, Lies::Open),
         (1.01 * high, Lies::Far),
@@ -72,7 +72,7 @@ fn a_triangle() {
             let foot = nalgebra::Point2::from(corners[corner]);
             let s = [0.0, 1.0].into_iter().find(|s| {
                 let end = point(&brep, on_trim(&brep, trim, *s));
-                (end.xy() - foot).norm() < 1e-9
+                (end.xy() - foot).norm() < REACH
             });
             let at = on_trim(&brep, trim, s.unwrap());
             assert_eq!(
